@@ -1,0 +1,24 @@
+"""The errors that Miburi raises for what a person can mend.
+
+Each message says what was got, what is allowed, and how to mend it.
+"""
+
+
+class MiburiError(Exception):
+    """Anything that Miburi refuses; the message is meant for people."""
+
+
+class DescriptionError(MiburiError):
+    """A file (robot, gesture, temperament) does not say what it must."""
+
+
+class InputError(MiburiError, ValueError):
+    """A value from a caller is outside what is allowed."""
+
+
+class BodyError(MiburiError):
+    """The body cannot do what was asked in the state that it is in."""
+
+
+class OutputError(MiburiError):
+    """A result cannot be written where it was asked for."""

@@ -1,0 +1,19 @@
+"""The body on paper: its description, forward kinematics and closed-form inverse."""
+
+from miburi.robot.closed_form import inverse
+from miburi.robot.description import EXTREMITIES, JOINTS, Array, Robot, iphonoid, load_robot
+from miburi.robot.kinematics import forward, jacobian
+from miburi.robot.printed import forward_as_printed
+
+__all__ = [
+    "EXTREMITIES",
+    "JOINTS",
+    "Array",
+    "Robot",
+    "forward",
+    "forward_as_printed",
+    "inverse",
+    "iphonoid",
+    "jacobian",
+    "load_robot",
+]

@@ -1,0 +1,177 @@
+"""The robot's description: one TOML file, checked once, into one immutable ``Robot``."""
+
+from functools import cached_property, lru_cache
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from miburi.tables import Table, load_table
+
+Array = NDArray[np.float64]
+
+#: The paper's order of the eight joints (Table 1); every array of eight follows it.
+JOINTS = (
+    "waist",
+    "right_shoulder",
+    "right_elbow",
+    "right_fingertip",
+    "left_shoulder",
+    "left_elbow",
+    "left_fingertip",
+    "head",
+)
+#: The order of the three extremities in every array of nine coordinates.
+EXTREMITIES = ("right", "left", "head")
+
+Positive = Annotated[float, Field(gt=0)]
+NotNegative = Annotated[float, Field(ge=0)]
+
+
+class Lengths(Table):
+    """The six static lengths of Section 3, in m."""
+
+    L01: Positive
+    L12: Positive
+    L23: Positive
+    L34: Positive
+    LH1: Positive
+    LH2: Positive
+
+
+class Joint(Table):
+    """One motor: its symbol in the paper, its range (Table 1) and its neutral angle, in rad."""
+
+    symbol: str
+    min: Annotated[float, Field(ge=-np.pi, le=np.pi)]
+    max: Annotated[float, Field(ge=-np.pi, le=np.pi)]
+    neutral: float
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if not self.min < self.max:
+            raise ValueError(f"min must be less than max, got min {self.min} and max {self.max}")
+        if not self.min <= self.neutral <= self.max:
+            raise ValueError(
+                f"neutral must lie from min {self.min} to max {self.max}, got {self.neutral}"
+            )
+        return self
+
+
+class Joints(Table):
+    """The eight joints, in the paper's order."""
+
+    waist: Joint
+    right_shoulder: Joint
+    right_elbow: Joint
+    right_fingertip: Joint
+    left_shoulder: Joint
+    left_elbow: Joint
+    left_fingertip: Joint
+    head: Joint
+
+
+class Servo(Table):
+    """One kind of motor for all joints: steps a turn, rad/s, rad/s², N·m, kg·m²."""
+
+    name: str
+    steps_per_turn: Annotated[int, Field(ge=256, le=1 << 16)]
+    max_speed: Annotated[float, Field(gt=0, le=20)]
+    acceleration: Annotated[float, Field(gt=0, le=500)]
+    stall_torque: Annotated[float, Field(gt=0, le=10)]
+    stiffness: Positive
+    damping: Positive
+    armature: Positive
+    friction: NotNegative
+
+    @property
+    def step(self) -> float:
+        """Angle of one encoder step, in rad."""
+        return 2 * np.pi / self.steps_per_turn
+
+
+class Masses(Table):
+    """Masses in kg; arm parts are for one arm."""
+
+    torso: Positive
+    upper_arm: Positive
+    forearm: Positive
+    shoulder: Positive
+    phone: Positive
+
+
+class Shape(Table):
+    """Outer dimensions in m, and the head angle of an upright screen in rad."""
+
+    pedestal_height: Positive
+    pedestal_radius: Positive
+    torso_radius: Positive
+    arm_radius: Positive
+    hand_radius: Positive
+    phone_width: Positive
+    phone_height: Positive
+    phone_thickness: Positive
+    phone_level: float
+
+
+class Robot(Table):
+    """A robot of the iphonoid's kind: a waist, two three-joint arms and a head."""
+
+    name: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$")]
+    lengths: Lengths
+    joints: Joints
+    servo: Servo
+    masses: Masses
+    shape: Shape
+
+    @cached_property
+    def lower(self) -> Array:
+        """Smallest allowed angles, (8,) rad (Table 1)."""
+        return self._of_joints("min")
+
+    @cached_property
+    def upper(self) -> Array:
+        """Largest allowed angles, (8,) rad (Table 1)."""
+        return self._of_joints("max")
+
+    @cached_property
+    def neutral(self) -> Array:
+        """The pose at rest, (8,) rad."""
+        return self._of_joints("neutral")
+
+    @cached_property
+    def symbols(self) -> tuple[str, ...]:
+        """The paper's letters for the joints: W, RS, RE, RF, LS, LE, LF, H."""
+        return tuple(getattr(self.joints, name).symbol for name in JOINTS)
+
+    def _of_joints(self, field: str) -> Array:
+        values = np.array([getattr(getattr(self.joints, name), field) for name in JOINTS])
+        values.flags.writeable = False
+        return values
+
+
+def load_robot(path: Path | str) -> Robot:
+    """Read and check a robot description.
+
+    Parameters
+    ----------
+    path
+        A TOML file with the keys of ``iphonoid.toml``, all of them and no other.
+
+    Raises
+    ------
+    DescriptionError
+        The file cannot be read, is not TOML, or a key is missing, unknown or out of range; the
+        message names the file, every wrong key, what was got and what is allowed.
+    """
+    return load_table(Robot, path)
+
+
+@lru_cache(maxsize=1)
+def iphonoid() -> Robot:
+    """Return the paper's robot, from the description that ships with Miburi."""
+    with resources.as_file(resources.files(__package__) / "iphonoid.toml") as path:
+        return load_robot(path)

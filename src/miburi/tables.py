@@ -1,0 +1,59 @@
+"""TOML files at the door: read, checked once by a strict pydantic model, refused in words."""
+
+import tomllib
+from pathlib import Path
+from typing import TypeVar
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from miburi.errors import DescriptionError
+
+
+class Table(BaseModel):
+    """A table of a TOML file: immutable, no unknown keys, no NaN, no silent conversions."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+
+
+AnyTable = TypeVar("AnyTable", bound=Table)
+
+
+def load_table(model: type[AnyTable], path: Path | str) -> AnyTable:
+    """Read a TOML file into ``model``.
+
+    Raises
+    ------
+    DescriptionError
+        The file cannot be read, is not TOML, or a key is missing, unknown or out of range; the
+        message names the file, every wrong key, what was got and what is allowed.
+    """
+    path = Path(path)
+    try:
+        with path.open("rb") as file:
+            data = tomllib.load(file)
+    except OSError as error:
+        raise DescriptionError(f"{path}: cannot be read: {error.strerror}.") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise DescriptionError(f"{path}: this is not TOML: {error}.") from error
+    try:
+        return model.model_validate(data)
+    except ValidationError as error:
+        raise DescriptionError(f"{path}: {_in_words(error)}") from error
+
+
+def _in_words(error: ValidationError) -> str:
+    lines = []
+    for item in error.errors(include_url=False):
+        key = ".".join(str(part) for part in item["loc"]) or "the file"
+        match item["type"]:
+            case "missing":
+                lines.append(f"{key} is missing; add it.")
+            case "extra_forbidden":
+                lines.append(f"{key} is not a known key; remove it or mend its spelling.")
+            case "value_error":
+                lines.append(f"{key}: {item['msg'].removeprefix('Value error, ')}.")
+            case _:
+                got = repr(item["input"])
+                got = got if len(got) <= 80 else got[:77] + "..."
+                lines.append(f"{key} = {got}: {item['msg'][0].lower()}{item['msg'][1:]}.")
+    return lines[0] if len(lines) == 1 else "\n".join(["", *(f"  {line}" for line in lines)])
