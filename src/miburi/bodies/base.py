@@ -1,0 +1,104 @@
+"""What every body takes and tells, whatever moves it: physics, or motors on a card."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Protocol
+
+from miburi.motion import Move
+from miburi.robot import Array, Robot
+
+
+class Phase(StrEnum):
+    """Where a body is in idle → moving → stopped (latched) → returning → idle."""
+
+    IDLE = "idle"
+    MOVING = "moving"
+    STOPPED = "stopped"
+    RETURNING = "returning"
+
+
+@dataclass(frozen=True)
+class Stop:
+    """A latched stop; it ends only by :meth:`Body.release`.
+
+    Attributes
+    ----------
+    time
+        s, on the body's clock.
+    reason
+        ``contact``, ``asked``, or what failed.
+    motor
+        Full name of the motor that met something; None where no single motor did.
+    sign
+        For a contact, what gave it away: ``speed``, ``tracking`` or ``arrival``.
+    ratio
+        For a contact, measured over expected travel.
+    """
+
+    time: float
+    reason: str
+    motor: str | None = None
+    sign: str | None = None
+    ratio: float | None = None
+
+
+@dataclass(frozen=True)
+class BodyState:
+    """What the motors say.
+
+    Attributes
+    ----------
+    time
+        s, on the body's clock.
+    angles, velocities
+        (8,) rad and rad/s, as the encoders measure them.
+    phase
+        Idle, moving, stopped or returning.
+    stop
+        The stop that holds now, or None.
+    """
+
+    time: float
+    angles: Array
+    velocities: Array
+    phase: Phase
+    stop: Stop | None
+
+
+class Body(Protocol):
+    """The one interface that the partner moves.
+
+    The contact rule is part of the body and cannot be switched off through it.
+    """
+
+    @property
+    def robot(self) -> Robot:
+        """The description that the body was built from."""
+
+    @property
+    def state(self) -> BodyState:
+        """The latest state; a body at rest is idle."""
+
+    def move(self, move: Move) -> None:
+        """Start a move to final positions; only an idle body takes one.
+
+        Raises
+        ------
+        BodyError
+            The body is not idle, or the move leaves the limits.
+        """
+
+    def stop(self) -> None:
+        """Stop all motors and hold softly until released."""
+
+    def release(self) -> None:
+        """End a stop: go back to neutral, slowly; the contact rule stays on.
+
+        Raises
+        ------
+        BodyError
+            The body is not stopped.
+        """
+
+    def step(self, dt: float) -> BodyState:
+        """Let ``dt`` seconds pass and return the state after them."""

@@ -1,0 +1,137 @@
+"""The card in Python: takes moves, watches the motors by the contact rule, stops, returns.
+
+It sees only what a card sees, encoder steps and a clock, and tells the servos one thing, their
+commanded profile. The firmware is its twin.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from miburi.bodies.base import Phase, Stop
+from miburi.contact import Rule, Watch
+from miburi.errors import BodyError
+from miburi.motion import FINE, SECOND, Move, Profile, Steps, to_steps
+from miburi.robot import JOINTS, Robot
+
+#: Speed of the return to neutral after a stop, in rad/s of the motor with the longest way (ours).
+RETURN_SPEED = 0.8
+
+
+@dataclass
+class Controller:
+    """One body's states and rule; positions are encoder steps (8,), times µs on its clock.
+
+    Attributes
+    ----------
+    robot, rule
+        The description, and the contact rule with its guards.
+    origin
+        The goal at which the motors are held when no profile runs.
+    """
+
+    robot: Robot
+    rule: Rule
+    origin: Steps
+
+    def __post_init__(self) -> None:
+        self.phase = Phase.IDLE
+        self.latched: Stop | None = None
+        self._began = 0
+        self._next_look = 0
+        self._watch = self._plan(self.origin, self.origin, np.ones(len(JOINTS), dtype=np.int64))
+
+    def move(self, move: Move, positions: Steps, time: int) -> None:
+        """Start ``move``.
+
+        Raises
+        ------
+        BodyError
+            The body is not idle, a joint limit is left, or a speed is above the servo's.
+        """
+        if self.phase is not Phase.IDLE:
+            raise BodyError(f"The body is {self.phase}; only an idle body takes a move.")
+        robot, half_step = self.robot, self.robot.servo.step / 2
+        outside = (move.angles < robot.lower - half_step) | (move.angles > robot.upper + half_step)
+        for motor in np.flatnonzero(outside):
+            raise BodyError(
+                f"{JOINTS[motor]} cannot go to {move.angles[motor]:.4f} rad; allowed is "
+                f"{robot.lower[motor]} to {robot.upper[motor]}."
+            )
+        for motor in np.flatnonzero(move.speeds > robot.servo.max_speed):
+            raise BodyError(
+                f"{JOINTS[motor]} cannot turn at {move.speeds[motor]:.3f} rad/s; at most "
+                f"{robot.servo.max_speed} is allowed."
+            )
+        self._start(
+            Phase.MOVING,
+            to_steps(robot, move.angles),
+            to_steps(robot, move.speeds),
+            positions,
+            time,
+        )
+
+    def stop(self, positions: Steps, time: int, reason: str = "asked") -> None:
+        """Stop and hold where the motors are; a stop that holds already keeps its reason."""
+        if self.phase is not Phase.STOPPED:
+            self._latch(Stop(time / SECOND, reason), positions)
+
+    def release(self, positions: Steps, time: int) -> None:
+        """Start the slow return to neutral, with the rule on.
+
+        Raises
+        ------
+        BodyError
+            The body is not stopped.
+        """
+        if self.phase is not Phase.STOPPED:
+            raise BodyError(f"The body is {self.phase}; only a stopped body can be released.")
+        self.latched = None
+        goal = to_steps(self.robot, self.robot.neutral)
+        way = np.abs(goal - self.origin)
+        fastest = round(RETURN_SPEED / self.robot.servo.step)
+        self._start(Phase.RETURNING, goal, way * fastest // max(int(way.max()), 1), positions, time)
+
+    def update(self, positions: Steps, time: int) -> None:
+        """Look at the motors: judge them once a period, and notice when the goal is reached."""
+        if self.phase not in (Phase.MOVING, Phase.RETURNING):
+            return
+        elapsed = time - self._began
+        if elapsed >= self._next_look:
+            self._next_look += self.rule.period
+            contact = self._watch.look(positions, elapsed)
+            if contact is not None:
+                self._latch(
+                    Stop(time / SECOND, "contact", contact.name, contact.sign.value, contact.ratio),
+                    positions,
+                )
+                return
+        if self._watch.arrived(positions, elapsed):
+            self.origin = self._goal
+            self.phase = Phase.IDLE
+            self._watch = self._plan(self.origin, positions, np.ones_like(positions))
+
+    def setpoint(self, time: Steps | int) -> Steps:
+        """Where the servos' profiles are, in 1/256 steps: (8,), or (n, 8) for times (n, 1)."""
+        travel = self._watch.profile.position(time - self._began)
+        return self.origin * FINE + self._watch.direction * travel
+
+    @property
+    def _goal(self) -> Steps:
+        return self.origin + self._watch.direction * self._watch.profile.distance
+
+    def _start(self, phase: Phase, goal: Steps, speeds: Steps, positions: Steps, time: int) -> None:
+        self.phase = phase
+        self._began, self._next_look = time, self.rule.period
+        self._watch = self._plan(goal, positions, speeds)
+
+    def _plan(self, goal: Steps, positions: Steps, speeds: Steps) -> Watch:
+        way = goal - self.origin
+        ramp = np.full_like(way, round(self.robot.servo.acceleration / self.robot.servo.step))
+        profile = Profile.plan(np.abs(way), np.maximum(speeds, 1), ramp)
+        return Watch(self.rule, profile, positions, np.where(way < 0, -1, 1))
+
+    def _latch(self, stop: Stop, positions: Steps) -> None:
+        self.phase, self.latched = Phase.STOPPED, stop
+        self.origin = positions
+        self._watch = self._plan(positions, positions, np.ones_like(positions))

@@ -1,0 +1,215 @@
+"""The contact rule of Section 2: the reference that the firmware equals, decision for decision.
+
+The paper: every p = 0.1 s each motor's speed is worked out from its positions; if one motor is
+slower than 0.9372 of the speed sent to it, the robot has met an obstacle and all motors stop
+(Eqs. 1 and 2, Fig. 1).
+
+Compared with the nominal speed alone, that rule stops every free move: a motor ramps up, ramps
+down, and follows its command with a lag. So the reference keeps p, the ratio and "one motor
+stops all", and compares with the travel that the *commanded profile*, ramps included, should
+have brought in the same time, delayed by the servo's lag. What it adds (all ours):
+
+- a motor that should have moved less than ``least`` since it was last judged is judged later,
+  over a longer window: one encoder step is too coarse a measure for a slow motion;
+- ``slack`` steps may always be missing: an encoder step, and the play of the gears;
+- two backstops: a motor may never be further than ``tracking`` from where it should be, and
+  must be within ``arrival`` of its goal one period after its profile has ended.
+
+:func:`is_slow_as_printed` keeps the paper's rule to the letter, for comparison.
+
+All quantities are integers, in units of an encoder step and µs, as on the card.
+"""
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from miburi.motion import FINE, SECOND, Profile, Steps
+from miburi.robot import JOINTS, Robot
+
+Flags = NDArray[np.bool_]
+
+#: Eq. 2's limit in parts of 10 000.
+PAPER_RATIO = 9372
+#: Eq. 1's period, in µs.
+PAPER_PERIOD = SECOND // 10
+
+
+@dataclass(frozen=True)
+class Guards:
+    """What the rule grants a servo, found by calibration; our assumption, one set for all motors.
+
+    Attributes
+    ----------
+    lag
+        How far, in µs, the motor follows behind its commanded profile.
+    slack, least, tracking, arrival
+        Steps; see the module's text.
+    """
+
+    lag: int
+    slack: int
+    least: int
+    tracking: int
+    arrival: int
+
+    @classmethod
+    def of(cls, robot: Robot) -> "Guards":
+        """Guards for the robot's servo: its lag is damping over stiffness, plus the rotor's."""
+        servo = robot.servo
+        return cls(
+            lag=round(SECOND * servo.damping / servo.stiffness),
+            slack=1 + round(0.004 / servo.step),
+            least=round(0.025 / servo.step),
+            tracking=round(0.15 / servo.step),
+            arrival=round(0.06 / servo.step),
+        )
+
+
+@dataclass(frozen=True)
+class Rule:
+    """Period p in µs, ratio in parts of 10 000 (Eqs. 1 and 2), and the servo's guards."""
+
+    guards: Guards
+    period: int = PAPER_PERIOD
+    ratio: int = PAPER_RATIO
+
+    @classmethod
+    def of(cls, robot: Robot) -> "Rule":
+        """Return the paper's period and ratio with the guards of the robot's servo."""
+        return cls(Guards.of(robot))
+
+
+class Sign(StrEnum):
+    """By what the rule knew a contact."""
+
+    SPEED = "speed"
+    TRACKING = "tracking"
+    ARRIVAL = "arrival"
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Why the motors were stopped.
+
+    Attributes
+    ----------
+    motor
+        Index of the motor in the order of ``JOINTS``.
+    sign
+        Which part of the rule saw it.
+    measured, expected
+        Travel in the judged window (sign speed) or since the move's start (backstops), in
+        1/256 steps.
+    """
+
+    motor: int
+    sign: Sign
+    measured: int
+    expected: int
+
+    @property
+    def name(self) -> str:
+        """The motor's full name."""
+        return JOINTS[self.motor]
+
+    @property
+    def ratio(self) -> float:
+        """Measured over expected travel; 0 where nothing was expected."""
+        return self.measured / self.expected if self.expected else 0.0
+
+
+@dataclass
+class Watch:
+    """The rule's view of one move; :meth:`look` at it once a period.
+
+    Attributes
+    ----------
+    rule
+        Period, ratio and guards.
+    profile
+        The commanded motion of the eight motors.
+    start, direction
+        (8,) positions in steps when the move began; (8,) +1 or −1.
+    """
+
+    rule: Rule
+    profile: Profile
+    start: Steps
+    direction: Steps
+    _expected: Steps = field(init=False)
+    _measured: Steps = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._expected = np.zeros_like(self.start)
+        self._measured = np.zeros_like(self.start)
+
+    def look(self, positions: Steps, time: int) -> Contact | None:
+        """Judge the motors' positions (8,) at ``time`` µs since the move began.
+
+        Returns
+        -------
+        The contact, named after the motor that fell furthest behind, or None.
+        """
+        guards = self.rule.guards
+        expected = self.profile.position(time - guards.lag)
+        measured = self._travel(positions)
+        should, did = expected - self._expected, measured - self._measured
+        judged = should >= guards.least * FINE
+        slow = judged & ((did + guards.slack * FINE) * 10_000 < should * self.rule.ratio)
+        self._expected = np.where(judged, expected, self._expected)
+        self._measured = np.where(judged, measured, self._measured)
+        if slow.any():
+            return _worst(Sign.SPEED, slow, did, should)
+        astray = np.abs(expected - measured) > guards.tracking * FINE
+        if astray.any():
+            return _worst(Sign.TRACKING, astray, measured, expected)
+        goal = self.profile.distance * FINE
+        late = time >= self.profile.total + guards.lag + self.rule.period
+        missing = late & (np.abs(goal - measured) > guards.arrival * FINE)
+        if missing.any():
+            return _worst(Sign.ARRIVAL, missing, measured, goal)
+        return None
+
+    def arrived(self, positions: Steps, time: int) -> bool:
+        """Whether every profile has ended and every motor is at its goal."""
+        guards = self.rule.guards
+        ended = bool(np.all(time >= self.profile.total + guards.lag))
+        missing = np.abs(self.profile.distance * FINE - self._travel(positions))
+        return ended and bool(np.all(missing <= guards.arrival * FINE))
+
+    def _travel(self, positions: Steps) -> Steps:
+        return (positions - self.start) * self.direction * FINE
+
+
+def _worst(sign: Sign, suspects: Flags, measured: Steps, expected: Steps) -> Contact:
+    """Name the suspect with the largest shortfall; of equals, the first in the paper's order."""
+    shortfall = np.where(suspects, np.abs(expected - measured), -1)
+    motor = int(np.argmax(shortfall))
+    return Contact(motor, sign, int(measured[motor]), int(expected[motor]))
+
+
+def is_slow_as_printed(
+    travel: Steps, speed: Steps, elapsed: int, ratio: int = PAPER_RATIO
+) -> Flags:
+    """Eqs. 1 and 2 to the letter: which motors moved slower than 0.9372 of the speed sent.
+
+    Parameters
+    ----------
+    travel
+        (8,) steps moved in the window, in either direction.
+    speed
+        (8,) steps/s sent; motors with nothing to do have 0.
+    elapsed
+        Length of the window in µs.
+    ratio
+        The limit in parts of 10 000.
+
+    Returns
+    -------
+    (8,) bool. On a ramped servo the first and last windows of every free move say yes.
+    """
+    slow: Flags = np.abs(travel) * 10_000 * SECOND < speed * ratio * elapsed
+    return slow

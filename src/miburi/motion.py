@@ -1,0 +1,138 @@
+"""What a body is told (``Move``) and the ramped motion that its motors then make (``Profile``).
+
+Motors count: positions are whole encoder steps, times whole microseconds. All arithmetic on
+profiles is integer, so that the firmware, in C++ on an 8-bit card, gets the same numbers to the
+last bit.
+"""
+
+from dataclasses import dataclass
+from math import isqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from miburi.errors import InputError
+from miburi.robot import JOINTS, Array, Robot
+
+Steps = NDArray[np.int64]
+
+#: A profile's position is counted in this many parts of an encoder step.
+FINE = 256
+#: Microseconds in a second.
+SECOND = 1_000_000
+
+
+@dataclass(frozen=True)
+class Move:
+    """What the paper's phone sends to the card (Section 2).
+
+    Attributes
+    ----------
+    angles
+        (8,) rad, where each motor ends.
+    speeds
+        (8,) rad/s, how fast each motor may turn on its way; not negative.
+
+    Raises
+    ------
+    InputError
+        A shape is not (8,), a value is not finite, or a speed is negative.
+    """
+
+    angles: Array
+    speeds: Array
+
+    def __post_init__(self) -> None:
+        for name, values in (("angles", self.angles), ("speeds", self.speeds)):
+            if values.shape != (len(JOINTS),) or not np.all(np.isfinite(values)):
+                raise InputError(f"{name} must be {len(JOINTS)} finite numbers, got {values!r}.")
+        if np.any(self.speeds < 0):
+            raise InputError(f"speeds must not be negative, got {self.speeds!r}.")
+
+
+def synchronised(robot: Robot, start: Array, end: Array, duration: float) -> Move:
+    """Plan one move in which all motors leave together and arrive together.
+
+    With the servo's ramp a at both ends, a motor that has the distance d to go in the time T
+    cruises at v = (aT − √(a²T² − 4ad)) / 2.
+
+    Parameters
+    ----------
+    robot
+        Gives ramp and fastest speed.
+    start, end
+        (8,) rad.
+    duration
+        s, wished for; stretched to what the slowest motor needs.
+
+    Raises
+    ------
+    InputError
+        The duration is not a positive number.
+    """
+    if not duration > 0:
+        raise InputError(f"duration must be more than 0 s, got {duration!r}.")
+    ramp, fastest = robot.servo.acceleration, robot.servo.max_speed
+    distance = np.abs(end - start)
+    needed = np.where(
+        distance > fastest**2 / ramp,
+        distance / fastest + fastest / ramp,
+        2 * np.sqrt(distance / ramp),
+    )
+    time = max(duration, float(needed.max()))
+    under_root = np.maximum((ramp * time) ** 2 - 4 * ramp * distance, 0.0)
+    speeds = np.minimum((ramp * time - np.sqrt(under_root)) / 2, fastest)
+    return Move(np.array(end, dtype=np.float64), speeds)
+
+
+def to_steps(robot: Robot, angles: Array) -> Steps:
+    """Return the encoder steps, (8,), nearest to ``angles`` (rad); zero angle is step zero."""
+    return np.rint(np.asarray(angles) / robot.servo.step).astype(np.int64)
+
+
+@dataclass(frozen=True)
+class Profile:
+    """Ramped motion of some motors from rest to rest: speed up, cruise, slow down.
+
+    Distances are steps (not negative: the direction is kept apart), speeds steps/s,
+    accelerations steps/s², times µs since the start; all (n,) int64. A distance too short to
+    reach the cruising speed makes a triangle.
+    """
+
+    distance: Steps
+    speed: Steps
+    acceleration: Steps
+    ramp: Steps
+    total: Steps
+
+    @classmethod
+    def plan(cls, distance: Steps, speed: Steps, acceleration: Steps) -> "Profile":
+        """Work out ramp and total time; speeds and accelerations are at least 1."""
+        full_ramp = speed * SECOND // acceleration
+        # A triangle's ramp is √(d/a); it is one where that is less than the full ramp.
+        short_ramp = np.array(
+            [
+                isqrt(int(d) * SECOND * SECOND // int(a))
+                for d, a in zip(distance, acceleration, strict=True)
+            ],
+            dtype=np.int64,
+        )
+        ramp = np.minimum(full_ramp, short_ramp)
+        total = np.where(
+            short_ramp < full_ramp, 2 * short_ramp, distance * SECOND // speed + full_ramp
+        )
+        return cls(distance, speed, acceleration, ramp, total)
+
+    def position(self, time: Steps | int) -> Steps:
+        """Travel in 1/256 steps after ``time`` µs, broadcast against the motors."""
+        t = np.clip(time, 0, self.total)
+        left = self.total - t
+        # Clipped to the ramp, a t² · 128 stays inside 64 bits for every servo allowed.
+        risen = np.minimum(t, self.ramp)
+        rising = self.acceleration * risen * risen * (FINE // 2) // SECOND**2
+        to_go = np.minimum(left, self.ramp)
+        falling = (
+            self.distance * FINE - self.acceleration * to_go * to_go * (FINE // 2) // SECOND**2
+        )
+        cruising = self.speed * (2 * t - self.ramp) * (FINE // 2) // SECOND
+        return np.where(t < self.ramp, rising, np.where(left < self.ramp, falling, cruising))
