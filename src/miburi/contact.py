@@ -22,11 +22,12 @@ All quantities are integers, in units of an encoder step and µs, as on the card
 
 from dataclasses import dataclass, field
 from enum import StrEnum
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from miburi.motion import FINE, SECOND, Profile, Steps
+from miburi.motion import FINE, SECOND, Profile, Steps, to_steps
 from miburi.robot import JOINTS, Robot
 
 Flags = NDArray[np.bool_]
@@ -39,32 +40,32 @@ PAPER_PERIOD = SECOND // 10
 
 @dataclass(frozen=True)
 class Guards:
-    """What the rule grants a servo, found by calibration; our assumption, one set for all motors.
+    """What the rule grants each servo, found by calibration (ours).
 
     Attributes
     ----------
     lag
-        How far, in µs, the motor follows behind its commanded profile.
+        (8,) µs: how far a motor follows behind its commanded profile.
     slack, least, tracking, arrival
-        Steps; see the module's text.
+        (8,) steps; see the module's text.
     """
 
-    lag: int
-    slack: int
-    least: int
-    tracking: int
-    arrival: int
+    lag: Steps
+    slack: Steps
+    least: Steps
+    tracking: Steps
+    arrival: Steps
 
     @classmethod
     def of(cls, robot: Robot) -> "Guards":
-        """Guards for the robot's servo: its lag is damping over stiffness, plus the rotor's."""
-        servo = robot.servo
+        """Return the guards that the robot's description ships, in the card's units."""
+        guards, steps = robot.guards, partial(to_steps, robot)
         return cls(
-            lag=round(SECOND * servo.damping / servo.stiffness),
-            slack=1 + round(0.004 / servo.step),
-            least=round(0.025 / servo.step),
-            tracking=round(0.15 / servo.step),
-            arrival=round(0.06 / servo.step),
+            lag=np.rint(np.multiply(guards.lag, SECOND)).astype(np.int64),
+            slack=steps(np.array(guards.slack)),
+            least=steps(np.array(guards.least)),
+            tracking=steps(np.array(guards.tracking)),
+            arrival=steps(np.array(guards.arrival)),
         )
 
 

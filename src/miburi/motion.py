@@ -87,7 +87,8 @@ def synchronised(robot: Robot, start: Array, end: Array, duration: float) -> Mov
 
 def to_steps(robot: Robot, angles: Array) -> Steps:
     """Return the encoder steps, (8,), nearest to ``angles`` (rad); zero angle is step zero."""
-    return np.rint(np.asarray(angles) / robot.servo.step).astype(np.int64)
+    steps: Steps = np.rint(np.asarray(angles) / robot.servo.step).astype(np.int64)
+    return steps
 
 
 @dataclass(frozen=True)

@@ -82,6 +82,7 @@ class Servo(Table):
     max_speed: Annotated[float, Field(gt=0, le=20)]
     acceleration: Annotated[float, Field(gt=0, le=500)]
     stall_torque: Annotated[float, Field(gt=0, le=10)]
+    hold_torque: Positive
     stiffness: Positive
     damping: Positive
     armature: Positive
@@ -91,6 +92,22 @@ class Servo(Table):
     def step(self) -> float:
         """Angle of one encoder step, in rad."""
         return 2 * np.pi / self.steps_per_turn
+
+
+Eight = Annotated[list[Annotated[float, Field(ge=0, le=1)]], Field(min_length=8, max_length=8)]
+
+
+class Guards(Table):
+    """What the contact rule grants each of the eight motors (see ``miburi.contact``).
+
+    Lag in s; slack, least, tracking and arrival in rad.
+    """
+
+    lag: Eight
+    slack: Eight
+    least: Eight
+    tracking: Eight
+    arrival: Eight
 
 
 class Masses(Table):
@@ -124,6 +141,7 @@ class Robot(Table):
     lengths: Lengths
     joints: Joints
     servo: Servo
+    guards: Guards
     masses: Masses
     shape: Shape
 

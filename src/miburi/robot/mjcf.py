@@ -1,0 +1,124 @@
+"""The physical model: MJCF for MuJoCo, made from the description."""
+
+import xml.etree.ElementTree as ET
+
+import numpy as np
+
+from miburi.robot.description import JOINTS, Robot
+from miburi.robot.shape import COLOURS, Link, Part, extremities, links, parts
+
+#: Physics runs at 500 Hz.
+TIMESTEP = 0.002
+#: Where the human hand waits while nobody reaches for the robot, m.
+HAND_AWAY = (0.45, -0.35, 0.10)
+#: The human hand is a capsule of this radius and half length (a finger or two), m.
+HAND_SIZE = (0.016, 0.045)
+
+
+def to_mjcf(robot: Robot) -> str:
+    """Return the robot on a table, with position servos and a movable human hand, as MJCF.
+
+    Joints, actuators and the free indices follow ``JOINTS``' names; sites ``right``, ``left``
+    and ``head`` mark the extremities. Every pair of parts that a joint does not join can
+    collide. The mocap body ``hand`` collides with the robot only.
+    """
+    root = ET.Element("mujoco", model=robot.name)
+    ET.SubElement(root, "compiler", angle="radian", autolimits="true")
+    ET.SubElement(
+        root, "option", timestep=str(TIMESTEP), integrator="implicitfast", cone="elliptic"
+    )
+    visual = ET.SubElement(root, "visual")
+    ET.SubElement(visual, "global", offwidth="1280", offheight="960", fovy="35")
+    ET.SubElement(visual, "quality", shadowsize="2048", offsamples="4")
+    ET.SubElement(
+        visual, "headlight", ambient="0.42 0.41 0.40", diffuse="0.25 0.25 0.25", specular="0 0 0"
+    )
+    ET.SubElement(visual, "map", znear="0.01", zfar="30")
+    asset = ET.SubElement(root, "asset")
+    for name, colour in COLOURS.items():
+        shine = {"graphite": 0.5, "screen": 0.9}.get(name, 0.25)
+        ET.SubElement(
+            asset, "material", name=name, rgba=_text(colour), specular=str(shine), shininess="0.5"
+        )
+    ET.SubElement(
+        asset, "texture", name="sky", type="skybox", builtin="gradient",
+        rgb1="0.93 0.90 0.86", rgb2="0.80 0.76 0.71", width="64", height="64",
+    )  # fmt: skip
+    ET.SubElement(
+        asset, "material", name="table", rgba="0.87 0.82 0.75 1", specular="0.05", reflectance="0"
+    )
+    world = ET.SubElement(root, "worldbody")
+    ET.SubElement(
+        world, "light", directional="true", castshadow="true", pos="0.6 -0.5 1.2",
+        dir="-0.5 0.4 -1", diffuse="0.55 0.53 0.50", specular="0.15 0.15 0.15",
+    )  # fmt: skip
+    ET.SubElement(
+        world, "light", directional="true", castshadow="false", pos="0.3 0.8 0.7",
+        dir="-0.3 -0.8 -0.5", diffuse="0.22 0.22 0.25", specular="0 0 0",
+    )  # fmt: skip
+    ET.SubElement(
+        world, "geom", name="table", type="plane", size="3 3 0.1", material="table",
+        pos=_text((0, 0, -robot.shape.pedestal_height)), contype="0", conaffinity="1",
+    )  # fmt: skip
+    bodies = {"base": ET.SubElement(world, "body", name="base")}
+    for link in links(robot):
+        bodies[link.name] = _body(bodies[link.parent], link, robot)
+    for part in parts(robot):
+        _geom(bodies[part.link], part)
+    for name, (link_name, point) in extremities(robot).items():
+        ET.SubElement(
+            bodies[link_name], "site", name=name, pos=_text(point), size="0.002", group="4"
+        )
+    _hand(world)
+    # MuJoCo leaves out the pairs that a joint joins, except at the world.
+    ET.SubElement(ET.SubElement(root, "contact"), "exclude", body1="base", body2="torso")
+    actuator = ET.SubElement(root, "actuator")
+    servo = robot.servo
+    for joint in JOINTS:
+        ET.SubElement(
+            actuator, "position", name=joint, joint=joint,
+            kp=str(servo.stiffness), kv=str(servo.damping),
+            forcerange=_text((-servo.stall_torque, servo.stall_torque)),
+        )  # fmt: skip
+    ET.indent(root)
+    return ET.tostring(root, encoding="unicode") + "\n"
+
+
+def _body(parent: ET.Element, link: Link, robot: Robot) -> ET.Element:
+    body = ET.SubElement(parent, "body", name=link.name, pos=_text(link.position))
+    index = JOINTS.index(link.joint)
+    ET.SubElement(
+        body, "joint", name=link.joint, type="hinge", axis=_text(link.axis),
+        range=_text((robot.lower[index], robot.upper[index])),
+        armature=str(robot.servo.armature), frictionloss=str(robot.servo.friction),
+    )  # fmt: skip
+    return body
+
+
+def _geom(body: ET.Element, part: Part) -> None:
+    geom = ET.SubElement(body, "geom", name=part.name, type=part.kind, material=part.colour)
+    if part.end is not None:
+        geom.set("fromto", _text((*part.position, *part.end)))
+    else:
+        geom.set("pos", _text(part.position))
+    geom.set("size", _text(part.size))
+    if part.tilt:
+        geom.set("axisangle", _text((0, -1, 0, part.tilt)))
+    if part.mass:
+        geom.set("mass", str(part.mass))
+    else:
+        geom.attrib |= {"mass": "0", "contype": "0", "conaffinity": "0"}
+
+
+def _hand(world: ET.Element) -> None:
+    """Add the human hand: the fingers can touch, the back of the hand is only seen."""
+    hand = ET.SubElement(world, "body", name="hand", mocap="true", pos=_text(HAND_AWAY))
+    radius, half = HAND_SIZE
+    ET.SubElement(
+        hand, "geom", name="hand", type="capsule", material="skin", size=_text((radius, half)),
+        contype="2", conaffinity="1",
+    )  # fmt: skip
+
+
+def _text(numbers: tuple[float, ...]) -> str:
+    return " ".join(np.format_float_positional(number, trim="-") for number in numbers)
