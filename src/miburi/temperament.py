@@ -1,0 +1,172 @@
+"""Temperament: all constants of the emotional model, in one validated TOML file.
+
+The paper fixes eight feelings, three levels and their order in time; it prints no constant.
+Every number in the temperaments that ship with Miburi is therefore our assumption.
+"""
+
+from functools import cached_property
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Literal, Self, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, ValidationInfo, field_validator, model_validator
+
+from miburi.errors import InputError
+from miburi.tables import Table, load_table
+
+Array = NDArray[np.float64]
+
+Feeling = Literal[
+    "happiness", "sadness", "fright", "fear", "thrill", "disgust", "anger", "surprise"
+]
+Source = Literal["speech", "face", "touch", "application"]
+
+#: The paper's order of the eight feelings (Section 4); every array of eight follows it.
+FEELINGS: tuple[Feeling, ...] = get_args(Feeling)
+#: Where a stimulus can come from.
+SOURCES: tuple[Source, ...] = get_args(Source)
+#: The three levels, from the fastest to the slowest.
+LEVELS: tuple[str, ...] = ("emotion", "feeling", "mood")
+
+Share = Annotated[float, Field(ge=0, le=1)]
+
+
+class TimeConstants(Table):
+    """How long each level lasts: the time in which it fades to 1/e, in s."""
+
+    emotion: Annotated[float, Field(ge=0.1, le=3600)]
+    feeling: Annotated[float, Field(ge=1, le=86_400)]
+    mood: Annotated[float, Field(ge=10, le=31_536_000)]
+
+    @model_validator(mode="after")
+    def _apart(self) -> Self:
+        if not (2 * self.emotion <= self.feeling and 2 * self.feeling <= self.mood):
+            raise ValueError(
+                "each level must last at least twice as long as the one before it, got "
+                f"emotion {self.emotion}, feeling {self.feeling}, mood {self.mood}"
+            )
+        return self
+
+
+class TakeUp(Table):
+    """Share of a stimulus that reaches the slower levels; the emotion takes all of it."""
+
+    feeling: Share
+    mood: Share
+
+    @model_validator(mode="after")
+    def _slower_takes_less(self) -> Self:
+        if self.mood > self.feeling:
+            raise ValueError(
+                f"mood must not exceed feeling, got mood {self.mood} and feeling {self.feeling}"
+            )
+        return self
+
+
+class Habituation(Table):
+    """How fast a repeated stimulus grows stale, and in how many s it is new again."""
+
+    share: Share
+    recovery: Annotated[float, Field(ge=0.1, le=86_400)]
+
+
+class Temperament(Table):
+    """A character: how fast feelings come and go, and how they act on each other."""
+
+    name: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$")]
+    threshold: Share
+    time_constants: TimeConstants
+    take_up: TakeUp
+    habituation: Habituation
+    sources: dict[Source, Share]
+    lasting: dict[Feeling, Annotated[float, Field(ge=0.1, le=10)]]
+    effects: dict[Feeling, dict[Feeling, Annotated[float, Field(ge=-1, le=1)]]]
+
+    @field_validator("sources", "lasting")
+    @classmethod
+    def _whole(cls, value: dict[str, float], info: ValidationInfo) -> dict[str, float]:
+        names: tuple[str, ...] = SOURCES if info.field_name == "sources" else FEELINGS
+        missing = [name for name in names if name not in value]
+        if missing:
+            raise ValueError(f"a value for {', '.join(missing)} is missing; add it")
+        return value
+
+    @field_validator("effects")
+    @classmethod
+    def _on_others(cls, value: dict[str, dict[str, float]]) -> dict[str, dict[str, float]]:
+        for feeling, effects in value.items():
+            if feeling in effects:
+                raise ValueError(
+                    f"{feeling} must not act on itself, got {effects[feeling]}; remove that key"
+                )
+        return value
+
+    @cached_property
+    def fading(self) -> Array:
+        """Time constants, (3, 8) s: levels by feelings."""
+        constants = [getattr(self.time_constants, level) for level in LEVELS]
+        return _frozen(np.outer(constants, [self.lasting[name] for name in FEELINGS]))
+
+    @cached_property
+    def shares(self) -> Array:
+        """Share of a stimulus that each level takes up, (3, 1)."""
+        return _frozen(np.array([[1.0], [self.take_up.feeling], [self.take_up.mood]]))
+
+    @cached_property
+    def weights(self) -> Array:
+        """How much a stimulus counts, (4,), in the order of ``SOURCES``."""
+        return _frozen(np.array([self.sources[name] for name in SOURCES]))
+
+    @cached_property
+    def matrix(self) -> Array:
+        """Effect of a stimulus of one feeling (row) on each (column), (8, 8); the diagonal is 1."""
+        matrix = np.eye(len(FEELINGS))
+        for feeling, effects in self.effects.items():
+            for other, effect in effects.items():
+                matrix[FEELINGS.index(feeling), FEELINGS.index(other)] = effect
+        return _frozen(matrix)
+
+
+def _frozen(array: Array) -> Array:
+    array.flags.writeable = False
+    return array
+
+
+def load_temperament(path: Path | str) -> Temperament:
+    """Read and check a temperament.
+
+    Parameters
+    ----------
+    path
+        A TOML file with the keys of ``temperaments/default.toml``, all of them and no other.
+
+    Raises
+    ------
+    DescriptionError
+        The file cannot be read, is not TOML, or a key is missing, unknown or out of range; the
+        message names the file, every wrong key, what was got and what is allowed.
+    """
+    return load_table(Temperament, path)
+
+
+#: The temperaments that ship with Miburi.
+TEMPERAMENTS: tuple[str, ...] = ("default", "calm", "lively")
+
+
+def shipped_temperament(name: str = "default") -> Temperament:
+    """Return a temperament that ships with Miburi.
+
+    Raises
+    ------
+    InputError
+        There is none of that name; the message lists them.
+    """
+    if name not in TEMPERAMENTS:
+        raise InputError(
+            f"There is no temperament {name!r}; take one of {', '.join(TEMPERAMENTS)}, "
+            "or the path of a file to load_temperament."
+        )
+    with resources.as_file(resources.files("miburi") / "temperaments" / f"{name}.toml") as path:
+        return load_temperament(path)
