@@ -9,7 +9,6 @@ physics. What only a simulation can know, such as forces, is told apart, in :cla
 from collections import deque
 from dataclasses import dataclass
 
-import mujoco
 import numpy as np
 
 from miburi.bodies.base import BodyState, Phase
@@ -17,6 +16,7 @@ from miburi.bodies.controller import Controller
 from miburi.contact import Rule
 from miburi.errors import InputError
 from miburi.motion import FINE, SECOND, Move, Steps, to_steps
+from miburi.physics import mujoco
 from miburi.robot import JOINTS, Array, Robot
 from miburi.robot.mjcf import HAND_AWAY, TIMESTEP, to_mjcf
 

@@ -1,0 +1,188 @@
+"""The command ``miburi``: parse, call, print."""
+
+import json
+import signal
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from types import FrameType
+from typing import Annotated, Any
+
+import typer
+
+from miburi import __version__
+from miburi.errors import InputError, MiburiError
+
+app = typer.Typer(
+    help="Feelings that show in a small robot's whole body, and a body that is safe to touch.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    add_completion=False,
+)
+_NEGATIVE_NUMBERS = {"ignore_unknown_options": True}
+
+RobotFile = Annotated[
+    Path | None, typer.Option("--robot", help="A robot description; default: the iphonoid.")
+]
+AsJson = Annotated[bool, typer.Option("--json", help="Answer as JSON, a line each.")]
+Point = tuple[float, float, float]
+
+
+class _Interrupted(BaseException):
+    """Ctrl-C or SIGTERM: passes every handler of errors, so that only cleaning up happens."""
+
+
+def main() -> None:
+    """Run the command line; errors become one clear line and an exit code."""
+    signal.signal(signal.SIGINT, _interrupt)
+    signal.signal(signal.SIGTERM, _interrupt)
+    try:
+        app()
+    except InputError as error:
+        sys.exit(_said(error, 2))
+    except MiburiError as error:
+        sys.exit(_said(error, 1))
+    except _Interrupted as interrupted:
+        print("miburi: interrupted; unfinished files were removed.", file=sys.stderr)
+        sys.exit(128 + int(interrupted.args[0]))
+
+
+def _interrupt(signum: int, _frame: FrameType | None) -> None:
+    raise _Interrupted(signum)
+
+
+def _said(error: MiburiError, code: int) -> int:
+    print(f"miburi: {error}", file=sys.stderr)
+    return code
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        print(f"miburi {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def common(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Say the version.")
+    ] = False,
+) -> None:
+    """Miburi (身振り): gesture."""
+
+
+@app.command()
+def experiment(
+    seed: Annotated[int, typer.Option(help="0 or more; the same seed gives the same run.")] = 1,
+    seconds: Annotated[float, typer.Option(help="Length in the robot's time.")] = 30.0,
+    out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("out/experiment"),
+    film: Annotated[bool, typer.Option(help="Draw the film (the longest part).")] = True,
+    hand: Annotated[bool, typer.Option(help="A hand gets in the way now and then.")] = True,
+) -> None:
+    """Run the paper's experiment: happiness, mood 0.9, and a hand in the way (Section 5)."""
+    from miburi.experiment_files import write_experiment
+
+    written = write_experiment(seed, seconds, out, film=film, hand=hand)
+    for line in written:
+        print(line)
+
+
+@app.command(context_settings=_NEGATIVE_NUMBERS)
+def forward(
+    angles: Annotated[
+        list[float] | None,
+        typer.Argument(help="Eight angles in rad: W RS RE RF LS LE LF H.", show_default=False),
+    ] = None,
+    robot: RobotFile = None,
+    as_json: AsJson = False,
+    printed: Annotated[
+        bool, typer.Option("--as-printed", help="Use Eqs. 3–11 with their misprints.")
+    ] = False,
+) -> None:
+    """Where hands and head are, for eight angles (or a line of JSON each on standard input)."""
+    from miburi import robot as body
+
+    description = _robot(robot)
+    solve = body.forward_as_printed if printed else body.forward
+    for pose in [angles] if angles else _lines():
+        place = solve(description, _row(pose, 8, "angles")).round(9)
+        places = {
+            name: place[3 * i : 3 * i + 3].tolist() for i, name in enumerate(body.EXTREMITIES)
+        }
+        if as_json:
+            print(json.dumps(places))
+        else:
+            for name, (x, y, z) in places.items():
+                print(f"{name:>5}  x {x:+.4f}  y {y:+.4f}  z {z:+.4f} m")
+
+
+@app.command(context_settings=_NEGATIVE_NUMBERS)
+def ik(
+    right: Annotated[Point | None, typer.Option(help="Right hand, m.", show_default=False)] = None,
+    left: Annotated[Point | None, typer.Option(help="Left hand, m.", show_default=False)] = None,
+    head: Annotated[Point | None, typer.Option(help="Head centre, m.", show_default=False)] = None,
+    robot: RobotFile = None,
+    as_json: AsJson = False,
+) -> None:
+    """Which angles bring hands and head somewhere (or nine numbers a line on standard input)."""
+    from miburi.ik import solve
+    from miburi.robot import EXTREMITIES, JOINTS
+
+    description = _robot(robot)
+    given = [point for point in (right, left, head) if point is not None]
+    if given and len(given) < len(EXTREMITIES):
+        raise InputError("ik needs all of --right, --left and --head, each with X Y Z in m.")
+    for target in [[x for point in given for x in point]] if given else _lines():
+        solution = solve(description, _row(target, 9, "coordinates"))
+        angles, error = solution.angles.round(9).tolist(), solution.error.round(9).tolist()
+        if as_json:
+            print(json.dumps({"angles": angles, "error_m": error, "status": solution.status}))
+        else:
+            for name, angle in zip(JOINTS, angles, strict=True):
+                print(f"{name:>15}  {angle:+.4f} rad")
+            misses = ", ".join(
+                f"{n} {1e3 * e:.3f} mm" for n, e in zip(EXTREMITIES, error, strict=True)
+            )
+            print(f"{solution.status}; error: {misses}")
+
+
+@app.command()
+def export(
+    form: Annotated[str, typer.Argument(help="mjcf or urdf.")],
+    robot: RobotFile = None,
+) -> None:
+    """Print the robot as MJCF (MuJoCo) or URDF, made from its description."""
+    from miburi.robot.mjcf import to_mjcf
+    from miburi.robot.urdf import to_urdf
+
+    forms = {"mjcf": to_mjcf, "urdf": to_urdf}
+    if form not in forms:
+        raise InputError(f"the form must be one of {', '.join(forms)}, got {form!r}.")
+    print(forms[form](_robot(robot)), end="")
+
+
+def _robot(path: Path | None) -> Any:
+    from miburi.robot import iphonoid, load_robot
+
+    return iphonoid() if path is None else load_robot(path)
+
+
+def _lines() -> Iterator[Any]:
+    """Parse standard input, a JSON value each line; empty lines are passed over."""
+    if sys.stdin.isatty():
+        raise InputError("give the numbers as arguments, or as JSON lines on standard input.")
+    for number, line in enumerate(sys.stdin, start=1):
+        if line.strip():
+            try:
+                yield json.loads(line)
+            except json.JSONDecodeError as error:
+                raise InputError(f"line {number} is not JSON: {error}.") from error
+
+
+def _row(values: Any, width: int, what: str) -> list[float]:
+    numbers = isinstance(values, list) and all(
+        isinstance(value, int | float) and not isinstance(value, bool) for value in values
+    )
+    if not numbers or len(values) != width:
+        raise InputError(f"{width} {what} are needed, got {json.dumps(values)[:120]}.")
+    return list(values)

@@ -1,0 +1,165 @@
+"""Pictures and films of the simulated robot, drawn by MuJoCo without a screen.
+
+Films are written by Debian's ffmpeg; where it is missing, a sheet of pictures takes the film's
+place. Drawing needs EGL (Debian: libegl1 libegl-mesa0 libgl1-mesa-dri).
+"""
+
+import shutil
+import subprocess
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageDraw, ImageFont
+
+from miburi.errors import OutputError
+from miburi.physics import mujoco
+from miburi.robot import JOINTS, Array, Robot
+from miburi.robot.mjcf import HAND_AWAY, to_mjcf
+
+Picture = NDArray[np.uint8]
+
+#: Eye height of someone at the table, a little to the robot's left (ours): m and degrees.
+CAMERA = {"lookat": (0.0, 0.0, 0.10), "distance": 0.80, "azimuth": 205.0, "elevation": -9.0}
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What a picture shows: true joint angles (8,) rad, and the human hand's pose (7,) if any."""
+
+    angles: Array
+    hand: Array | None = None
+    caption: str = ""
+
+
+class Studio:
+    """A camera on the robot; use it as made by :func:`studio`."""
+
+    def __init__(self, robot: Robot, width: int, height: int) -> None:
+        self._model = mujoco.MjModel.from_xml_string(to_mjcf(robot))
+        self._data = mujoco.MjData(self._model)
+        self._qpos = np.array([self._model.joint(name).qposadr[0] for name in JOINTS])
+        self._renderer = mujoco.Renderer(self._model, height, width)
+        self._camera = mujoco.MjvCamera()
+        self._camera.lookat[:] = CAMERA["lookat"]
+        self._camera.distance = CAMERA["distance"]
+        self._camera.azimuth = CAMERA["azimuth"]
+        self._camera.elevation = CAMERA["elevation"]
+        self._font = _font(height)
+
+    def close(self) -> None:
+        """Free the graphics memory."""
+        self._renderer.close()
+
+    def picture(self, scene: Scene) -> Picture:
+        """Draw one scene: (height, width, 3)."""
+        data = self._data
+        data.qpos[self._qpos] = scene.angles
+        hand = scene.hand if scene.hand is not None else np.array([*HAND_AWAY, 1.0, 0, 0, 0])
+        data.mocap_pos[0], data.mocap_quat[0] = hand[:3], hand[3:]
+        mujoco.mj_kinematics(self._model, data)
+        mujoco.mj_camlight(self._model, data)
+        self._renderer.update_scene(data, self._camera)
+        pixels: Picture = self._renderer.render()
+        return self._written(pixels, scene.caption) if scene.caption else pixels.copy()
+
+    def _written(self, pixels: Picture, caption: str) -> Picture:
+        image = Image.fromarray(pixels)
+        margin = self._font.size / 2
+        ImageDraw.Draw(image).multiline_text(
+            (margin, margin), caption, font=self._font, fill=(60, 48, 42), spacing=margin / 2
+        )
+        return np.array(image)
+
+
+@contextmanager
+def studio(robot: Robot, width: int = 640, height: int = 480) -> Iterator[Studio]:
+    """Open a camera on the robot; sizes in pixels, even numbers.
+
+    Raises
+    ------
+    OutputError
+        This machine cannot draw; the message names the packages that it needs.
+    """
+    try:
+        made = Studio(robot, width, height)
+    except Exception as error:  # each graphics layer fails in a way of its own
+        raise OutputError(
+            f"cannot draw pictures here ({error}). "
+            "On Debian: apt install libegl1 libegl-mesa0 libgl1-mesa-dri"
+        ) from error
+    try:
+        yield made
+    finally:
+        made.close()
+
+
+def write_film(
+    robot: Robot,
+    scenes: Sequence[Scene],
+    path: Path,
+    *,
+    rate: int = 25,
+    progress: Callable[[int], None] = lambda _: None,
+) -> Path:
+    """Write an MP4 film of ``scenes`` at ``rate`` pictures a second.
+
+    Returns
+    -------
+    The file written: ``path`` with the suffix ``.mp4``; where ffmpeg is missing, a sheet of
+    twelve pictures with the suffix ``.sheet.png``.
+
+    Raises
+    ------
+    OutputError
+        This machine cannot draw, or ffmpeg fails.
+    """
+    with studio(robot) as camera:
+        program = shutil.which("ffmpeg")
+        if program is None:
+            chosen = [scenes[i] for i in np.linspace(0, len(scenes) - 1, 12).astype(int)]
+            sheet = path.with_suffix(".sheet.png")
+            Image.fromarray(contact_sheet([camera.picture(s) for s in chosen], 4)).save(sheet)
+            return sheet
+        film = path.with_suffix(".mp4")
+        first = camera.picture(scenes[0])
+        command = [
+            program, "-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24",
+            "-s", f"{first.shape[1]}x{first.shape[0]}", "-r", str(rate), "-i", "-",
+            "-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "23", "-movflags", "+faststart",
+            str(film),
+        ]  # fmt: skip
+        with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:  # noqa: S603
+            stdin, stderr = process.stdin, process.stderr
+            if stdin is None or stderr is None:
+                raise OutputError("ffmpeg has no input")
+            try:
+                for index, scene in enumerate(scenes):
+                    stdin.write(camera.picture(scene).tobytes())
+                    progress(index + 1)
+                stdin.close()
+            except BrokenPipeError:
+                pass  # ffmpeg has gone; it says why below
+            words = stderr.read().decode().strip()
+            if process.wait() != 0:
+                raise OutputError(f"{film}: ffmpeg could not write the film: {words}")
+        return film
+
+
+def contact_sheet(pictures: Sequence[Picture], columns: int) -> Picture:
+    """Lay pictures of one size out in rows of ``columns``; missing places stay white."""
+    blank = np.full_like(pictures[0], 255)
+    padded = [*pictures, *[blank] * (-len(pictures) % columns)]
+    rows = [np.hstack(padded[i : i + columns]) for i in range(0, len(padded), columns)]
+    sheet: Picture = np.vstack(rows)
+    return sheet
+
+
+def _font(height: int) -> ImageFont.FreeTypeFont:
+    # Matplotlib brings this font, so that films look the same on every machine.
+    path = Path(matplotlib.get_data_path()) / "fonts/ttf/DejaVuSans.ttf"
+    return ImageFont.truetype(str(path), max(12, height // 24))

@@ -1,0 +1,226 @@
+"""The loop that joins the rooms: feelings choose, gestures shape, kinematics solve, a body moves.
+
+The strongest emotion picks the movement function and its mood the intensity (Fig. 6). After a
+contact the partner waits, lets the body go back to neutral, and goes on with a mood lowered by
+20 % (Section 4). The body has stopped by itself by then: the partner is only told.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from miburi import gestures, ik
+from miburi.bodies import Body, BodyState, Phase, Stop
+from miburi.feelings import FEELINGS, Expression, FeelingModel
+from miburi.motion import Move, synchronised
+from miburi.robot import Array, Robot
+
+#: Seconds from a contact stop to the release, doubled at each encounter in a row (ours).
+FIRST_PAUSE = 1.0
+LONGEST_PAUSE = 16.0
+#: Seconds that the way home to neutral takes at least, at the end (ours).
+HOMECOMING = 1.5
+
+Solve = Callable[[Robot, Array, Array], ik.Solution]
+
+
+@dataclass(frozen=True)
+class GestureStarted:
+    """A movement function begins, with the mood as its intensity."""
+
+    time: float
+    expression: Expression
+
+
+@dataclass(frozen=True)
+class MoveSent:
+    """A key pose was solved and sent to the body."""
+
+    time: float
+    key_pose: int
+    move: Move
+    solution: ik.Solution
+
+
+@dataclass(frozen=True)
+class GestureEnded:
+    """The body has come to rest after the last key pose, or the gesture was broken off."""
+
+    time: float
+    expression: Expression
+    complete: bool
+
+
+@dataclass(frozen=True)
+class Stopped:
+    """The body has stopped by itself; for a contact, how the mood took it."""
+
+    time: float
+    stop: Stop
+    mood_before: float
+    mood_after: float
+
+
+@dataclass(frozen=True)
+class Released:
+    """The body may go back to neutral."""
+
+    time: float
+
+
+Event = GestureStarted | MoveSent | GestureEnded | Stopped | Released
+
+
+class Partner:
+    """A robot partner: feelings, a body, and what happens between them.
+
+    Parameters
+    ----------
+    body
+        What is moved; it must be at neutral.
+    feelings
+        The emotional model; stimuli go to it directly.
+    period
+        A gesture starts at every multiple of this many seconds at which the body is at rest
+        (Section 5: 2 s).
+    solve
+        The inverse kinematics: robot, target (9,) m and present angles (8,) rad to a solution.
+    """
+
+    def __init__(
+        self, body: Body, feelings: FeelingModel, *, period: float = 2.0, solve: Solve | None = None
+    ) -> None:
+        self.body = body
+        self.feelings = feelings
+        self._period = period
+        self._solve = solve or _solve
+        self._next_gesture = 0.0
+        self._gesture: Expression | None = None
+        self._next_pose = 0
+        self._angles = np.array(body.robot.neutral)
+        self._encounters = 0
+        self._release_at: float | None = None
+        self._known_stop: Stop | None = None
+        self._resting = False
+
+    @property
+    def expression(self) -> Expression | None:
+        """What is being expressed now; None between gestures."""
+        return self._gesture
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether :meth:`rest` has been called and the body is back at neutral."""
+        home = np.array_equal(self._angles, self.body.robot.neutral)
+        return self._resting and home and self.body.state.phase is Phase.IDLE
+
+    def rest(self) -> None:
+        """Start no more gestures; after the present move, go to neutral and stay there."""
+        self._resting = True
+
+    def stop(self) -> None:
+        """Stop the body at a person's wish; it stays so until :meth:`release`."""
+        self.body.stop()
+
+    def release(self) -> None:
+        """Let a stopped body go back to neutral, and then go on.
+
+        Raises
+        ------
+        BodyError
+            The body is not stopped.
+        """
+        self.body.release()
+        self._release_at = None
+        self._angles = np.array(self.body.robot.neutral)
+
+    def step(self, dt: float) -> list[Event]:
+        """Let ``dt`` seconds pass and return what happened in them."""
+        self.feelings.step(dt)
+        state = self.body.step(dt)
+        match state.phase:
+            case Phase.STOPPED:
+                return list(self._stopped(state))
+            case Phase.IDLE:
+                return list(self._idle(state))
+            case _:
+                return []
+
+    def _stopped(self, state: BodyState) -> Iterator[Event]:
+        if state.stop is not None and state.stop != self._known_stop:
+            self._known_stop = state.stop
+            yield from self._take(state.stop, state.time)
+        if self._resting and self._release_at is None:
+            self._release_at = state.time
+        if self._release_at is not None and state.time >= self._release_at:
+            self.release()
+            yield Released(state.time)
+
+    def _take(self, stop: Stop, time: float) -> Iterator[Event]:
+        """Take a new stop in: break off the gesture and, after a contact, lower the mood."""
+        shown = self._gesture or self.feelings.express()
+        before = self._mood_of(shown)
+        if stop.reason == "contact":
+            self.feelings.contact()
+            pause = min(FIRST_PAUSE * 2**self._encounters, LONGEST_PAUSE)
+            self._release_at = time + pause
+            self._encounters += 1
+        yield Stopped(time, stop, before, self._mood_of(shown))
+        if self._gesture is not None:
+            yield GestureEnded(time, self._gesture, complete=False)
+            self._gesture = None
+
+    def _idle(self, state: BodyState) -> Iterator[Event]:
+        self._known_stop = None
+        if self._gesture is None and not self._resting and state.time >= self._next_gesture - 1e-9:
+            while self._next_gesture <= state.time + 1e-9:
+                self._next_gesture += self._period
+            self._gesture, self._next_pose = self.feelings.express(), 0
+            if self._gesture is not None:
+                yield GestureStarted(state.time, self._gesture)
+        if self._gesture is not None:
+            yield from self._go_on(self._gesture, state)
+        if self._gesture is None and self._resting:
+            self._go_home()
+
+    def _go_on(self, expression: Expression, state: BodyState) -> Iterator[Event]:
+        """Send the next key pose at the mood of now, or end the gesture."""
+        robot = self.body.robot
+        mood = self._mood_of(expression)
+        poses = gestures.key_poses(robot, _function(expression.feeling), mood)
+        while self._next_pose < len(poses) and not self._resting:
+            index, pose = self._next_pose, poses[self._next_pose]
+            self._next_pose += 1
+            solution = self._solve(robot, pose.target, self._angles)
+            move = synchronised(robot, self._angles, solution.angles, pose.duration)
+            if np.max(np.abs(solution.angles - self._angles)) < robot.servo.step:
+                continue  # nowhere to go: a mood of 0 rests at neutral
+            self.body.move(move)
+            self._angles = solution.angles
+            yield MoveSent(state.time, index, move, solution)
+            return
+        self._gesture = None
+        self._encounters = 0
+        yield GestureEnded(state.time, expression, complete=self._next_pose == len(poses))
+
+    def _go_home(self) -> None:
+        neutral = self.body.robot.neutral
+        if not np.array_equal(self._angles, neutral):
+            self.body.move(synchronised(self.body.robot, self._angles, neutral, HOMECOMING))
+            self._angles = np.array(neutral)
+
+    def _mood_of(self, expression: Expression | None) -> float:
+        if expression is None:
+            return 0.0
+        return float(self.feelings.mood[FEELINGS.index(expression.feeling)])
+
+
+@lru_cache
+def _function(feeling: str) -> gestures.MovementFunction:
+    return gestures.load(feeling)
+
+
+def _solve(robot: Robot, target: Array, start: Array) -> ik.Solution:
+    return ik.solve(robot, target, start=start)

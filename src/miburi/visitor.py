@@ -1,0 +1,96 @@
+"""A person who gets in the way: the scripted hand of the experiment.
+
+At chosen gestures the hand reaches into the path of one arm while the arm is on its way there,
+stays a moment after the robot has stopped, and goes away again.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from miburi.bodies.simulated import Simulated
+from miburi.partner import Event, MoveSent, Stopped
+from miburi.robot import Array, Robot, forward
+
+#: Seconds that the hand needs to reach in; about 1 m/s (ours).
+REACH = 0.16
+#: Where the hand comes from, seen from where it blocks: outwards, forwards and up, in m (ours).
+_APPROACH = 0.16
+#: Seconds that the hand waits for an arm that does not come.
+_PATIENCE = 2.5
+
+
+@dataclass
+class _Visit:
+    place: Array  # (3,) m, where the hand blocks
+    outside: Array  # (3,) m, where it comes from
+    along: Array  # (3,), direction of its fingers
+    age: float = 0.0
+    leaves_at: float = _PATIENCE
+
+
+class Visitor:
+    """Blocks an arm every third to fifth gesture.
+
+    Parameters
+    ----------
+    robot
+        Gives the arms' shape.
+    rng
+        Chooses gestures, arms, places and how long the hand stays.
+    """
+
+    def __init__(self, robot: Robot, rng: np.random.Generator) -> None:
+        self._robot = robot
+        self._rng = rng
+        self._countdown = 2
+        self._visit: _Visit | None = None
+
+    def step(self, body: Simulated, events: list[Event], dt: float) -> None:
+        """Let ``dt`` seconds pass; move the hand according to what the partner did."""
+        for event in events:
+            match event:
+                case MoveSent(key_pose=0) if self._visit is None:
+                    self._countdown -= 1
+                    if self._countdown < 0:
+                        self._countdown = int(self._rng.integers(2, 4))
+                        self._visit = self._plan(body.state.angles, event)
+                case Stopped() if self._visit is not None:
+                    stays = float(self._rng.uniform(0.3, 0.7))
+                    self._visit.leaves_at = min(self._visit.leaves_at, self._visit.age + stays)
+                case _:
+                    pass
+        if self._visit is not None:
+            self._move_hand(body, self._visit, dt)
+
+    def _plan(self, angles: Array, event: MoveSent) -> _Visit:
+        """Choose a place on the swept path of an arm that really moves, and a way in."""
+        end = event.move.angles
+        # The hand is there before the arm: it aims at the later part of the way.
+        part = self._rng.uniform(0.55, 0.75)
+        ways = [forward(self._robot, angles + f * (end - angles)) for f in (part, part + 0.05)]
+        travel = np.linalg.norm(
+            forward(self._robot, end)[:6].reshape(2, 3)
+            - forward(self._robot, angles)[:6].reshape(2, 3),
+            axis=1,
+        )
+        arms = np.flatnonzero(travel >= 0.6 * travel.max())
+        arm = int(self._rng.choice(arms))
+        here, ahead = (way[3 * arm : 3 * arm + 3] for way in ways)
+        side = np.array([0.0, 1.0 if arm else -1.0, 0.0])
+        shoulder = side * self._robot.lengths.L12 + [0, 0, self._robot.lengths.L01]
+        radial, motion = here - shoulder, ahead - here
+        along = np.cross(motion, radial)
+        place = shoulder + self._rng.uniform(0.75, 0.95) * radial
+        from_outside = side + np.array([0.7, 0.0, 0.3])
+        outside = place + _APPROACH * from_outside / np.linalg.norm(from_outside)
+        return _Visit(place, outside, along)
+
+    def _move_hand(self, body: Simulated, visit: _Visit, dt: float) -> None:
+        visit.age += dt
+        inside = min(visit.age / REACH, 1.0, 1.0 - (visit.age - visit.leaves_at) / REACH)
+        if inside <= 0.0 and visit.age > visit.leaves_at:
+            body.remove_hand()
+            self._visit = None
+        else:
+            body.place_hand(visit.outside + inside * (visit.place - visit.outside), visit.along)

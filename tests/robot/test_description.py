@@ -1,0 +1,67 @@
+"""The description: Table 1 is in it, and a wrong file is refused with file, key and allowed."""
+
+from importlib import resources
+
+import numpy as np
+import pytest
+
+from miburi.errors import DescriptionError
+from miburi.robot import JOINTS, Robot, load_robot
+
+TEXT = (resources.files("miburi.robot") / "iphonoid.toml").read_text()
+
+
+def test_table_1(robot: Robot) -> None:
+    low = [-1.744, -0.523, -0.174, -0.174, -0.523, -1.744, -1.744, 0.174]
+    high = [1.744, 3.1415, 1.744, 1.744, 3.1415, 0.174, 0.174, 1.22]
+    np.testing.assert_array_equal(robot.lower, low)
+    np.testing.assert_array_equal(robot.upper, high)
+    assert robot.symbols == ("W", "RS", "RE", "RF", "LS", "LE", "LF", "H")
+    assert JOINTS[0] == "waist"
+    assert JOINTS[-1] == "head"
+
+
+def test_limits_cannot_be_changed(robot: Robot) -> None:
+    with pytest.raises(ValueError, match="read-only"):
+        robot.lower[0] = -9
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("L34 = 0.08", "L34 = -0.08", ["lengths.L34", "-0.08", "greater than 0"]),
+        ("L34 = 0.08", "L34 = nan", ["lengths.L34", "finite"]),
+        ("L34 = 0.08", "L34 = inf", ["lengths.L34", "finite"]),
+        ("L34 = 0.08", "L34 = true", ["lengths.L34", "True"]),
+        ("L34 = 0.08", "", ["lengths.L34", "missing"]),
+        ("L34 = 0.08", "L34 = 0.08\nL45 = 1.0", ["lengths.L45", "not a known key"]),
+        ("[joints.head]", "[joints.neck]", ["joints.head", "missing", "joints.neck"]),
+        ("min = -1.744", "min = 1.744", ["joints.waist", "min must be less than max"]),
+        ("neutral = 0.8", "neutral = 3.0", ["joints.head", "neutral must lie"]),
+        ("steps_per_turn = 4096", "steps_per_turn = 3.5", ["servo.steps_per_turn", "3.5"]),
+        ('name = "iphonoid"', 'name = "i phone"', ["name", "i phone"]),
+        ("[lengths]", "[lengths", ["not TOML"]),
+    ],
+)
+def test_a_wrong_file_is_refused_in_words(tmp_path, old: str, new: str, said: list[str]) -> None:
+    path = tmp_path / "wrong.toml"
+    assert TEXT.count(old) >= 1
+    path.write_text(TEXT.replace(old, new, 1))
+    with pytest.raises(DescriptionError) as error:
+        load_robot(path)
+    for words in [str(path), *said]:
+        assert words in str(error.value)
+
+
+def test_a_missing_file_and_one_that_is_not_text(tmp_path) -> None:
+    with pytest.raises(DescriptionError, match="No such file"):
+        load_robot(tmp_path / "none.toml")
+    (tmp_path / "noise.toml").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(DescriptionError, match="not TOML"):
+        load_robot(tmp_path / "noise.toml")
+
+
+def test_another_robot_of_the_same_kind(tmp_path) -> None:
+    path = tmp_path / "tall.toml"
+    path.write_text(TEXT.replace("L01 = 0.12", "L01 = 0.2"))
+    assert load_robot(path).lengths.L01 == 0.2
