@@ -1,0 +1,256 @@
+"""The operators of the Bacterial Memetic Algorithm (Section 3), compiled.
+
+None of them evaluates anything: :mod:`miburi.bma` applies them around any function written in
+Python, :mod:`miburi.ik_kernel` around the kinematics. Importing this module loads Numba; what it
+compiles is kept on the disk.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from miburi.compiled import compiled
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+State = NDArray[np.uint64]
+
+_STENCIL = 1e-6  # half width of a central difference, as a share of a variable's range
+_SMALLEST_DAMPING, _LARGEST_DAMPING = 1e-15, 1e15
+
+
+@compiled
+def uniform(state: State) -> float:
+    """Draw from [0, 1) by SplitMix64 (Steele, Lea and Flood 2014); ``state`` is one number."""
+    state[0] += np.uint64(0x9E3779B97F4A7C15)
+    z = state[0]
+    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    z ^= z >> np.uint64(31)
+    return float(z >> np.uint64(11)) * 2.0**-53
+
+
+@compiled
+def below(state: State, count: int) -> int:
+    """Draw one of 0 ... count - 1."""
+    return int(uniform(state) * count)
+
+
+@compiled
+def inside(state: State, low: float, high: float) -> float:
+    """Draw from the whole range of a variable."""
+    return min(max(low + uniform(state) * (high - low), low), high)
+
+
+@compiled
+def populate(population: Array, lower: Array, upper: Array, state: State) -> None:
+    """Fill the rows with random bacteria, uniform in the box."""
+    for i in range(population.shape[0]):
+        for j in range(lower.size):
+            population[i, j] = inside(state, lower[j], upper[j])
+
+
+@compiled
+def shuffle(genes: Ints, state: State) -> None:
+    """Put the numbers of the variables in random order (Fisher and Yates)."""
+    for i in range(genes.size - 1, 0, -1):
+        j = below(state, i + 1)
+        genes[i], genes[j] = genes[j], genes[i]
+
+
+@compiled
+def mutate(
+    bacterium: Array, segment: Ints, lower: Array, upper: Array, state: State, clones: Array
+) -> None:
+    """Bacterial mutation: fill the rows with copies of a bacterium, new in its ``segment``."""
+    for i in range(clones.shape[0]):
+        for j in range(bacterium.size):
+            clones[i, j] = bacterium[j]
+        for gene in segment:
+            clones[i, gene] = inside(state, lower[gene], upper[gene])
+
+
+@compiled
+def rank(population: Array, costs: Array) -> None:
+    """Sort the bacteria, best first; equals keep their order (insertion sort)."""
+    for i in range(1, costs.size):
+        j = i
+        while j > 0 and costs[j] < costs[j - 1]:
+            costs[j], costs[j - 1] = costs[j - 1], costs[j]
+            for k in range(population.shape[1]):
+                population[j, k], population[j - 1, k] = population[j - 1, k], population[j, k]
+            j -= 1
+
+
+@compiled
+def transfer(population: Array, count: int, genes: Ints, state: State) -> int:
+    """Gene transfer within a ranked population; return the number of the changed bacterium.
+
+    A random one of the better half gives ``count`` random genes to a random one of the worse.
+    """
+    individuals = population.shape[0]
+    half = individuals // 2
+    giver = below(state, half)
+    taker: int = half + below(state, individuals - half)
+    for k in range(min(count, genes.size)):
+        pick = k + below(state, genes.size - k)
+        genes[k], genes[pick] = genes[pick], genes[k]
+        population[taker, genes[k]] = population[giver, genes[k]]
+    return taker
+
+
+@compiled
+def stencil(x: Array, lower: Array, upper: Array, points: Array) -> None:
+    """Write the two neighbours of ``x`` along each variable, (2n, n), never outside the box."""
+    for j in range(x.size):
+        half = _STENCIL * (upper[j] - lower[j])
+        for k in range(x.size):
+            points[2 * j, k] = x[k]
+            points[2 * j + 1, k] = x[k]
+        points[2 * j, j] = min(x[j] + half, upper[j])
+        points[2 * j + 1, j] = max(x[j] - half, lower[j])
+
+
+@compiled
+def differences(points: Array, values: Array, jacobian: Array) -> None:
+    """Second-order central differences (Section 3) of the (2n, m) values at a :func:`stencil`.
+
+    Where the box cuts a neighbour off, the difference is one-sided. Writes (m, n).
+    """
+    for j in range(points.shape[1]):
+        width = points[2 * j, j] - points[2 * j + 1, j]
+        for i in range(values.shape[1]):
+            jacobian[i, j] = (values[2 * j, i] - values[2 * j + 1, i]) / width
+
+
+@compiled
+def square(jacobian: Array, residual: Array, normal: Array, gradient: Array) -> None:
+    """Write JᵀJ and the gradient of the sum of squares, 2 Jᵀe."""
+    rows, variables = jacobian.shape
+    for j in range(variables):
+        for k in range(j + 1):
+            total = 0.0
+            for i in range(rows):
+                total += jacobian[i, j] * jacobian[i, k]
+            normal[j, k] = total
+            normal[k, j] = total
+        total = 0.0
+        for i in range(rows):
+            total += jacobian[i, j] * residual[i]
+        gradient[j] = 2.0 * total
+
+
+@compiled
+def length(vector: Array) -> float:
+    """Return the Euclidean norm."""
+    total = 0.0
+    for j in range(vector.size):
+        total += vector[j] * vector[j]
+    return float(np.sqrt(total))
+
+
+@compiled
+def free_length(x: Array, gradient: Array, lower: Array, upper: Array) -> float:
+    """Return the gradient's length over the variables that it does not press on a bound."""
+    total = 0.0
+    for j in range(x.size):
+        if not _pressed(x[j], gradient[j], lower[j], upper[j]):
+            total += gradient[j] * gradient[j]
+    return float(np.sqrt(total))
+
+
+@compiled
+def _pressed(x: float, slope: float, low: float, high: float) -> bool:
+    return (x <= low and slope >= 0.0) or (x >= high and slope <= 0.0)
+
+
+@compiled
+def printed_step(
+    x: Array, gradient: Array, damping: float, lower: Array, upper: Array, new: Array
+) -> float:
+    """Eq. 12: write x - (g gᵀ + γ I)⁻¹ g; return gᵀs, the change that its ratio divides by.
+
+    The matrix has rank one beside γ I, so that s = -g / (γ + gᵀg) (Sherman and Morrison). The
+    paper does not say what happens at the limits; here the point is put back into the box.
+    """
+    squared = 0.0
+    for j in range(x.size):
+        squared += gradient[j] * gradient[j]
+    for j in range(x.size):
+        new[j] = min(max(x[j] - gradient[j] / (damping + squared), lower[j]), upper[j])
+    return -squared / (damping + squared)
+
+
+@compiled
+def residual_step(
+    x: Array,
+    normal: Array,
+    gradient: Array,
+    damping: float,
+    lower: Array,
+    upper: Array,
+    matrix: Array,
+    new: Array,
+) -> float:
+    """Levenberg-Marquardt on residuals: write x + s; return the change that the model predicts.
+
+    Solves (JᵀJ + γ I) s = -Jᵀe by LDLᵀ over the variables that the gradient does not press on a
+    bound (the others stay), then puts the point back into the box. ``gradient`` is 2 Jᵀe,
+    ``matrix`` (n, n) is working memory.
+    """
+    n = x.size
+    for j in range(n):
+        fixed = _pressed(x[j], gradient[j], lower[j], upper[j])
+        for k in range(j):
+            matrix[j, k] = 0.0 if fixed else normal[j, k]
+        matrix[j, j] = -1.0 if fixed else normal[j, j] + damping
+        new[j] = 0.0 if fixed else -0.5 * gradient[j]
+    for j in range(n):  # a fixed variable's row and column are those of the identity
+        if matrix[j, j] == -1.0:
+            matrix[j, j] = 1.0
+            for k in range(j + 1, n):
+                matrix[k, j] = 0.0
+    _solve(matrix, new)
+    predicted = 0.0
+    for j in range(n):
+        new[j] = min(max(x[j] + new[j], lower[j]), upper[j])
+        predicted += gradient[j] * (new[j] - x[j])
+    for j in range(n):
+        for k in range(j):
+            predicted += 2.0 * (new[j] - x[j]) * normal[j, k] * (new[k] - x[k])
+        predicted += (new[j] - x[j]) ** 2 * normal[j, j]
+    return predicted
+
+
+@compiled
+def _solve(matrix: Array, right: Array) -> None:
+    """Solve a symmetric positive definite system in place, from its lower triangle, by LDLᵀ."""
+    n = right.size
+    for j in range(n):
+        for k in range(j):
+            product = matrix[j, k]
+            for i in range(k):
+                product -= matrix[j, i] * matrix[k, i]
+            matrix[j, k] = product  # L D, until the row is finished
+        pivot = matrix[j, j]
+        for k in range(j):
+            scaled = matrix[j, k] * matrix[k, k]
+            pivot -= matrix[j, k] * scaled
+            right[j] -= scaled * right[k]
+            matrix[j, k] = scaled
+        matrix[j, j] = 1.0 / max(pivot, 1e-300)
+    for j in range(n - 1, -1, -1):
+        total = right[j] * matrix[j, j]
+        for k in range(j + 1, n):
+            total -= matrix[k, j] * right[k]
+        right[j] = total
+
+
+@compiled
+def damped(damping: float, change: float, predicted: float) -> float:
+    """Return the next γ: fourfold where the ratio is below 0.25, half where above 0.75."""
+    ratio = change / predicted if predicted < 0.0 else 0.0
+    if ratio > 0.75:
+        return max(damping / 2.0, _SMALLEST_DAMPING)
+    if ratio >= 0.25:
+        return damping
+    return min(damping * 4.0, _LARGEST_DAMPING)

@@ -1,0 +1,328 @@
+"""Inverse kinematics: from nine coordinates to eight angles, by the memetic algorithm.
+
+>>> from miburi import ik
+>>> from miburi.robot import forward, iphonoid
+>>> robot = iphonoid()
+>>> ik.solve(robot, forward(robot, robot.neutral)).status
+'converged'
+"""
+
+import os
+import time
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from miburi.bma import (
+    BUDGET_SPENT,
+    CONVERGED,
+    DEADLINE,
+    Seed,
+    Settings,
+    clock_limit,
+    order_of,
+    seed_of,
+)
+from miburi.errors import InputError
+from miburi.robot import Array, Robot
+
+OUT_OF_REACH = "out of reach: this is the best reachable pose"
+
+#: The residual, in m, at which a target counts as reached.
+TOLERANCE = 1e-5
+
+#: How :func:`solve` searches, unless it is told otherwise: the counts of Table 2 for the
+#: population, and for the local search numbers of our own.
+SETTINGS = Settings(
+    local_search="residual",
+    local_iterations=30,
+    first_iterations=30,
+    damping=1e-3,
+    gradient_tolerance=1e-10,
+    target=TOLERANCE**2,
+    patience=3,
+)
+
+
+@dataclass(frozen=True)
+class Solution:
+    """What :func:`solve` found for one target.
+
+    Parameters
+    ----------
+    angles
+        (8,) rad inside the limits, in the order of ``JOINTS``.
+    residual
+        The length of the nine coordinate errors, in m: the square root of Eq. 13.
+    error
+        (3,) m, how far the right hand, the left hand and the head are from their targets.
+    evaluations
+        How many poses were tried.
+    generations
+        How many generations were finished; 0 where the first local search was enough.
+    status
+        ``CONVERGED``, ``OUT_OF_REACH``, ``BUDGET_SPENT`` or ``DEADLINE``.
+    """
+
+    angles: Array
+    residual: float
+    error: Array
+    evaluations: int
+    generations: int
+    status: str
+
+
+@dataclass(frozen=True)
+class Solutions:
+    """What :func:`solve_batch` found for n targets: the fields of :class:`Solution`, n of each.
+
+    ``solutions[i]`` is the i-th :class:`Solution`.
+    """
+
+    angles: Array
+    residual: Array
+    error: Array
+    evaluations: NDArray[np.int64]
+    generations: NDArray[np.int64]
+    status: tuple[str, ...]
+
+    def __len__(self) -> int:
+        return len(self.status)
+
+    def __getitem__(self, i: int) -> Solution:
+        return Solution(
+            self.angles[i],
+            float(self.residual[i]),
+            self.error[i],
+            int(self.evaluations[i]),
+            int(self.generations[i]),
+            self.status[i],
+        )
+
+
+def solve(
+    robot: Robot,
+    target: ArrayLike,
+    *,
+    start: ArrayLike | None = None,
+    settings: Settings = SETTINGS,
+    seed: Seed = 0,
+    deadline: float | None = None,
+) -> Solution:
+    """Find angles that put the hands and the head on ``target`` (Section 3, Eq. 13).
+
+    Parameters
+    ----------
+    robot
+        Gives lengths and limits.
+    target
+        (9,) m in the base frame: right x y z, left x y z, head x y z. Out of reach, the pose
+        with the least residual is found, and ``status`` says so.
+    start
+        (8,) rad, the present pose: the search begins there, and of several poses with the same
+        hands and head the one nearest to it (in the space of angles) is chosen. Angles outside
+        the limits count as on them. Without it the search begins at the middle of the limits.
+    settings
+        How to search; ``Settings.paper()`` for Table 2 as printed.
+    seed
+        A whole number from 0, or a NumPy generator: the same seed gives the same solution.
+    deadline
+        Seconds after which the best so far is returned, above 0.
+
+    Raises
+    ------
+    InputError
+        A shape is another, a value is not finite, or an argument is not as said above.
+    """
+    problem = _problem(robot, settings)
+    goal = _numbers(target, "target", (9,))
+    pose = problem.middle if start is None else problem.inside(_numbers(start, "start", (8,)))
+    found = np.empty(11)
+    if deadline is None:
+        status, residual, evaluations, generations = _kernel().solve(
+            *problem.arrays, goal, pose, start is not None, seed_of(seed), found
+        )
+        words = _WORDS[status]
+    else:
+        limit = clock_limit(deadline)
+        words, residual, evaluations, generations = _solve_until(
+            problem, goal, pose, start is not None, seed_of(seed), found, limit
+        )
+    return Solution(found[:8], residual, found[8:], evaluations, generations, words)
+
+
+def solve_batch(
+    robot: Robot,
+    targets: ArrayLike,
+    *,
+    start: ArrayLike | None = None,
+    settings: Settings = SETTINGS,
+    seed: Seed = 0,
+) -> Solutions:
+    """Solve many targets on all cores, each as :func:`solve` alone would.
+
+    Parameters
+    ----------
+    robot, start, settings, seed
+        As in :func:`solve`; they hold for every target.
+    targets
+        (n, 9) m, n from 0.
+
+    Raises
+    ------
+    InputError
+        As in :func:`solve`.
+    """
+    problem = _problem(robot, settings)
+    goals = _numbers(targets, "targets", (-1, 9))
+    pose = problem.middle if start is None else problem.inside(_numbers(start, "start", (8,)))
+    number, kernel = seed_of(seed), _kernel()
+    found, residual = np.empty((len(goals), 11)), np.empty(len(goals))
+    counts = np.empty((len(goals), 3), np.int64)
+
+    def part(rows: slice) -> None:
+        kernel.solve_many(
+            *problem.arrays,
+            goals[rows],
+            pose,
+            start is not None,
+            number,
+            found[rows],
+            residual[rows],
+            counts[rows],
+        )
+
+    slices = [slice(i, i + _PART) for i in range(0, len(goals), _PART)]
+    with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as threads:
+        list(threads.map(part, slices))
+    return Solutions(
+        found[:, :8],
+        residual,
+        found[:, 8:],
+        counts[:, 1],
+        counts[:, 2],
+        tuple(_WORDS[status] for status in counts[:, 0].tolist()),
+    )
+
+
+_PART = 128  # targets that a thread takes at once
+_WORDS = (BUDGET_SPENT, CONVERGED, OUT_OF_REACH)  # by the kernel's GOES_ON, CONVERGED, SETTLED
+
+
+@dataclass(frozen=True)
+class _Problem:
+    """A robot and settings as the compiled code takes them."""
+
+    robot: Robot
+    settings: Settings
+    arrays: tuple[Array, Array, Array, NDArray[np.int64], Array]
+    middle: Array
+
+    def inside(self, pose: Array) -> Array:
+        return np.clip(pose, self.robot.lower, self.robot.upper)
+
+
+_last: _Problem | None = None
+
+
+def _problem(robot: Robot, settings: Settings) -> _Problem:
+    """Return the arrays for a robot and settings; those of the last call are kept."""
+    global _last  # noqa: PLW0603  (a pure cache: what it holds never changes an answer)
+    known = _last
+    if known is not None and known.robot is robot and known.settings is settings:
+        return known
+    size = robot.lengths
+    ints = [
+        settings.individuals,
+        settings.clones,
+        settings.segment,
+        settings.transfers,
+        settings.transferred,
+        settings.local_iterations,
+        settings.local_search == "residual",
+        settings.first_iterations,
+        settings.patience,
+        settings.generations,
+        *order_of(settings),
+    ]
+    floats = [
+        settings.local_probability,
+        settings.damping,
+        settings.gradient_tolerance,
+        settings.target,
+    ]
+    lengths = np.array([size.L01, size.L12, size.L23, size.L34, size.LH1, size.LH2])
+    lower, upper = robot.lower.copy(), robot.upper.copy()
+    arrays = (lengths, lower, upper, np.array(ints, np.int64), np.array(floats))
+    _last = _Problem(robot, settings, arrays, (lower + upper) / 2)
+    return _last
+
+
+def _solve_until(
+    problem: _Problem,
+    goal: Array,
+    pose: Array,
+    has_start: bool,
+    seed: int,
+    found: Array,
+    limit: float,
+) -> tuple[str, float, int, int]:
+    """Search generation by generation while the clock allows it."""
+    kernel, settings = _kernel(), problem.settings
+    found[:8] = pose
+    memory = (
+        np.array([seed], np.uint64),
+        found,
+        np.empty((settings.individuals, 8)),
+        np.empty(settings.individuals),
+        counts := np.array([-2, 0, 0]),
+        np.arange(8),
+    )
+    words = BUDGET_SPENT
+    while True:
+        status, residual = kernel.advance(*problem.arrays, goal, pose, has_start, *memory)
+        if status != kernel.GOES_ON:
+            words = _WORDS[status]
+            break
+        if counts[0] >= settings.generations:
+            break
+        if time.perf_counter() >= limit:
+            words = DEADLINE
+            break
+    return words, residual, int(counts[2]), max(int(counts[0]), 0)
+
+
+_WIDTHS = {8: "eight angles in rad", 9: "nine coordinates in m"}
+
+
+def _numbers(values: ArrayLike, name: str, shape: tuple[int, ...]) -> Array:
+    """Return ``values`` as finite float64, contiguous, of that shape (-1 for any length)."""
+    try:
+        array = np.ascontiguousarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name} must be {_WIDTHS[shape[-1]]}, got {values!r}.") from error
+    if array.shape != shape and (len(shape) == 1 or array.shape[1:] != shape[1:]):
+        wanted = str(shape).replace("-1", "n")
+        raise InputError(
+            f"{name} must be {_WIDTHS[shape[-1]]}, of the shape {wanted}; got {array.shape}."
+        )
+    if not np.isfinite(array).all():
+        raise InputError(f"{name} must be finite numbers, got {values!r}.")
+    return array
+
+
+_loaded: ModuleType | None = None
+
+
+def _kernel() -> Any:
+    """Return the compiled code; the first call loads Numba."""
+    global _loaded  # noqa: PLW0603
+    if _loaded is None:
+        from miburi import ik_kernel  # noqa: PLC0415
+
+        _loaded = ik_kernel
+    return _loaded
