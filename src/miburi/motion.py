@@ -73,7 +73,9 @@ def synchronised(robot: Robot, start: Array, end: Array, duration: float) -> Mov
     if not duration > 0:
         raise InputError(f"duration must be more than 0 s, got {duration!r}.")
     ramp, fastest = robot.servo.acceleration, robot.servo.max_speed
-    distance = np.abs(end - start)
+    # Whole steps, as the motors will count them: a fraction must not ask for a speed of its own.
+    step = robot.servo.step
+    distance = np.abs(np.rint(end / step) - np.rint(start / step)) * step
     needed = np.where(
         distance > fastest**2 / ramp,
         distance / fastest + fastest / ramp,
