@@ -414,7 +414,7 @@ class Optimizer:
 
 def operators() -> ModuleType:
     """Return the compiled operators; loads Numba when first called."""
-    from miburi import bma_operators  # noqa: PLC0415
+    from miburi import bma_operators
 
     return bma_operators
 

@@ -234,7 +234,9 @@ class _Observer:
                     pass
 
     def finish(self) -> None:
-        self._end_contact()
+        """Judge the last contact, unless the run ended before a stop was due."""
+        if self._touched is not None and self._result.times[-1] - self._touched > PATIENCE:
+            self._end_contact()
 
     def _contacts(self, touch: Touch, time: float) -> None:
         if touch.began is not None:

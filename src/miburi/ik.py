@@ -322,7 +322,7 @@ def _kernel() -> Any:
     """Return the compiled code; the first call loads Numba."""
     global _loaded  # noqa: PLW0603
     if _loaded is None:
-        from miburi import ik_kernel  # noqa: PLC0415
+        from miburi import ik_kernel
 
         _loaded = ik_kernel
     return _loaded

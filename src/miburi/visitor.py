@@ -1,7 +1,7 @@
 """A person who gets in the way: the scripted hand of the experiment.
 
-At chosen gestures the hand reaches into the path of one arm while the arm is on its way there,
-stays a moment after the robot has stopped, and goes away again.
+Every third or fourth gesture, during one of its moves, the hand reaches into the path of an arm
+while the arm is on its way there, stays a moment after the robot has stopped, and goes away.
 """
 
 from dataclasses import dataclass
@@ -9,13 +9,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from miburi.bodies.simulated import Simulated
-from miburi.partner import Event, MoveSent, Stopped
+from miburi.partner import Event, GestureStarted, MoveSent, Stopped
 from miburi.robot import Array, Robot, forward
 
 #: Seconds that the hand needs to reach in; about 1 m/s (ours).
 REACH = 0.16
 #: Where the hand comes from, seen from where it blocks: outwards, forwards and up, in m (ours).
 _APPROACH = 0.16
+#: Moves shorter than this, in m, are over before a hand could get in their way.
+_WORTH_BLOCKING = 0.08
 #: Seconds that the hand waits for an arm that does not come.
 _PATIENCE = 2.5
 
@@ -30,7 +32,7 @@ class _Visit:
 
 
 class Visitor:
-    """Blocks an arm every third to fifth gesture.
+    """Blocks an arm every third or fourth gesture.
 
     Parameters
     ----------
@@ -43,18 +45,20 @@ class Visitor:
     def __init__(self, robot: Robot, rng: np.random.Generator) -> None:
         self._robot = robot
         self._rng = rng
-        self._countdown = 2
+        self._gestures_left = 2
+        self._key_pose = 0
         self._visit: _Visit | None = None
 
     def step(self, body: Simulated, events: list[Event], dt: float) -> None:
         """Let ``dt`` seconds pass; move the hand according to what the partner did."""
         for event in events:
             match event:
-                case MoveSent(key_pose=0) if self._visit is None:
-                    self._countdown -= 1
-                    if self._countdown < 0:
-                        self._countdown = int(self._rng.integers(2, 4))
-                        self._visit = self._plan(body.state.angles, event)
+                case GestureStarted():
+                    self._gestures_left -= 1
+                case MoveSent() if self._is_due(body.state.angles, event):
+                    self._gestures_left = int(self._rng.integers(2, 4))
+                    self._key_pose = int(self._rng.integers(0, 3))
+                    self._visit = self._plan(body.state.angles, event)
                 case Stopped() if self._visit is not None:
                     stays = float(self._rng.uniform(0.3, 0.7))
                     self._visit.leaves_at = min(self._visit.leaves_at, self._visit.age + stays)
@@ -63,17 +67,28 @@ class Visitor:
         if self._visit is not None:
             self._move_hand(body, self._visit, dt)
 
+    def _is_due(self, angles: Array, event: MoveSent) -> bool:
+        """Whether this is the gesture, and a move of it that is worth blocking."""
+        return (
+            self._visit is None
+            and self._gestures_left < 0
+            and event.key_pose >= self._key_pose
+            and self._travel(angles, event).max() > _WORTH_BLOCKING
+        )
+
+    def _travel(self, angles: Array, event: MoveSent) -> Array:
+        """How far each hand goes in a move, (2,) m."""
+        ways = forward(self._robot, np.array([angles, event.move.angles]))
+        travel: Array = np.linalg.norm((ways[1] - ways[0])[:6].reshape(2, 3), axis=1)
+        return travel
+
     def _plan(self, angles: Array, event: MoveSent) -> _Visit:
         """Choose a place on the swept path of an arm that really moves, and a way in."""
         end = event.move.angles
         # The hand is there before the arm: it aims at the later part of the way.
         part = self._rng.uniform(0.55, 0.75)
         ways = [forward(self._robot, angles + f * (end - angles)) for f in (part, part + 0.05)]
-        travel = np.linalg.norm(
-            forward(self._robot, end)[:6].reshape(2, 3)
-            - forward(self._robot, angles)[:6].reshape(2, 3),
-            axis=1,
-        )
+        travel = self._travel(angles, event)
         arms = np.flatnonzero(travel >= 0.6 * travel.max())
         arm = int(self._rng.choice(arms))
         here, ahead = (way[3 * arm : 3 * arm + 3] for way in ways)

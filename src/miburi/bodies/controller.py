@@ -87,6 +87,8 @@ class Controller:
         if self.phase is not Phase.STOPPED:
             raise BodyError(f"The body is {self.phase}; only a stopped body can be released.")
         self.latched = None
+        # Somebody may have moved the softly held motors: start from where they are.
+        self.origin = positions
         goal = to_steps(self.robot, self.robot.neutral)
         way = np.abs(goal - self.origin)
         fastest = round(RETURN_SPEED / self.robot.servo.step)
