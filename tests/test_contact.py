@@ -1,0 +1,204 @@
+"""The contact rule: exactly 0.9372, one motor stops all, and nothing that moves freely."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from miburi.contact import (
+    PAPER_PERIOD,
+    PAPER_RATIO,
+    Contact,
+    Guards,
+    Rule,
+    Sign,
+    Watch,
+    is_slow_as_printed,
+)
+from miburi.motion import FINE, SECOND, Profile
+from miburi.robot import JOINTS, iphonoid
+
+EIGHT = np.ones(8, dtype=np.int64)
+RULE = Rule.of(iphonoid())
+#: No grants: the bare ratio decides.
+STRICT = Rule(
+    Guards(lag=0 * EIGHT, slack=0 * EIGHT, least=EIGHT, tracking=9999 * EIGHT, arrival=9999 * EIGHT)
+)
+
+
+def watch(
+    rule: Rule, distance: int = 1000, speed: int = 1000, acceleration: int = 1_000_000
+) -> Watch:
+    profile = Profile.plan(distance * EIGHT, speed * EIGHT, acceleration * EIGHT)
+    return Watch(rule, profile, 0 * EIGHT, EIGHT)
+
+
+def follow(w: Watch, time: int, lag: int = 0) -> np.ndarray:
+    """Where motors are that follow their profile with a lag, in whole steps."""
+    return w.start + w.direction * (w.profile.position(time - lag) // FINE)
+
+
+def test_the_papers_numbers() -> None:
+    assert (PAPER_PERIOD, PAPER_RATIO) == (100_000, 9372)
+    assert (RULE.period, RULE.ratio) == (100_000, 9372)
+
+
+@pytest.mark.parametrize("motor", range(8))
+def test_the_ratio_decides_to_the_step(motor: int) -> None:
+    """10,000 steps were due: 9372 are fast enough, 9371 are not, on each motor alone."""
+    for travelled, stops in [(9371, True), (9372, False), (9373, False), (10_000, False)]:
+        w = watch(STRICT, distance=100_000, speed=100_000, acceleration=10**9)
+        due = w.profile.position(PAPER_PERIOD) // FINE
+        assert abs(int(due[0]) - 10_000) <= 5  # the ramp takes a few steps
+        scale = int(w.profile.position(PAPER_PERIOD)[0])
+        positions = due.copy()
+        positions[motor] = (
+            -(-scale * travelled // (10_000 * FINE))
+            if not stops
+            else (scale * travelled // (10_000 * FINE))
+        )
+        contact = w.look(positions, PAPER_PERIOD)
+        assert (contact is not None) == stops
+        if contact is not None:
+            assert contact.motor == motor
+            assert contact.name == JOINTS[motor]
+            assert contact.sign is Sign.SPEED
+            assert contact.ratio < 0.9372
+
+
+@given(st.integers(-200, 200), st.integers(1, 8))
+def test_boundary_is_the_integer_inequality(offset: int, windows: int) -> None:
+    w = watch(STRICT, distance=50_000, speed=20_000, acceleration=10**9)
+    for _ in range(windows - 1):
+        assert w.look(w.profile.position(PAPER_PERIOD * 0) // FINE, 0) is None
+    due = int(w.profile.position(PAPER_PERIOD)[0])
+    positions = np.full(8, due * PAPER_RATIO // 10_000 // FINE + offset)
+    slow = int(positions[0]) * FINE * 10_000 < due * PAPER_RATIO
+    assert (w.look(positions, PAPER_PERIOD) is not None) == slow
+
+
+def test_with_the_limit_at_zero_nothing_would_ever_be_slow() -> None:
+    """The mutation that shows that the tests above can fail."""
+    w = watch(replace(STRICT, ratio=0))
+    assert w.look(0 * EIGHT, 10 * PAPER_PERIOD) is None
+    w = watch(STRICT)
+    assert w.look(0 * EIGHT, 10 * PAPER_PERIOD) is not None
+
+
+@given(
+    st.integers(1, 3000),
+    st.integers(20, 3900),
+    st.integers(2000, 20_000),
+    st.integers(-10_000, 10_000),
+    st.integers(0, 99_999),
+)
+def test_a_free_motor_is_never_stopped(
+    distance: int, speed: int, acceleration: int, jitter: int, phase: int
+) -> None:
+    """It follows with the calibrated lag ± 3 ms; looks come at any phase and with jitter."""
+    w = watch(RULE, distance, speed, acceleration)
+    lag = int(RULE.guards.lag[0]) + jitter * 3 // 10
+    # At 3 ms more lag a fast motor misses up to 12 steps at first: within the waist's slack.
+    generous = replace(RULE.guards, slack=20 * EIGHT)
+    w = Watch(replace(RULE, guards=generous), w.profile, w.start, w.direction)
+    end = int(w.profile.total.max()) + 3 * PAPER_PERIOD
+    for time in range(phase, end, PAPER_PERIOD):
+        assert w.look(follow(w, time, lag), time) is None
+    assert w.arrived(follow(w, end, lag), end)
+
+
+@given(st.integers(0, 7), st.integers(300, 3900), st.floats(0.0, 0.9), st.booleans())
+def test_a_blocked_motor_stops_all_soon(motor: int, speed: int, when: float, back: bool) -> None:
+    direction = -EIGHT if back else EIGHT
+    profile = Profile.plan(1500 * EIGHT, speed * EIGHT, 13_000 * EIGHT)
+    w = Watch(RULE, profile, 2000 * EIGHT, direction)
+    blocked = int(when * profile.total[0])
+    lag = int(RULE.guards.lag[0])
+    contact = None
+    for time in range(PAPER_PERIOD, int(profile.total[0]) + 4 * PAPER_PERIOD, PAPER_PERIOD):
+        positions = follow(w, time, lag)
+        positions[motor] = follow(w, min(time, blocked), lag)[motor]
+        contact = w.look(positions, time)
+        if contact is not None:
+            assert contact.motor == motor
+            assert time > blocked
+            # One look to see it, one more where a ramp makes the motion slow.
+            assert time - blocked <= 3 * PAPER_PERIOD
+            break
+    missing = 1500 - int(profile.position(blocked - lag)[motor]) // FINE
+    assert contact is not None or missing <= RULE.guards.arrival[motor]
+
+
+def test_a_slow_motor_is_judged_over_a_longer_window() -> None:
+    """50 steps/s bring 5 steps a period: four periods make one judgement of 20 steps."""
+    w = watch(RULE, distance=400, speed=50)
+    seen = [w.look(0 * EIGHT, k * PAPER_PERIOD) is not None for k in range(1, 8)]
+    assert seen.index(True) >= 3
+    w = watch(RULE, distance=400, speed=50)
+    lag = int(RULE.guards.lag[0])
+    for k in range(1, 80):
+        assert w.look(follow(w, k * PAPER_PERIOD, lag), k * PAPER_PERIOD) is None
+
+
+def test_backstop_tracking_sees_a_resting_motor_that_is_pushed() -> None:
+    profile = Profile.plan(np.array([1000, 0, 0, 0, 0, 0, 0, 0]), 500 * EIGHT, 13_000 * EIGHT)
+    limit = int(RULE.guards.tracking[4])
+    for pushed, stops in [(limit, False), (limit + 1, True), (-limit, False), (-limit - 1, True)]:
+        w = Watch(RULE, profile, 0 * EIGHT, EIGHT)
+        positions = follow(w, PAPER_PERIOD, int(RULE.guards.lag[0]))
+        positions[4] = pushed
+        contact = w.look(positions, PAPER_PERIOD)
+        assert (contact is not None) == stops
+        if contact is not None:
+            assert (contact.motor, contact.sign) == (4, Sign.TRACKING)
+
+
+def test_backstop_arrival_sees_a_motor_that_never_comes() -> None:
+    limit = int(RULE.guards.arrival[2])
+    for missing, stops in [(limit, False), (limit + 1, True)]:
+        w = watch(RULE, distance=limit + 1, speed=2000)
+        end = int(w.profile.total[0]) + int(RULE.guards.lag[0])
+        positions = (limit + 1) * EIGHT
+        positions[2] = limit + 1 - missing
+        assert w.arrived(positions, end) != stops
+        w._expected = w.profile.distance * FINE  # the windows are over: only the backstop is left
+        contact = w.look(positions, end + PAPER_PERIOD)
+        assert (contact is not None) == stops
+        if contact is not None:
+            assert (contact.motor, contact.sign) == (2, Sign.ARRIVAL)
+        w = watch(RULE, distance=limit + 1, speed=2000)
+        w._expected = w.profile.distance * FINE
+        assert w.look(positions, end + PAPER_PERIOD - 1) is None
+
+
+def test_the_motor_furthest_behind_is_named() -> None:
+    w = watch(STRICT, speed=2000)
+    positions = follow(w, PAPER_PERIOD)
+    positions[3], positions[6] = 50, 20
+    contact = w.look(positions, PAPER_PERIOD)
+    assert contact is not None
+    assert contact.motor == 6
+    w = watch(STRICT, speed=2000)
+    positions[3] = positions[6]
+    contact = w.look(positions, PAPER_PERIOD)
+    assert contact is not None
+    assert contact.motor == 3
+
+
+def test_ratio_of_a_contact_without_expectation_is_zero() -> None:
+    assert Contact(0, Sign.TRACKING, 50, 0).ratio == 0.0
+
+
+def test_the_printed_rule_stops_a_ramped_free_move() -> None:
+    """Why the reference compares with the profile: the first window is a ramp."""
+    profile = Profile.plan(1000 * EIGHT, 1000 * EIGHT, 13_000 * EIGHT)
+    first = profile.position(PAPER_PERIOD) // FINE
+    middle = profile.position(3 * PAPER_PERIOD) // FINE - profile.position(2 * PAPER_PERIOD) // FINE
+    assert is_slow_as_printed(first, 1000 * EIGHT, PAPER_PERIOD).all()
+    assert not is_slow_as_printed(middle, 1000 * EIGHT, PAPER_PERIOD).any()
+    assert not is_slow_as_printed(0 * EIGHT, 0 * EIGHT, PAPER_PERIOD).any()
+    travel = np.array([937, 938, 937, 938, 1000, 0, 936, 940])
+    slow = is_slow_as_printed(travel, 1000 * EIGHT, SECOND)
+    np.testing.assert_array_equal(slow, [True, False, True, False, False, True, True, False])
