@@ -11,13 +11,13 @@ from matplotlib.lines import Line2D
 
 from miburi.errors import OutputError
 from miburi.feelings import FEELINGS, LEVELS, EmotionalModel, FeelingModel, Stimulus
-from miburi.temperament import Array
+from miburi.temperament import Array, Temperament
 
 __all__ = ["COLOURS", "DAY", "Day", "Episode", "live_day", "plot_day"]
 
 #: One colour for each feeling, in the order of ``FEELINGS``.
 COLOURS = ("#e0a100", "#2f6db5", "#4a2a7a", "#a67fcb", "#f2692e", "#5b9a3c", "#c3202f", "#1a9fa8")
-HOUR = 3600.0
+_HOUR = 3600.0
 _STARTS, _ENDS = 8, 20  # o'clock
 _SAMPLE = 10.0  # s between two points of the record
 _CLOSE_UP = (17.0, 17.0 + 2 / 60)  # two minutes that are recorded every second
@@ -144,19 +144,19 @@ def live_day(model: FeelingModel, *, seed: int = 1) -> Day:
     events: list[tuple[float, Stimulus | None]] = []
     contacts: list[float] = []
     for episode in DAY:
-        start, length = episode.hour * HOUR, episode.minutes * 60
+        start, length = episode.hour * _HOUR, episode.minutes * 60
         at = start + (np.arange(episode.count) + random.uniform(0, 1, episode.count)) * (
             length / episode.count
         )
         events += [(t, episode.stimuli[k % len(episode.stimuli)]) for k, t in enumerate(at)]
         contacts += [start + length * (0.75 + 0.1 * k) for k in range(episode.contacts)]
     events += [(t, None) for t in contacts]
-    whole = np.arange(_STARTS * HOUR, _ENDS * HOUR, _SAMPLE)
-    close = np.arange(_CLOSE_UP[0] * HOUR, _CLOSE_UP[1] * HOUR)
+    whole = np.arange(_STARTS * _HOUR, _ENDS * _HOUR, _SAMPLE)
+    close = np.arange(_CLOSE_UP[0] * _HOUR, _CLOSE_UP[1] * _HOUR)
     moments = [(float(t), "record") for t in np.union1d(whole, close)]
     agenda = sorted([*moments, *events], key=lambda event: event[0])
 
-    now, rows = _STARTS * HOUR, []
+    now, rows = _STARTS * _HOUR, []
     for time, event in agenda:
         model.step(time - now)
         now = time
@@ -167,13 +167,13 @@ def live_day(model: FeelingModel, *, seed: int = 1) -> Day:
         expression = model.express()
         rows.append(
             (
-                time / HOUR,
+                time / _HOUR,
                 np.stack([model.emotion, model.feeling, model.mood]),
                 -1 if expression is None else FEELINGS.index(expression.feeling),
             )
         )
     hours, levels, shown = zip(*rows, strict=True)
-    return Day(np.array(hours), np.stack(levels), np.array(shown), np.array(contacts) / HOUR)
+    return Day(np.array(hours), np.stack(levels), np.array(shown), np.array(contacts) / _HOUR)
 
 
 def plot_day(out: Path | str, model: FeelingModel | None = None, *, seed: int = 1) -> Path:
@@ -198,7 +198,7 @@ def plot_day(out: Path | str, model: FeelingModel | None = None, *, seed: int = 
         The picture cannot be written there.
     """
     model = model or EmotionalModel()
-    figure = _drawn(live_day(model, seed=seed), model.temperament.name)
+    figure = _drawn(live_day(model, seed=seed), model.temperament)
     picture = BytesIO()
     figure.savefig(picture, format="png", dpi=120, metadata={"Software": None})
     path = Path(out) / "day.png"
@@ -214,24 +214,25 @@ def plot_day(out: Path | str, model: FeelingModel | None = None, *, seed: int = 
     return path
 
 
-def _drawn(day: Day, temperament: str) -> Figure:
+def _drawn(day: Day, temperament: Temperament) -> Figure:
     figure = Figure(figsize=(13, 9), layout="constrained")
     strip, *panels = figure.subplots(
         4, 1, sharex=True, gridspec_kw={"height_ratios": [0.35, 2, 2, 2.6]}
     )
-    figure.suptitle(f"A day of conversation ({temperament} temperament)", fontsize=15)
+    figure.suptitle(f"A day of conversation ({temperament.name} temperament)", fontsize=15)
     for feeling, colour in enumerate(COLOURS):
         strip.fill_between(day.hours, 0, 1, where=day.shown == feeling, color=colour, step="post")
     strip.set_yticks([])
     strip.set_ylabel("shown", rotation=0, ha="right", va="center")
-    scales = ("seconds", "minutes", "an hour")
-    for row, (axes, level, scale) in enumerate(zip(panels, LEVELS, scales, strict=True)):
+    for row, (axes, level) in enumerate(zip(panels, LEVELS, strict=True)):
         for feeling, colour in enumerate(COLOURS):
             values = day.levels[:, row, feeling]
             axes.plot(day.hours, values, color=colour, lw=0.6 if row == 0 else 2)
             axes.fill_between(day.hours, values, color=colour, alpha=0.25 if row == 0 else 0.12)
         axes.set_ylim(0, 1.05)
-        axes.set_ylabel(f"{level}\n({scale})", fontsize=12)
+        axes.set_ylabel(
+            f"{level}\n({_in_words(getattr(temperament.time_constants, level))})", fontsize=12
+        )
         axes.grid(axis="y", alpha=0.25)
     for axes in (strip, *panels):
         axes.spines[["top", "right"]].set_visible(False)
@@ -264,15 +265,23 @@ def _drawn(day: Day, temperament: str) -> Figure:
     return figure
 
 
+def _in_words(seconds: float) -> str:
+    """Return a time constant in the unit in which people say it."""
+    for unit, length in (("h", _HOUR), ("min", 60.0)):
+        if seconds >= length:
+            return f"{seconds / length:.3g} {unit}"
+    return f"{seconds:.3g} s"
+
+
 def _zoom(emotion: Axes, day: Day) -> None:
     """Show two minutes of the last episode, where the emotion's seconds can be seen."""
     start, end = _CLOSE_UP
     close = emotion.inset_axes((0.83, 0.2, 0.17, 0.7))
     inside = (day.hours >= start) & (day.hours <= end)
-    seconds = (day.hours[inside] - start) * HOUR
+    seconds = (day.hours[inside] - start) * _HOUR
     for feeling, colour in enumerate(COLOURS):
         close.plot(seconds, day.levels[inside, 0, feeling], color=colour, lw=1.5)
-    close.set_xlim(0, (end - start) * HOUR)
+    close.set_xlim(0, (end - start) * _HOUR)
     close.set_ylim(0, 1.05)
     close.set_xlabel("seconds of the visit", labelpad=1)
     close.tick_params(labelsize=8)
