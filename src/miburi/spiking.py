@@ -21,6 +21,7 @@ decays exactly, and the next spike is the root of one equation: an hour costs it
 """
 
 from collections.abc import Mapping
+from math import exp, inf, log
 from typing import Any, ClassVar
 
 import numpy as np
@@ -75,7 +76,7 @@ class SpikingModel(FeelingModel):
         self._learned = np.zeros((2, 8, 8))
         # ... which was `since` seconds ago, and when each neuron fires after it.
         self._since = 0.0
-        self._next = np.full((3, 8), np.inf)
+        self._next = np.full((3, 8), inf)
 
     def _now(self) -> Array:
         level: Array = self._activation * np.exp(-self._leaving() * self._since)
@@ -98,7 +99,7 @@ class SpikingModel(FeelingModel):
         self._activation[row] = values
         self._refractory[row] = 0
         self._trace[row] = 0
-        self._next = self._spike_times()
+        self._plan(row)
 
     def _state(self) -> dict[str, NDArray[Any]]:
         return {**self._decayed(self._since), **super()._state()}
@@ -107,7 +108,8 @@ class SpikingModel(FeelingModel):
         super()._restore(arrays)
         self._activation, self._refractory = arrays["activation"], arrays["refractory"]
         self._trace, self._learned = arrays["trace"], arrays["learned"]
-        self._next = self._spike_times()
+        for layer in range(3):
+            self._plan(layer)
 
     def _leaving(self) -> Array:
         return np.where(self._held, 0.0, self._slow)
@@ -132,13 +134,13 @@ class SpikingModel(FeelingModel):
         effect = np.where(self._held[layer], 0.0, effect)
         self._activation[layer] *= 1 + np.minimum(effect, 0)
         self._activation[layer] += np.maximum(effect, 0) * (1 - self._activation[layer])
-        self._next = self._spike_times()
+        self._plan(layer)
 
     def _fire(self, layer: int, neuron: int) -> None:
         self._refractory[layer, neuron] += _RESET
         self._trace[layer, neuron] = 1.0
+        self._plan(layer)
         if layer == 2:
-            self._next = self._spike_times()
             return
         innate = self.temperament.matrix[neuron]
         learned = self._learned[layer, neuron]
@@ -150,25 +152,33 @@ class SpikingModel(FeelingModel):
         effect = np.where(own, 1.0, np.minimum(innate, 0)) + learned
         self._receive(layer + 1, self._weights[layer] * effect)
 
-    def _spike_times(self) -> Array:
-        """Return in how many seconds each neuron fires if nothing arrives before, (3, 8)."""
-        slow, fast, a, r = self._slow, self._fast, self._activation, self._refractory
-        able = (a >= _THRESHOLD) & ~self._held  # a held neuron is silent
-        ready = a - r >= _THRESHOLD
-        times = np.where(able & ready, 0.0, np.inf)
-        # u rises to one peak and falls again.
-        rising = able & ~ready & (r * fast > a * slow)
-        if not rising.any():
-            return times
-        slow, fast, a, r = (x[rising] for x in (slow, fast, a, r))
-        peak = np.log(r * fast / (a * slow)) / (fast - slow)
-        reaches = a * np.exp(-slow * peak) - r * np.exp(-fast * peak) > _THRESHOLD
-        slow, fast, a, r = (x[reaches] for x in (slow, fast, a, r))
-        # Up to the peak u is concave: Newton's steps from 0 approach the root from below.
-        t = np.zeros(len(a))
-        for _ in range(_NEWTON_STEPS):
-            up, down = a * np.exp(-slow * t), r * np.exp(-fast * t)
-            t = t + (_THRESHOLD - up + down) / (fast * down - slow * up)
-        index = np.argwhere(rising)[reaches]
-        times[index[:, 0], index[:, 1]] = t
-        return times
+    def _plan(self, layer: int) -> None:
+        """Foresee when the neurons of a layer fire if nothing arrives before."""
+        for neuron in range(8):
+            place = layer, neuron
+            self._next[place] = inf
+            if self._activation[place] >= _THRESHOLD and not self._held[place]:  # held is silent
+                self._next[place] = _spike_time(
+                    float(self._activation[place]),
+                    float(self._refractory[place]),
+                    float(self._slow[place]),
+                    float(self._fast[place]),
+                )
+
+
+def _spike_time(a: float, r: float, slow: float, fast: float) -> float:
+    """Return when u(t) = a e^(−slow t) − r e^(−fast t) first reaches the threshold, in s."""
+    if a - r >= _THRESHOLD:
+        return 0.0
+    if r * fast <= a * slow:
+        return inf
+    # u rises to one peak and falls again.
+    peak = log(r * fast / (a * slow)) / (fast - slow)
+    if a * exp(-slow * peak) - r * exp(-fast * peak) <= _THRESHOLD:
+        return inf
+    # Up to the peak u is concave: Newton's steps from 0 approach the root from below.
+    t = 0.0
+    for _ in range(_NEWTON_STEPS):
+        up, down = a * exp(-slow * t), r * exp(-fast * t)
+        t += (_THRESHOLD - up + down) / (fast * down - slow * up)
+    return t
