@@ -1,43 +1,431 @@
+"""The paper's sentences and the invariants, for both emotional models."""
+
+import json
+
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.linalg import expm
 
 from miburi.errors import InputError
-from miburi.feelings import FEELINGS, EmotionalModel, Expression, Stimulus
+from miburi.feelings import (
+    FEELINGS,
+    LEVELS,
+    SOURCES,
+    EmotionalModel,
+    Expression,
+    FeelingModel,
+    Stimulus,
+)
+from miburi.spiking import SpikingModel
+from miburi.temperament import TEMPERAMENTS, shipped_temperament
+
+MODELS = [EmotionalModel, SpikingModel]
+both = pytest.mark.parametrize("kind", MODELS)
+HAPPY, SAD, FRIGHT, FEAR, ANGER, SURPRISE = (
+    FEELINGS.index(name) for name in ("happiness", "sadness", "fright", "fear", "anger", "surprise")
+)
+CHARACTERS = {name: shipped_temperament(name) for name in TEMPERAMENTS}
+
+stimuli = st.builds(Stimulus, st.sampled_from(FEELINGS), st.floats(0, 1), st.sampled_from(SOURCES))
+seconds = st.one_of(st.floats(0, 30), st.floats(0, 100_000))
+lives = st.lists(st.one_of(stimuli, seconds, st.just("contact")), max_size=12)
 
 
-def test_a_happy_remark_makes_a_happy_emotion_at_once_and_a_happy_mood_much_later():
-    model = EmotionalModel()
+def live(model: FeelingModel, events) -> FeelingModel:
+    for event in events:
+        if isinstance(event, Stimulus):
+            model.stimulate(event)
+        elif event == "contact":
+            model.contact()
+        else:
+            model.step(event)
+    return model
+
+
+def levels(model: FeelingModel) -> np.ndarray:
+    return np.stack([model.emotion, model.feeling, model.mood])
+
+
+def talk(model: FeelingModel, feeling: str, minutes: float, strength: float = 0.8) -> None:
+    for _ in range(round(minutes * 4)):
+        model.stimulate(Stimulus(feeling, strength, "speech"))
+        model.step(15)
+
+
+# What the paper says.
+
+
+@both
+def test_a_happy_remark_makes_a_happy_emotion_at_once_but_a_happy_mood_needs_long(kind):
+    model = kind()
     model.stimulate(Stimulus("happiness", 0.8, "speech"))
-    assert model.emotion[0] == pytest.approx(0.8)
-    assert model.mood[0] == 0
-    expression = model.express()
-    assert expression == Expression("happiness", 0.0)
+    assert model.emotion[HAPPY] == pytest.approx(0.8)
+    assert model.mood[HAPPY] == 0
+    most = 0.0
+    for _ in range(600):
+        model.step(10)
+        most = max(most, model.mood[HAPPY])
+    assert 0 < most < 0.06
+    talk(model, "happiness", 30)
+    assert model.mood[HAPPY] > 0.5
 
 
-def test_the_experiment_keeps_its_emotion_and_loses_mood_only_to_contact():
-    model = EmotionalModel()
+@both
+def test_each_level_rises_later_and_lasts_longer_than_the_one_before(kind):
+    model = kind()
+    talk(model, "happiness", 3)
+    over_time = np.array([levels(model)[:, HAPPY] for _ in range(4000) if not model.step(5)])
+    peaks = over_time.argmax(axis=0)
+    assert peaks[0] <= peaks[1] < peaks[2]
+    fades = [int(np.argmax(over_time[p:, k] < over_time[p, k] / np.e)) for k, p in enumerate(peaks)]
+    assert 2 * fades[0] < fades[1]
+    assert 2 * fades[1] < fades[2]
+
+
+@both
+def test_the_emotion_picks_the_gesture_and_its_mood_the_intensity(kind):
+    model = kind()
+    model.set_state(emotion={"anger": 0.6, "happiness": 0.5}, mood={"anger": 0.2, "happiness": 0.9})
+    assert model.express() == Expression("anger", 0.2)
+
+
+@both
+@pytest.mark.parametrize("first", range(7))
+def test_of_equally_strong_emotions_the_first_in_the_papers_order_wins(kind, first):
+    model = kind()
+    model.set_state(emotion=dict.fromkeys(reversed(FEELINGS[first:]), 0.5))
+    assert model.express().feeling == FEELINGS[first]
+
+
+@both
+def test_nothing_is_shown_until_something_is_felt_and_soon_after_it(kind):
+    model = kind()
+    assert model.express() is None
+    threshold = model.temperament.threshold
+    model.set_state(emotion={"fear": threshold})
+    assert model.express().feeling == "fear"
+    model.set_state(emotion={"fear": np.nextafter(threshold, 0)})
+    assert model.express() is None
+    model.stimulate(Stimulus("happiness", 0.8))
+    model.step(20)
+    assert model.express().feeling == "happiness"
+    model.step(20)
+    assert model.express() is None
+
+
+@both
+def test_each_encounter_takes_a_fifth_of_every_mood_and_no_emotion_or_feeling(kind):
+    model = kind()
+    for name in FEELINGS:
+        talk(model, name, 2)
+    before = levels(model)
+    model.contact()
+    model.contact()
+    np.testing.assert_allclose(model.mood, 0.64 * before[2], rtol=1e-14)
+    np.testing.assert_array_equal(levels(model)[:2], before[:2])
+
+
+@both
+def test_the_loss_heals_at_the_moods_own_time_constant(kind):
+    touched, spared = kind(), kind()
+    for model in (touched, spared):
+        model.set_state(mood={"happiness": 0.9, "sadness": 0.5})
+    touched.contact()
+    for model in (touched, spared):
+        model.step(3600)
+    expected = 1 - 0.2 * np.exp(-3600 / touched.temperament.fading[2, [HAPPY, SAD]])
+    ratio = touched.mood[[HAPPY, SAD]] / spared.mood[[HAPPY, SAD]]
+    np.testing.assert_allclose(ratio, expected, rtol=1e-12)
+
+
+@both
+def test_the_experiments_emotion_and_mood_stay_and_only_contact_lowers_the_mood(kind):
+    model = kind()
     model.set_state(emotion={"happiness": 1.0}, mood={"happiness": 0.9}, hold=True)
-    model.step(30)
+    for _ in range(300):
+        model.step(0.1)
+    assert model.express() == Expression("happiness", 0.9)
+    model.stimulate(Stimulus("sadness", 1.0))
     assert model.express() == Expression("happiness", 0.9)
     model.contact()
     assert model.express().mood == pytest.approx(0.72, abs=1e-15)
-    model.step(1)
-    assert 0.72 < model.express().mood < 0.7202
+    model.step(10)
+    assert 0.72 < model.express().mood < 0.721
+    model.set_state(emotion={"happiness": 1.0})
+    model.step(60)
+    assert model.express() is None
 
 
-def test_two_steps_equal_one():
-    model, other = EmotionalModel(), EmotionalModel()
-    for each in (model, other):
-        each.stimulate(Stimulus("fright", 0.9, "touch"))
-        each.contact()
-    model.step(7.3)
-    model.step(3000.1)
-    other.step(3007.4)
-    for level in ("emotion", "feeling", "mood"):
-        np.testing.assert_allclose(getattr(model, level), getattr(other, level), atol=1e-12)
+# What feelings do to each other.
 
 
-@pytest.mark.parametrize("bad", [-0.1, 1.1, float("nan"), True, "0.5", None])
+@both
+def test_joy_and_sadness_inhibit_each_other_on_every_level(kind):
+    for one, other in [("happiness", "sadness"), ("sadness", "happiness")]:
+        moved, spared = kind(), kind()
+        talk(moved, one, 10)
+        talk(spared, one, 10)
+        row = FEELINGS.index(one)
+        talk(moved, other, 1)
+        spared.step(60)
+        assert np.all(levels(moved)[:, row] < levels(spared)[:, row])
+
+
+@both
+def test_a_sad_word_also_takes_from_the_happy_mood_that_was_still_to_come(kind):
+    consoled, happy = kind(), kind()
+    for model in (consoled, happy):
+        model.stimulate(Stimulus("happiness", 0.9))
+    consoled.stimulate(Stimulus("sadness", 0.9))
+    for model in (consoled, happy):
+        model.step(900)
+    assert consoled.mood[HAPPY] < 0.98 * happy.mood[HAPPY]
+
+
+@both
+def test_a_level_that_is_set_forgets_what_was_on_its_way(kind):
+    model = kind()
+    talk(model, "happiness", 5)
+    model.set_state(emotion={}, feeling={}, mood={})
+    model.step(600)
+    assert not levels(model).any()
+
+
+@both
+def test_fright_feeds_fear_which_outlasts_it(kind):
+    model = kind()
+    model.stimulate(Stimulus("fright", 0.9))
+    assert 0 < model.emotion[FEAR] < model.emotion[FRIGHT]
+    assert model.express().feeling == "fright"
+    model.step(12)
+    assert model.express().feeling == "fear"
+
+
+@both
+@pytest.mark.parametrize("name", TEMPERAMENTS)
+def test_surprise_fades_fastest(kind, name):
+    model = kind(CHARACTERS[name])
+    model.set_state(emotion=dict.fromkeys(FEELINGS, 1.0))
+    model.step(3)
+    assert model.emotion.argmin() == SURPRISE
+    assert np.sum(model.emotion == model.emotion.min()) == 1
+
+
+@both
+def test_temperaments_differ_as_their_names_say(kind):
+    moods = {}
+    for name, character in CHARACTERS.items():
+        model = kind(character)
+        talk(model, "happiness", 10)
+        moods[name] = model.mood[HAPPY]
+    assert moods["calm"] < 0.6 * moods["default"]
+    assert moods["default"] < 0.9 * moods["lively"]
+
+
+@both
+def test_a_repeated_stimulus_grows_stale_and_becomes_new_again(kind):
+    model = kind()
+    jumps = []
+    for _ in range(4):
+        model.stimulate(Stimulus("anger", 0.5, "speech"))
+        jumps.append(model.emotion[ANGER])
+        model.set_state(emotion={})
+    assert jumps == sorted(jumps, reverse=True)
+    assert jumps[3] < 0.8 * jumps[0]
+    model.stimulate(Stimulus("anger", 0.5, "application"))
+    assert model.emotion[ANGER] == pytest.approx(jumps[0])
+    model.step(3600)
+    model.stimulate(Stimulus("anger", 0.5, "speech"))
+    assert model.emotion[ANGER] == pytest.approx(jumps[0])
+
+
+@both
+def test_a_detector_that_reports_ten_times_a_second_does_not_run_away(kind):
+    model = kind()
+    for _ in range(600):
+        model.stimulate(Stimulus("happiness", 1.0, "face"))
+        model.step(0.1)
+    assert 0.05 < model.emotion[HAPPY] < 0.5
+    assert model.mood[HAPPY] < 0.2
+
+
+@both
+def test_sources_weigh_as_the_temperament_says(kind):
+    for source in SOURCES:
+        model = kind()
+        model.stimulate(Stimulus("fear", 0.5, source))
+        assert model.emotion[FEAR] == pytest.approx(0.5 * model.temperament.sources[source])
+
+
+# Invariants.
+
+
+@both
+@settings(max_examples=90, deadline=None)
+@given(events=lives, character=st.sampled_from(TEMPERAMENTS))
+def test_every_level_stays_between_0_and_1_and_something_or_nothing_is_shown(
+    kind, events, character
+):
+    model = kind(CHARACTERS[character])
+    for event in events:
+        live(model, [event])
+        assert np.all((levels(model) >= 0) & (levels(model) <= 1))
+        shown = model.express()
+        if shown is not None:
+            assert shown.feeling == FEELINGS[int(model.emotion.argmax())]
+            assert shown.mood == model.mood[FEELINGS.index(shown.feeling)]
+
+
+@both
+@settings(max_examples=90, deadline=None)
+@given(events=lives, a=seconds, b=seconds)
+def test_two_steps_equal_one(kind, events, a, b):
+    apart, together = live(kind(), events), live(kind(), events)
+    apart.step(a)
+    apart.step(b)
+    together.step(a + b)
+    np.testing.assert_allclose(levels(apart), levels(together), rtol=0, atol=1e-12)
+    assert apart.time == pytest.approx(together.time)
+
+
+@both
+@settings(max_examples=40, deadline=None)
+@given(events=lives)
+def test_a_step_of_no_time_and_looking_change_nothing(kind, events):
+    model = live(kind(), events)
+    before = model.save()
+    model.step(0)
+    levels(model)[:] = 0
+    model.express()
+    assert model.save() == before
+
+
+@both
+@settings(max_examples=40, deadline=None)
+@given(events=lives, stimulus=stimuli)
+def test_a_stimulus_never_lowers_its_own_emotion_nor_moves_mood_up_at_once(kind, events, stimulus):
+    model = live(kind(), events)
+    before = levels(model)
+    model.stimulate(stimulus)
+    own = FEELINGS.index(stimulus.feeling)
+    assert model.emotion[own] >= before[0, own]
+    assert np.all(model.mood <= before[2] + 0.025)  # one spike of the feeling at most
+
+
+@both
+@settings(max_examples=40, deadline=None)
+@given(events=lives)
+def test_left_alone_everything_fades(kind, events):
+    model = live(kind(), events)
+    model.step(3_000_000)
+    assert np.all(levels(model) < 1e-9)
+    assert model.express() is None
+
+
+@both
+@settings(max_examples=60, deadline=None)
+@given(events=lives, away=seconds, later=lives)
+def test_switched_off_it_keeps_its_mood_aged_by_the_time_away(kind, events, away, later):
+    model = live(kind(), events)
+    again = kind.load(json.loads(json.dumps(model.save())), away=away)
+    model.step(away)
+    np.testing.assert_allclose(levels(again), levels(model), rtol=0, atol=1e-12)
+    live(model, later)
+    live(again, later)
+    np.testing.assert_allclose(levels(again), levels(model), rtol=0, atol=1e-9)
+
+
+@both
+def test_a_held_state_survives_saving(kind):
+    model = kind()
+    model.set_state(emotion={"thrill": 0.8}, hold=True)
+    assert kind.load(model.save(), away=1000).express().feeling == "thrill"
+
+
+def test_the_cascade_is_the_exact_solution_of_its_equations():
+    model = EmotionalModel()
+    model.stimulate(Stimulus("happiness", 1.0))
+    te, tf, tm = model.temperament.fading[:, HAPPY]
+    share = model.temperament.take_up
+    # emotion, to feel, feeling, to be mood, mood
+    rates = np.diag([-1 / te, -1 / te, -1 / tf, -1 / tf, -1 / tm])
+    rates[2, 1], rates[4, 3] = 1 / te, 1 / tf
+    start = [1, share.feeling, 0, share.mood, 0]
+    for dt in (0.01, 1, 30, 600, 7200):
+        again = EmotionalModel.load(model.save(), away=dt)
+        expected = (expm(rates * dt) @ start)[[0, 2, 4]]
+        np.testing.assert_allclose(levels(again)[:, HAPPY], expected, rtol=1e-9, atol=1e-13)
+
+
+# What is refused.
+
+
+@pytest.mark.parametrize("bad", [-0.1, 1.1, float("nan"), float("inf"), True, "0.5", None, 1j])
 def test_a_strength_outside_its_range_is_refused(bad):
-    with pytest.raises(InputError, match="from 0 to 1"):
-        Stimulus(FEELINGS[0], bad)
+    with pytest.raises(InputError, match="strength must be a number from 0 to 1"):
+        Stimulus("happiness", bad)
+
+
+def test_unknown_feelings_and_sources_are_refused_with_what_is_allowed():
+    with pytest.raises(InputError, match=r"one of happiness, .* got 'joy'"):
+        Stimulus("joy", 0.5)
+    with pytest.raises(InputError, match=r"one of speech, .* got 'radio'"):
+        Stimulus("fear", 0.5, "radio")
+    with pytest.raises(InputError, match="got 'joy'"):
+        Expression("joy", 0.5)
+
+
+@both
+@pytest.mark.parametrize("bad", [-1e-9, float("nan"), float("inf"), True, "1"])
+def test_a_step_that_is_no_time_is_refused(kind, bad):
+    with pytest.raises(InputError, match="seconds"):
+        kind().step(bad)
+
+
+@both
+def test_a_state_that_is_refused_changes_nothing(kind):
+    model = kind()
+    talk(model, "fear", 1)
+    before = model.save()
+    with pytest.raises(InputError, match=r"got 1\.2"):
+        model.set_state(emotion={"fear": 0.1}, mood={"fear": 1.2})
+    assert model.save() == before
+
+
+@both
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("version", 2),
+        ("model", "other"),
+        ("time", -1),
+        ("lost", [2.0] * 8),
+        ("lost", [float("nan")] * 8),
+        ("stale", [0.0] * 8),
+        ("held", None),
+        ("stale", "x"),
+    ],
+)
+def test_a_state_of_another_kind_is_refused_in_words(kind, key, value):
+    state = kind().save()
+    state[key] = value
+    with pytest.raises(InputError, match="must"):
+        kind.load(state)
+    del state[key]
+    with pytest.raises(InputError, match="must"):
+        kind.load(state)
+
+
+def test_more_on_its_way_than_a_level_can_take_is_refused():
+    state = EmotionalModel().save()
+    state["levels"][2][0] = state["pending"][2][0] = 0.6
+    with pytest.raises(InputError, match="together"):
+        EmotionalModel.load(state)
+
+
+def test_levels_are_named_as_the_properties_are():
+    model = EmotionalModel()
+    for level in LEVELS:
+        assert getattr(model, level).shape == (8,)

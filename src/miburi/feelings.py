@@ -14,12 +14,14 @@ exactly, so that a step of an hour costs what a step of a millisecond does. As x
 fall between jumps, and no jump lifts it above 1, every level stays in [0, 1].
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from math import inf, nan
-from typing import Any, Protocol, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from miburi.errors import InputError
 from miburi.temperament import FEELINGS, LEVELS, SOURCES, Array, Temperament, shipped_temperament
@@ -73,72 +75,23 @@ class Expression:
         object.__setattr__(self, "mood", _unit(self.mood, "mood"))
 
 
-class FeelingModel(Protocol):
-    """What a partner asks of an emotional model, whatever is inside."""
-
-    @property
-    def time(self) -> float:
-        """Seconds lived."""
-
-    @property
-    def emotion(self) -> Array:
-        """The fastest level, (8,) in [0, 1]."""
-
-    @property
-    def feeling(self) -> Array:
-        """The middle level, (8,) in [0, 1]."""
-
-    @property
-    def mood(self) -> Array:
-        """The slowest level, (8,) in [0, 1], with what contact has taken from it."""
-
-    def stimulate(self, stimulus: Stimulus) -> None:
-        """Take in what happened now."""
-
-    def contact(self) -> None:
-        """Lower every mood, as the robot was touched while it moved."""
-
-    def step(self, dt: float) -> None:
-        """Let ``dt`` seconds pass."""
-
-    def express(self) -> Expression | None:
-        """Return what the body shows now, or nothing."""
-
-    def set_state(
-        self,
-        *,
-        emotion: Mapping[str, float] | None = None,
-        feeling: Mapping[str, float] | None = None,
-        mood: Mapping[str, float] | None = None,
-        hold: bool = False,
-    ) -> None:
-        """Set whole levels by hand."""
-
-    def save(self) -> dict[str, Any]:
-        """Return the state as what JSON can carry."""
-
-
-class EmotionalModel:
-    """Emotion, feeling and mood as linear cascades between stimuli.
+class FeelingModel(ABC):
+    """What every emotional model is to a partner, whatever moves its levels inside.
 
     Parameters
     ----------
     temperament
         All constants; the default temperament if none is given.
-
-    Examples
-    --------
-    >>> model = EmotionalModel()
-    >>> model.stimulate(Stimulus("happiness", 0.8, "speech"))
-    >>> model.express().feeling
-    'happiness'
     """
+
+    #: The name of the model in a saved state.
+    kind: ClassVar[str]
+    #: The arrays of a saved state, and the largest value that each may hold.
+    _stored: ClassVar[dict[str, float]]
 
     def __init__(self, temperament: Temperament | None = None) -> None:
         self.temperament = temperament or shipped_temperament()
         self._time = 0.0
-        self._levels = np.zeros((3, 8))
-        self._pending = np.zeros((3, 8))  # what a level has yet to take up; none for the emotion
         self._held = np.zeros((3, 8), dtype=bool)
         self._lost = np.zeros(8)  # share of the mood that contact took and that has not healed
         self._stale = np.zeros((len(SOURCES), 8))
@@ -151,42 +104,34 @@ class EmotionalModel:
     @property
     def emotion(self) -> Array:
         """The fastest level, (8,) in [0, 1]."""
-        return np.array(self._levels[0])
+        return np.array(self._now()[0])
 
     @property
     def feeling(self) -> Array:
         """The middle level, (8,) in [0, 1]."""
-        return np.array(self._levels[1])
+        return np.array(self._now()[1])
 
     @property
     def mood(self) -> Array:
         """The slowest level, (8,) in [0, 1], with what contact has taken from it."""
-        mood: Array = self._levels[2] * (1 - self._lost)
-        return mood
+        return np.array(self._now()[2] * (1 - self._lost))
 
     def stimulate(self, stimulus: Stimulus) -> None:
         """Take in what happened now.
 
-        The emotion jumps at once; feeling and mood begin to take up their shares. What is
-        supported rises and what is inhibited falls by the temperament's matrix. A stimulus of the
-        same feeling from the same source has less effect each time, until it is new again.
+        The emotion jumps at once. What is supported rises and what is inhibited falls by the
+        temperament's matrix. A stimulus of the same feeling from the same source has less effect
+        each time, until it is new again.
         """
         source, feeling = SOURCES.index(stimulus.source), FEELINGS.index(stimulus.feeling)
         fresh = 1 - self._stale[source, feeling]
         self._stale[source, feeling] += (
             self.temperament.habituation.share * stimulus.strength * fresh
         )
-        strength = stimulus.strength * self.temperament.weights[source] * fresh
-        effect = strength * self.temperament.shares * self.temperament.matrix[feeling]
-        kept = 1 + np.minimum(effect, 0)
-        self._levels *= kept
-        self._pending *= kept
-        rise = np.maximum(effect, 0) * (1 - self._levels - self._pending)
-        self._levels[0] += rise[0]
-        self._pending[1:] += rise[1:]
+        self._excite(feeling, stimulus.strength * self.temperament.weights[source] * fresh)
 
     def contact(self) -> None:
-        """Lower every mood by 20 %, as the robot was touched while it moved (Section 4).
+        """Lower every mood by 20 %, as the robot met something while it moved (Section 4).
 
         The loss heals with the mood's own time constant; encounters compound.
         """
@@ -201,16 +146,8 @@ class EmotionalModel:
             ``dt`` is negative or not finite.
         """
         dt = _seconds(dt, "dt")
-        fading = 1 / self.temperament.fading
-        arriving = np.vstack([fading[:1], fading[:2]])  # each level at the pace of the one above
-        leaving = np.where(self._held, 0.0, fading)
-        apart = arriving - leaving
-        # Never 0 where something is pending: each level lasts at least twice as long as the last.
-        apart[0] = 1.0
-        taken = -np.exp(-leaving * dt) * np.expm1(-apart * dt) * arriving / apart
-        self._levels = self._levels * np.exp(-leaving * dt) + self._pending * taken
-        self._pending *= np.exp(-arriving * dt)
-        self._lost *= np.exp(-fading[2] * dt)
+        self._pass(dt)
+        self._lost *= np.exp(-dt / self.temperament.fading[2])
         self._stale *= np.exp(-dt / self.temperament.habituation.recovery)
         self._time += dt
 
@@ -220,8 +157,9 @@ class EmotionalModel:
         Nothing (neutral) while no emotion reaches the temperament's threshold. Of equally strong
         emotions the first in the order of ``FEELINGS`` wins.
         """
-        strongest = int(np.argmax(self._levels[0]))
-        if self._levels[0, strongest] < max(self.temperament.threshold, np.finfo(float).tiny):
+        emotion = self.emotion
+        strongest = int(np.argmax(emotion))
+        if emotion[strongest] < self.temperament.threshold:
             return None
         return Expression(FEELINGS[strongest], float(self.mood[strongest]))
 
@@ -241,37 +179,27 @@ class EmotionalModel:
             Values in [0, 1] by feeling; feelings that are not named become 0. A level that is not
             given stays as it is. A mood that is set has lost nothing to contact.
         hold
-            The named values do not fade until their level is set again; stimuli and contact act
-            on them as ever, and losses to contact heal.
+            The named values stay, whatever happens, until their level is set again; only contact
+            lowers a held mood, and that loss heals.
 
         Raises
         ------
         InputError
             A feeling is unknown or a value is outside [0, 1]; nothing has changed then.
         """
-        given = [None if level is None else _eight(level) for level in (emotion, feeling, mood)]
-        named = (emotion, feeling, mood)
-        for row, values in enumerate(given):
-            if values is None:
-                continue
-            self._levels[row] = values
-            self._pending[row] = 0
-            self._held[row] = [hold and name in (named[row] or {}) for name in FEELINGS]
+        levels = (emotion, feeling, mood)
+        values = [None if level is None else _eight(level) for level in levels]
+        for row, (level, value) in enumerate(zip(levels, values, strict=True)):
+            if level is not None and value is not None:
+                self._held[row] = [hold and name in level for name in FEELINGS]
+                self._set(row, value)
         if mood is not None:
             self._lost[:] = 0
 
     def save(self) -> dict[str, Any]:
         """Return the state as what JSON can carry, with a version."""
-        return {
-            "version": STATE_VERSION,
-            "model": "cascade",
-            "time": self._time,
-            "levels": self._levels.tolist(),
-            "pending": self._pending.tolist(),
-            "held": self._held.tolist(),
-            "lost": self._lost.tolist(),
-            "stale": self._stale.tolist(),
-        }
+        state = {name: array.tolist() for name, array in self._state().items()}
+        return {"version": STATE_VERSION, "model": self.kind, "time": self._time, **state}
 
     @classmethod
     def load(
@@ -291,22 +219,124 @@ class EmotionalModel:
         Raises
         ------
         InputError
-            The state is of another version or model, or a value is outside what is allowed.
+            The state is of another version or model, or a value is missing or outside what is
+            allowed.
         """
-        if state.get("version") != STATE_VERSION or state.get("model") != "cascade":
+        found = tuple(state.get(key) for key in ("version", "model"))
+        if found != (STATE_VERSION, cls.kind):
             raise InputError(
-                f"The state must have version {STATE_VERSION} and model 'cascade', got "
-                f"{state.get('version')!r} and {state.get('model')!r}."
+                f"The state must have version {STATE_VERSION} and model {cls.kind!r}, got "
+                f"{found[0]!r} and {found[1]!r}; without it the model starts afresh."
             )
         model = cls(temperament)
-        model._time = float(state["time"])
-        model._levels = np.array(state["levels"], dtype=float)
-        model._pending = np.array(state["pending"], dtype=float)
-        model._held = np.array(state["held"], dtype=bool)
-        model._lost = np.array(state["lost"], dtype=float)
-        model._stale = np.array(state["stale"], dtype=float)
+        model._time = _seconds(state.get("time"), "the state's time")
+        model._restore(
+            {
+                name: _stored_array(state.get(name), array, model._stored[name], name)
+                for name, array in model._state().items()
+            }
+        )
         model.step(away)
         return model
+
+    @abstractmethod
+    def _now(self) -> Array:
+        """Return the three levels, (3, 8) in [0, 1], without what contact took."""
+
+    @abstractmethod
+    def _excite(self, feeling: int, strength: float) -> None:
+        """Let a stimulus of weighed strength act."""
+
+    @abstractmethod
+    def _pass(self, dt: float) -> None:
+        """Let the levels run for ``dt`` seconds."""
+
+    @abstractmethod
+    def _set(self, row: int, values: Array) -> None:
+        """Set one level; what was on its way to it is dropped."""
+
+    def _state(self) -> dict[str, NDArray[Any]]:
+        """Return the arrays of the state, by the names of ``_stored``."""
+        return {"held": self._held, "lost": self._lost, "stale": self._stale}
+
+    def _restore(self, arrays: Mapping[str, NDArray[Any]]) -> None:
+        """Take over arrays that :meth:`_state` once returned."""
+        self._held, self._lost, self._stale = (arrays[name] for name in ("held", "lost", "stale"))
+
+
+class EmotionalModel(FeelingModel):
+    """Emotion, feeling and mood as linear cascades between stimuli.
+
+    Parameters
+    ----------
+    temperament
+        All constants; the default temperament if none is given.
+
+    Examples
+    --------
+    >>> model = EmotionalModel()
+    >>> model.stimulate(Stimulus("happiness", 0.8, "speech"))
+    >>> model.express()
+    Expression(feeling='happiness', mood=0.0)
+    """
+
+    kind = "cascade"
+    _stored: ClassVar = {"levels": 1, "pending": 1, "held": 1, "lost": 1, "stale": 1}
+
+    def __init__(self, temperament: Temperament | None = None) -> None:
+        super().__init__(temperament)
+        self._levels = np.zeros((3, 8))
+        self._pending = np.zeros((3, 8))  # what a level has yet to take up; none for the emotion
+
+    def _now(self) -> Array:
+        return self._levels
+
+    def _excite(self, feeling: int, strength: float) -> None:
+        effect = strength * self.temperament.shares * self.temperament.matrix[feeling]
+        effect = np.where(self._held, 0.0, effect)
+        kept = 1 + np.minimum(effect, 0)
+        self._levels *= kept
+        self._pending *= kept
+        rise = np.maximum(effect, 0) * (1 - self._levels - self._pending)
+        self._levels[0] += rise[0]
+        self._pending[1:] += rise[1:]
+
+    def _pass(self, dt: float) -> None:
+        leaving = 1 / self.temperament.fading
+        arriving = np.vstack([leaving[:1], leaving[:2]])  # each level at the pace of the last
+        leaving = np.where(self._held, 0.0, leaving)
+        apart = arriving - leaving  # above 0: each level lasts at least twice as long as the last
+        apart[0] = 1.0  # nothing is pending for the emotion
+        taken = -np.exp(-leaving * dt) * np.expm1(-apart * dt) * arriving / apart
+        levels = self._levels * np.exp(-leaving * dt) + self._pending * taken
+        self._levels = np.minimum(levels, 1.0)  # against rounding only
+        self._pending *= np.exp(-arriving * dt)
+
+    def _set(self, row: int, values: Array) -> None:
+        self._levels[row] = values
+        self._pending[row] = 0
+
+    def _state(self) -> dict[str, NDArray[Any]]:
+        return {"levels": self._levels, "pending": self._pending, **super()._state()}
+
+    def _restore(self, arrays: Mapping[str, NDArray[Any]]) -> None:
+        super()._restore(arrays)
+        self._levels, self._pending = arrays["levels"], arrays["pending"]
+        if np.any(self._levels + self._pending > 1 + 1e-9):
+            raise InputError("The state's levels and pending must not exceed 1 together.")
+
+
+def _stored_array(values: object, like: NDArray[Any], largest: float, name: str) -> NDArray[Any]:
+    try:
+        array = np.array(values, dtype=float)
+    except (TypeError, ValueError):
+        array = np.array(nan)
+    if array.shape != like.shape or not np.all((array >= 0) & (array <= largest)):
+        raise InputError(
+            f"The state's {name} must be numbers from 0 to {largest} in the shape {like.shape}, "
+            f"got {values!r:.80}."
+        )
+    return array.astype(like.dtype)
 
 
 def _eight(values: Mapping[str, float]) -> Array:
@@ -336,6 +366,6 @@ def _seconds(value: object, what: str) -> float:
 
 def _number(value: object) -> float:
     """Return a plain or NumPy number as float, anything else as NaN."""
-    if isinstance(value, bool) or not isinstance(value, int | float | np.number):
+    if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
         return nan
     return float(value)

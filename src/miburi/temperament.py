@@ -76,7 +76,7 @@ class Temperament(Table):
     """A character: how fast feelings come and go, and how they act on each other."""
 
     name: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$")]
-    threshold: Share
+    threshold: Annotated[float, Field(ge=0.001, le=1)]
     time_constants: TimeConstants
     take_up: TakeUp
     habituation: Habituation

@@ -1,0 +1,93 @@
+from importlib import resources
+
+import numpy as np
+import pytest
+
+from miburi.errors import DescriptionError, InputError
+from miburi.temperament import (
+    FEELINGS,
+    SOURCES,
+    TEMPERAMENTS,
+    load_temperament,
+    shipped_temperament,
+)
+
+
+@pytest.fixture
+def text():
+    return (resources.files("miburi") / "temperaments" / "default.toml").read_text()
+
+
+@pytest.mark.parametrize("name", TEMPERAMENTS)
+def test_what_ships_is_whole_and_named_as_its_file(name):
+    character = shipped_temperament(name)
+    assert character.name == name
+    assert character.fading.shape == (3, 8)
+    assert character.weights.shape == (len(SOURCES),)
+    np.testing.assert_array_equal(np.diag(character.matrix), np.ones(8))
+    happy, sad = FEELINGS.index("happiness"), FEELINGS.index("sadness")
+    assert character.matrix[happy, sad] < 0
+    assert character.matrix[sad, happy] < 0
+    assert character.fading.argmin(axis=1).tolist() == [FEELINGS.index("surprise")] * 3
+    with pytest.raises(ValueError, match="read-only"):
+        character.matrix[0, 0] = 2
+
+
+def test_the_default_lasts_seconds_minutes_an_hour():
+    constants = shipped_temperament().time_constants
+    assert constants.emotion < 60 <= constants.feeling < 3600 == constants.mood
+
+
+def test_another_name_is_refused_with_those_that_exist():
+    with pytest.raises(InputError, match="'wild'; take one of default, calm, lively"):
+        shipped_temperament("wild")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("threshold = 0.05", "threshold = 0.0", ["threshold = 0.0", "0.001"]),
+        ("threshold = 0.05", "threshold = nan", ["threshold = nan", "finite"]),
+        ("threshold = 0.05", 'threshold = "low"', ["threshold = 'low'", "number"]),
+        ("threshold = 0.05", "", ["threshold is missing"]),
+        ("threshold = 0.05", "treshold = 0.05", ["treshold", "not a known key", "threshold"]),
+        ("emotion = 10.0", "emotion = -1.0", ["time_constants.emotion = -1.0", "0.1"]),
+        ("emotion = 10.0", "emotion = 200.0", ["at least twice as long", "200.0", "300.0"]),
+        ("feeling = 0.2", "feeling = 1.5", ["take_up.feeling = 1.5", "less than or equal to 1"]),
+        ("mood = 0.06", "mood = 0.3", ["mood must not exceed feeling", "0.3"]),
+        ("face = 0.7\n", "", ["sources", "face", "missing"]),
+        ("face = 0.7", "radio = 0.7", ["radio", "'speech', 'face', 'touch' or 'application'"]),
+        ("disgust = 0.5\n", "", ["lasting", "disgust", "missing"]),
+        ("disgust = 0.5\n", "joy = 0.5\n", ["lasting.joy", "'happiness'", "'surprise'"]),
+        ("disgust = 0.5\n", "disgust = 0.0\n", ["lasting.disgust = 0.0", "0.1"]),
+        ("[effects.fright]", "[effects.joy]", ["effects.joy", "'happiness'", "'surprise'"]),
+        ("fear = 0.6\nthrill = -", "joy = 0.6\nthrill = -", ["effects.fright.joy", "'happiness'"]),
+        (
+            "fear = 0.6\nthrill = -",
+            "fear = 1.6\nthrill = -",
+            ["effects.fright.fear = 1.6", "equal to 1"],
+        ),
+        (
+            "fear = 0.6\nthrill = -",
+            "fright = 0.6\nthrill = -",
+            ["fright must not act on itself", "0.6"],
+        ),
+        ('name = "default"', 'name = "My one"', ["name = 'My one'", "pattern"]),
+        ("[sources]", "[sources", ["not TOML"]),
+    ],
+)
+def test_a_wrong_file_is_refused_with_file_key_value_and_what_is_allowed(
+    tmp_path, text, old, new, words
+):
+    assert old in text
+    path = tmp_path / "mine.toml"
+    path.write_text(text.replace(old, new, 1))
+    with pytest.raises(DescriptionError) as refused:
+        load_temperament(path)
+    for word in [str(path), *words]:
+        assert word in str(refused.value)
+
+
+def test_a_file_that_is_not_there_is_refused(tmp_path):
+    with pytest.raises(DescriptionError, match="cannot be read"):
+        load_temperament(tmp_path / "none.toml")
