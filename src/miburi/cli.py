@@ -146,6 +146,33 @@ def ik(
             print(f"{solution.status}; error: {misses}")
 
 
+feelings_app = typer.Typer(help="The emotional model.", no_args_is_help=True)
+app.add_typer(feelings_app, name="feelings")
+
+
+@feelings_app.command()
+def day(
+    out: Annotated[Path, typer.Option(help="Folder for day.png.")] = Path("out/feelings"),
+    seed: Annotated[int, typer.Option(help="0 or more.", min=0)] = 1,
+    temperament: Annotated[
+        str, typer.Option(help="default, calm, lively, or a temperament file.")
+    ] = "default",
+    model: Annotated[str, typer.Option(help="cascade or spiking.")] = "cascade",
+) -> None:
+    """Draw the three levels over a scripted day of conversation."""
+    from miburi.day import plot_day
+    from miburi.feelings import EmotionalModel
+    from miburi.spiking import SpikingModel
+    from miburi.temperament import TEMPERAMENTS, load_temperament, shipped_temperament
+
+    models = {"cascade": EmotionalModel, "spiking": SpikingModel}
+    if model not in models:
+        raise InputError(f"the model must be one of {', '.join(models)}, got {model!r}.")
+    shipped = temperament in TEMPERAMENTS
+    constants = shipped_temperament(temperament) if shipped else load_temperament(temperament)
+    print(plot_day(out, models[model](constants), seed=seed))
+
+
 @app.command()
 def export(
     form: Annotated[str, typer.Argument(help="mjcf or urdf.")],

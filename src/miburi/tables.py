@@ -1,8 +1,9 @@
 """TOML files at the door: read, checked once by a strict pydantic model, refused in words."""
 
 import tomllib
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TypeVar
+from typing import TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
@@ -38,22 +39,35 @@ def load_table(model: type[AnyTable], path: Path | str) -> AnyTable:
     try:
         return model.model_validate(data)
     except ValidationError as error:
-        raise DescriptionError(f"{path}: {_in_words(error)}") from error
+        raise DescriptionError(f"{path}: {_in_words(error, model)}") from error
 
 
-def _in_words(error: ValidationError) -> str:
+def _in_words(error: ValidationError, model: type[Table]) -> str:
     lines = []
     for item in error.errors(include_url=False):
-        key = ".".join(str(part) for part in item["loc"]) or "the file"
+        # pydantic marks a mistake in a mapping's key, rather than its value, with "[key]".
+        path = [part for part in item["loc"] if part != "[key]"]
+        key = ".".join(str(part) for part in path) or "the file"
+        got = repr(item["input"])
+        got = got if len(got) <= 80 else got[:77] + "..."
         match item["type"]:
             case "missing":
                 lines.append(f"{key} is missing; add it.")
             case "extra_forbidden":
-                lines.append(f"{key} is not a known key; remove it or mend its spelling.")
+                known = ", ".join(_keys(model, path[:-1]))
+                lines.append(f"{key} = {got}: not a known key here; allowed are {known}.")
             case "value_error":
                 lines.append(f"{key}: {item['msg'].removeprefix('Value error, ')}.")
             case _:
-                got = repr(item["input"])
-                got = got if len(got) <= 80 else got[:77] + "..."
                 lines.append(f"{key} = {got}: {item['msg'][0].lower()}{item['msg'][1:]}.")
     return lines[0] if len(lines) == 1 else "\n".join(["", *(f"  {line}" for line in lines)])
+
+
+def _keys(model: type[BaseModel], path: Sequence[object]) -> list[str]:
+    """Return the keys that the table at ``path`` knows, through lists of tables too."""
+    for part in path:
+        if isinstance(part, str):
+            inner = model.model_fields[part].annotation
+            models = [inner, *get_args(inner)]
+            model = next(m for m in models if isinstance(m, type) and issubclass(m, BaseModel))
+    return list(model.model_fields)

@@ -34,7 +34,11 @@ def test_limits_cannot_be_changed(robot: Robot) -> None:
         ("L34 = 0.08", "L34 = inf", ["lengths.L34", "finite"]),
         ("L34 = 0.08", "L34 = true", ["lengths.L34", "True"]),
         ("L34 = 0.08", "", ["lengths.L34", "missing"]),
-        ("L34 = 0.08", "L34 = 0.08\nL45 = 1.0", ["lengths.L45", "not a known key"]),
+        (
+            "L34 = 0.08",
+            "L34 = 0.08\nL45 = 1.0",
+            ["lengths.L45", "1.0", "allowed are L01, L12, L23"],
+        ),
         ("[joints.head]", "[joints.neck]", ["joints.head", "missing", "joints.neck"]),
         ("min = -1.744", "min = 1.744", ["joints.waist", "min must be less than max"]),
         ("neutral = 0.8", "neutral = 3.0", ["joints.head", "neutral must lie"]),
