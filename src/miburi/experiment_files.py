@@ -41,6 +41,7 @@ def write_experiment(seed: int, seconds: float, out: Path, *, film: bool, hand: 
     robot = iphonoid()
     bars = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
     with whole_files(out) as draft, Progress(*bars, console=Console(stderr=True)) as progress:
+        progress.console.print(f"seed {seed}, {seconds:g} s of the robot's time")
         running = progress.add_task("experiment", total=seconds)
         with (draft / "experiment.mcap").open("wb") as file, Recorder(file) as recorder:
             result = experiment.run(

@@ -138,4 +138,4 @@ class Profile:
             self.distance * FINE - self.acceleration * to_go * to_go * (FINE // 2) // SECOND**2
         )
         cruising = self.speed * (2 * t - self.ramp) * (FINE // 2) // SECOND
-        return np.where(t < self.ramp, rising, np.where(left < self.ramp, falling, cruising))
+        return np.where(t < self.ramp, rising, np.where(left <= self.ramp, falling, cruising))

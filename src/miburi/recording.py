@@ -163,10 +163,12 @@ def read(path: Path | str, topics: list[str] | None = None) -> Iterator[Message]
         The file cannot be read, or is not MCAP.
     """
     try:
-        with Path(path).open("rb") as file:
-            for _, channel, message in make_reader(file).iter_messages(topics=topics):
-                yield Message(message.log_time / 1e9, channel.topic, json.loads(message.data))
+        file = Path(path).open("rb")  # noqa: SIM115  # closed below
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}.") from error
-    except McapError as error:
-        raise InputError(f"{path}: this is not a whole MCAP recording: {error}") from error
+    with file:
+        try:
+            for _, channel, message in make_reader(file).iter_messages(topics=topics):
+                yield Message(message.log_time / 1e9, channel.topic, json.loads(message.data))
+        except (McapError, OSError) as error:  # seeking before a file's start is an OSError
+            raise InputError(f"{path}: this is not a whole MCAP recording: {error}") from error

@@ -1,0 +1,143 @@
+"""The card's logic: idle → moving → stopped → returning → idle, and no other way round."""
+
+import numpy as np
+import pytest
+
+from miburi.bodies import Phase
+from miburi.bodies.controller import RETURN_SPEED, Controller
+from miburi.contact import Rule
+from miburi.errors import BodyError
+from miburi.motion import FINE, SECOND, Move, Steps, synchronised, to_steps
+from miburi.robot import JOINTS, Robot
+
+TICK = 10_000
+
+
+class Motors:
+    """Ideal motors with a lag; ``blocked`` names one that no longer moves."""
+
+    def __init__(self, controller: Controller) -> None:
+        self.controller = controller
+        self.time = 0
+        self.blocked: int | None = None
+        self.positions: Steps = controller.origin.copy()
+        self.lag = int(controller.rule.guards.lag[0])
+
+    def run(self, seconds: float) -> None:
+        for _ in range(round(seconds * SECOND / TICK)):
+            before = self.positions
+            goal = self.controller.setpoint(self.time - self.lag)
+            self.positions = np.rint(goal / FINE).astype(np.int64)
+            if self.blocked is not None:
+                self.positions[self.blocked] = before[self.blocked]
+            self.controller.update(self.positions, self.time)
+            self.time += TICK
+
+
+@pytest.fixture
+def motors(robot: Robot) -> Motors:
+    return Motors(Controller(robot, Rule.of(robot), to_steps(robot, robot.neutral)))
+
+
+def raised(robot: Robot, duration: float = 0.8) -> Move:
+    end = robot.neutral + np.array([0.3, 1.2, -0.5, 0.2, 1.2, 0.5, -0.2, 0.2])
+    return synchronised(robot, robot.neutral, end, duration)
+
+
+def test_a_free_move_ends_idle_at_its_goal(motors: Motors, robot: Robot) -> None:
+    controller, move = motors.controller, raised(robot)
+    controller.move(move, motors.positions, motors.time)
+    assert controller.phase is Phase.MOVING
+    motors.run(1.2)
+    assert controller.phase is Phase.IDLE
+    np.testing.assert_array_equal(controller.origin, to_steps(robot, move.angles))
+    np.testing.assert_array_equal(motors.positions, controller.origin)
+
+
+@pytest.mark.parametrize("motor", range(8))
+def test_one_blocked_motor_stops_all_and_the_stop_is_latched(
+    motors: Motors, robot: Robot, motor: int
+) -> None:
+    controller = motors.controller
+    controller.move(raised(robot), motors.positions, motors.time)
+    motors.run(0.3)
+    motors.blocked = motor
+    motors.run(0.3)
+    assert controller.phase is Phase.STOPPED
+    stop = controller.latched
+    assert stop is not None
+    assert (stop.reason, stop.motor) == ("contact", JOINTS[motor])
+    held = controller.setpoint(motors.time)
+    motors.run(5.0)
+    np.testing.assert_array_equal(controller.setpoint(motors.time), held)
+    assert controller.latched == stop
+
+
+def test_the_way_back_is_slow_and_ends_at_neutral(motors: Motors, robot: Robot) -> None:
+    controller = motors.controller
+    controller.move(raised(robot), motors.positions, motors.time)
+    motors.run(0.4)
+    controller.stop(motors.positions, motors.time)
+    with pytest.raises(BodyError, match="stopped"):
+        controller.move(raised(robot), motors.positions, motors.time)
+    controller.release(motors.positions, motors.time)
+    assert controller.phase is Phase.RETURNING
+    assert controller.latched is None
+    limit = RETURN_SPEED / robot.servo.step
+    while controller.phase is Phase.RETURNING:
+        before = motors.positions
+        motors.run(TICK / SECOND)
+        assert np.abs(motors.positions - before).max() <= limit * TICK / SECOND + 1
+        assert motors.time < 20 * SECOND
+    assert controller.phase is Phase.IDLE
+    np.testing.assert_array_equal(motors.positions, to_steps(robot, robot.neutral))
+
+
+def test_blocked_on_the_way_back_is_another_stop(motors: Motors, robot: Robot) -> None:
+    controller = motors.controller
+    controller.move(raised(robot), motors.positions, motors.time)
+    motors.run(0.5)
+    controller.stop(motors.positions, motors.time)
+    controller.release(motors.positions, motors.time)
+    motors.run(0.3)
+    motors.blocked = 1
+    motors.run(0.5)
+    assert controller.phase is Phase.STOPPED
+    assert controller.latched is not None
+    assert controller.latched.motor == "right_shoulder"
+
+
+def test_a_release_starts_from_where_somebody_moved_the_arms(motors: Motors, robot: Robot) -> None:
+    controller = motors.controller
+    controller.stop(motors.positions, motors.time)
+    pushed = motors.positions + np.array([0, 200, 0, 0, -150, 0, 0, 0])
+    controller.release(pushed, motors.time)
+    np.testing.assert_array_equal(controller.setpoint(motors.time), pushed * FINE)
+
+
+def test_what_is_refused(motors: Motors, robot: Robot) -> None:
+    controller = motors.controller
+    with pytest.raises(BodyError, match="only a stopped body"):
+        controller.release(motors.positions, 0)
+    neutral, still = robot.neutral, np.zeros(8)
+    for motor in range(8):
+        beyond = neutral.copy()
+        beyond[motor] = robot.upper[motor] + 2 * robot.servo.step
+        with pytest.raises(BodyError, match="allowed is"):
+            controller.move(Move(beyond, still), motors.positions, 0)
+        fast = still.copy()
+        fast[motor] = robot.servo.max_speed * 1.01
+        with pytest.raises(BodyError, match="at most"):
+            controller.move(Move(neutral.copy(), fast), motors.positions, 0)
+    assert controller.phase is Phase.IDLE
+    controller.move(raised(robot), motors.positions, 0)
+    with pytest.raises(BodyError, match="only an idle body"):
+        controller.move(raised(robot), motors.positions, 0)
+
+
+def test_a_second_stop_keeps_the_first_reason(motors: Motors) -> None:
+    controller = motors.controller
+    controller.stop(motors.positions, 0, "servo too hot")
+    controller.stop(motors.positions, 10)
+    assert controller.latched is not None
+    assert controller.latched.reason == "servo too hot"

@@ -1,0 +1,174 @@
+"""The command line, as a user meets it: answers, refusals, interruptions."""
+
+import json
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from miburi import __version__
+from miburi.robot import EXTREMITIES, Robot, forward
+
+COMMAND = [sys.executable, "-m", "miburi"]
+NEUTRAL = ["0", "0.1", "1.3", "0.25", "0.1", "-1.3", "-0.25", "0.8"]
+
+
+def miburi(*arguments: str, given: str = "") -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [*COMMAND, *arguments], input=given, capture_output=True, text=True, check=False
+    )
+
+
+def places(robot: Robot, angles: np.ndarray) -> list[str]:
+    """The arguments of ``ik`` for where a pose is."""
+    points = forward(robot, angles).reshape(3, 3)
+    words = [
+        [f"--{name}", *map(str, point)] for name, point in zip(EXTREMITIES, points, strict=True)
+    ]
+    return [word for group in words for word in group]
+
+
+def test_version_and_help() -> None:
+    assert miburi("--version").stdout == f"miburi {__version__}\n"
+    assert "experiment" in miburi("--help").stdout
+
+
+def test_forward_in_words_and_json(robot: Robot) -> None:
+    words = miburi("forward", *NEUTRAL)
+    assert words.returncode == 0
+    assert words.stdout.splitlines()[0].split() == [
+        "right",
+        "x",
+        "+0.0138",
+        "y",
+        "-0.0677",
+        "z",
+        "-0.0171",
+        "m",
+    ]
+    answer = json.loads(miburi("forward", "--json", *NEUTRAL).stdout)
+    flat = np.concatenate([answer[name] for name in EXTREMITIES])
+    np.testing.assert_allclose(flat, forward(robot, robot.neutral), atol=1e-9)
+
+
+def test_forward_as_printed_differs() -> None:
+    real, printed = (
+        json.loads(miburi("forward", "--json", *flags, *NEUTRAL).stdout)
+        for flags in ([], ["--as-printed"])
+    )
+    assert real["left"][2] - printed["left"][2] == pytest.approx(0.24)
+
+
+def test_many_lines_in_many_lines_out(robot: Robot) -> None:
+    poses = np.random.default_rng(2).uniform(robot.lower, robot.upper, (5, 8))
+    out = miburi(
+        "forward", "--json", given="\n".join(json.dumps(p.tolist()) for p in poses) + "\n\n"
+    )
+    answers = [json.loads(line) for line in out.stdout.splitlines()]
+    assert len(answers) == 5
+    targets = [[x for name in EXTREMITIES for x in answer[name]] for answer in answers]
+    out = miburi("ik", "--json", given="\n".join(map(json.dumps, targets)))
+    for line, target in zip(out.stdout.splitlines(), targets, strict=True):
+        answer = json.loads(line)
+        assert set(answer) == {"angles", "error_m", "status"}
+        np.testing.assert_allclose(forward(robot, answer["angles"]), target, atol=1e-4)
+        assert max(answer["error_m"]) < 1e-4
+
+
+def test_ik_in_words(robot: Robot) -> None:
+    out = miburi("ik", *places(robot, robot.neutral))
+    assert out.returncode == 0
+    assert "waist  +0.0000 rad" in out.stdout.replace("-0.0000", "+0.0000")
+    assert "error: right 0.0" in out.stdout
+
+
+def test_ik_says_when_it_is_out_of_reach() -> None:
+    far = ["--right", "1", "0", "0", "--left", "1", "0", "0", "--head", "0.03", "0", "0.2"]
+    answer = json.loads(miburi("ik", "--json", *far).stdout)
+    assert "reach" in answer["status"]
+    assert answer["error_m"][0] > 0.5
+
+
+@pytest.mark.parametrize(
+    ("arguments", "given", "said"),
+    [
+        (["forward", "1", "2"], "", "8 angles are needed, got [1.0, 2.0]"),
+        (["forward"], "[1, 2]\n", "8 angles are needed, got [1, 2]"),
+        (["forward"], "[1, 2\n", "line 1 is not JSON"),
+        (["forward"], '["a", 0, 0, 0, 0, 0, 0, 0]', "8 angles are needed"),
+        (["forward"], "[NaN, 0, 0, 0, 0, 0, 0, 0]", "finite"),
+        (["ik"], "[1, 2, 3]", "9 coordinates are needed"),
+        (["ik"], '{"right": 1}', "9 coordinates are needed"),
+        (["ik", "--right", "0", "0", "0"], "", "needs all of --right, --left and --head"),
+        (["export", "obj"], "", "must be one of mjcf, urdf, got 'obj'"),
+        (["experiment", "--seed", "-1"], "", "the seed must be 0 or more, got -1"),
+        (["experiment", "--seconds", "nan"], "", "the length must be from 2"),
+        (["feelings", "day", "--model", "x"], "", "must be one of cascade, spiking"),
+    ],
+)
+def test_mistakes_are_answered_in_words(arguments: list[str], given: str, said: str) -> None:
+    out = miburi(*arguments, given=given)
+    assert out.returncode == 2
+    assert said in out.stderr
+    assert "Traceback" not in out.stderr
+    assert out.stdout == ""
+
+
+def test_a_seed_that_is_no_number() -> None:
+    out = miburi("experiment", "--seed", "one")
+    assert out.returncode == 2
+    assert "--seed" in out.stderr
+    assert "Traceback" not in out.stderr
+
+
+@pytest.mark.parametrize("form", ["mjcf", "urdf"])
+def test_export(form: str) -> None:
+    assert "right_shoulder" in miburi("export", form).stdout
+
+
+def test_another_robot_file(tmp_path: Path) -> None:
+    (tmp_path / "bad.toml").write_text("name = 3")
+    out = miburi("forward", "--robot", str(tmp_path / "bad.toml"), *NEUTRAL)
+    assert out.returncode == 1
+    assert "bad.toml" in out.stderr
+    assert "lengths is missing" in out.stderr
+
+
+def test_experiment_writes_whole_files(tmp_path: Path) -> None:
+    outs = []
+    for name in ("a", "b"):
+        out = miburi("experiment", "--seconds", "8", "--no-film", "--out", str(tmp_path / name))
+        assert out.returncode == 0, out.stderr
+        outs.append(out.stdout)
+    names = ["experiment.json", "experiment.mcap", "experiment.png", "timing.json"]
+    assert sorted(file.name for file in (tmp_path / "a").iterdir()) == names
+    for name in names[:3]:
+        assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()
+    report = json.loads((tmp_path / "a" / "experiment.json").read_text())
+    assert report["seed"] == 1
+    assert report["version"] == __version__
+    assert "1 contact stops" in outs[0]
+
+
+def test_nowhere_to_write() -> None:
+    out = miburi("experiment", "--seconds", "4", "--no-film", "--out", "/proc/miburi")
+    assert out.returncode == 1
+    assert "/proc/miburi: cannot write there" in out.stderr
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interruption_leaves_no_half_file(tmp_path: Path, number: signal.Signals) -> None:
+    out = tmp_path / "out"
+    command = [*COMMAND, "experiment", "--seconds", "3600", "--no-film", "--out", str(out)]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stderr is not None
+        assert "seed 1" in process.stderr.readline()
+        assert list(out.glob(".unfinished-*"))
+        process.send_signal(number)
+        _, words = process.communicate(timeout=60)
+    assert process.returncode == 128 + number
+    assert "interrupted" in words
+    assert list(out.iterdir()) == []
