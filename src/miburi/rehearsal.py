@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from miburi import ik
-from miburi.bodies import Phase
+from miburi.bodies import Phase, Stop
 from miburi.bodies.simulated import Simulated
 from miburi.gestures import KeyPose
 from miburi.laban import Measures, measure
@@ -31,18 +31,18 @@ class Rehearsal:
         m, the largest distance of an extremity from where a key pose wanted it.
     self_collisions
         Number of records in which two parts of the robot met.
-    contact_stops
-        Number of contact stops; after one nothing more is performed.
     met
         The first pair of parts that met, or None.
+    stop
+        The contact stop that broke the performance off, or None.
     """
 
     angles: Array
     positions: Array
     ik_error: float
     self_collisions: int
-    contact_stops: int
-    met: tuple[str, str] | None = None
+    met: tuple[str, str] | None
+    stop: Stop | None
 
     @property
     def measures(self) -> Measures:
@@ -85,6 +85,6 @@ def rehearse(robot: Robot, performance: Sequence[KeyPose]) -> Rehearsal:
         positions=forward(robot, angles),
         ik_error=worst,
         self_collisions=len(met),
-        contact_stops=int(body.state.phase is Phase.STOPPED),
         met=met[0] if met else None,
+        stop=body.state.stop,
     )

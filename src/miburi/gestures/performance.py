@@ -18,8 +18,8 @@ from miburi.robot import Array, Robot, forward
 
 #: A movement that turns a joint further than this, in rad, is wide: bound flow halts in it.
 WIDE = 0.5
-#: Variation: how much reach and time differ from one performance to the next, at most.
-REACH_VARIES, TIME_VARIES = 0.08, 0.12
+#: Variation: how much less a joint may turn than is written, and how much the times differ.
+REACH_VARIES, TIME_VARIES = 0.15, 0.12
 #: Breathing: rad that each joint moves at the height of a breath, and s for in and out.
 _BREATH = np.array([0.0, 0.03, -0.05, 0.05, 0.03, 0.05, -0.05, 0.035])
 _BREATH_TIMES = (1.4, 2.0)
@@ -136,7 +136,7 @@ def blend(
     for beat in _timeline(robot, lead):
         offset, slower = beat.weights @ offsets, 1.0 / tempo
         if varied is not None:
-            offset = offset * varied.uniform(1 - REACH_VARIES, 1 + REACH_VARIES, len(offset))
+            offset = offset * varied.uniform(1 - REACH_VARIES, 1, len(offset))
             slower *= varied.uniform(1 - TIME_VARIES, 1 + TIME_VARIES)
         performance.append(_key_pose(robot, offset, beat.duration * slower, beat.hold * slower))
     return performance
@@ -156,8 +156,7 @@ def breath(robot: Robot, *, variation: int | None = None) -> list[KeyPose]:
 
 
 def _key_pose(robot: Robot, offset: Array, duration: float, hold: float) -> KeyPose:
-    pose = np.clip(robot.neutral + offset, robot.lower, robot.upper)
-    right, left, head = forward(robot, pose).reshape(3, 3)
+    right, left, head = forward(robot, robot.neutral + offset).reshape(3, 3)
     return KeyPose(right, left, head, duration, hold)
 
 
