@@ -46,6 +46,11 @@ class Posture(Table):
     left: Direction
     head: Direction
 
+    @property
+    def leaves(self) -> float:
+        """Phase at which the body leaves the pose."""
+        return self.phase if self.until is None else self.until
+
     @model_validator(mode="after")
     def _possible(self) -> Self:
         if self.until is not None and self.until < self.phase:
@@ -121,7 +126,7 @@ class MovementFunction(Table):
                     f"pose {number} has the phase {pose.phase}; it must come after {left}, "
                     "when the pose before it is left"
                 )
-            left = pose.phase if pose.until is None else pose.until
+            left = pose.leaves
         if left >= 1:
             raise ValueError(
                 f"the last pose is left at {left}; it must be left before 1, "

@@ -13,6 +13,8 @@ TIMESTEP = 0.002
 HAND_AWAY = (0.45, -0.35, 0.10)
 #: The human hand is a capsule of this radius and half length (a finger or two), m.
 HAND_SIZE = (0.016, 0.045)
+#: The wall behind the table: warm and light.
+_WALL = (0.93, 0.90, 0.86, 1.0)
 
 
 def to_mjcf(robot: Robot) -> str:
@@ -33,19 +35,22 @@ def to_mjcf(robot: Robot) -> str:
     ET.SubElement(
         visual, "headlight", ambient="0.42 0.41 0.40", diffuse="0.25 0.25 0.25", specular="0 0 0"
     )
-    ET.SubElement(visual, "map", znear="0.01", zfar="30")
+    # The table fades into the wall: nothing but the robot draws the eye.
+    ET.SubElement(visual, "map", znear="0.01", zfar="30", haze="0.85", shadowscale="0.5")
+    ET.SubElement(visual, "rgba", haze=_text(_WALL))
     asset = ET.SubElement(root, "asset")
     for name, colour in COLOURS.items():
-        shine = {"graphite": 0.5, "screen": 0.9}.get(name, 0.25)
+        shine, glow = {"graphite": (0.5, 0.0), "screen": (0.1, 0.45)}.get(name, (0.25, 0.0))
         ET.SubElement(
-            asset, "material", name=name, rgba=_text(colour), specular=str(shine), shininess="0.5"
-        )
+            asset, "material", name=name, rgba=_text(colour), specular=str(shine),
+            shininess="0.5", emission=str(glow),
+        )  # fmt: skip
     ET.SubElement(
-        asset, "texture", name="sky", type="skybox", builtin="gradient",
-        rgb1="0.93 0.90 0.86", rgb2="0.80 0.76 0.71", width="64", height="64",
+        asset, "texture", name="sky", type="skybox", builtin="flat",
+        rgb1=_text(_WALL[:3]), width="8", height="8",
     )  # fmt: skip
     ET.SubElement(
-        asset, "material", name="table", rgba="0.87 0.82 0.75 1", specular="0.05", reflectance="0"
+        asset, "material", name="table", rgba="0.84 0.80 0.75 1", specular="0.05", reflectance="0"
     )
     world = ET.SubElement(root, "worldbody")
     ET.SubElement(
@@ -57,7 +62,7 @@ def to_mjcf(robot: Robot) -> str:
         dir="-0.3 -0.8 -0.5", diffuse="0.22 0.22 0.25", specular="0 0 0",
     )  # fmt: skip
     ET.SubElement(
-        world, "geom", name="table", type="plane", size="3 3 0.1", material="table",
+        world, "geom", name="table", type="plane", size="0 0 0.1", material="table",
         pos=_text((0, 0, -robot.shape.pedestal_height)), contype="0", conaffinity="1",
     )  # fmt: skip
     bodies = {"base": ET.SubElement(world, "body", name="base")}

@@ -17,7 +17,7 @@ COLOURS = {
     "coral": (0.93, 0.50, 0.40, 1.0),
     "clay": (0.58, 0.44, 0.38, 1.0),
     "graphite": (0.13, 0.14, 0.16, 1.0),
-    "screen": (0.05, 0.07, 0.10, 1.0),
+    "screen": (0.66, 0.71, 0.71, 1.0),
     "skin": (0.86, 0.67, 0.55, 1.0),
 }
 
@@ -95,13 +95,17 @@ def parts(robot: Robot) -> list[Part]:
     """Return every solid of the robot."""
     size, shape, mass = robot.lengths, robot.shape, robot.masses
     floor = -shape.pedestal_height
-    r = shape.torso_radius
+    r, foot = shape.torso_radius, shape.pedestal_radius
     # The yoke ends short of the hanging upper arms; the shoulder balls cover the gap.
     yoke = size.L12 - shape.arm_radius - 0.4 * r - 0.002
     table = [
         Part(
-            "base", "foot", "cylinder", (shape.pedestal_radius,), (0, 0, floor), "clay",
+            "base", "foot", "cylinder", (foot,), (0, 0, floor), "clay",
             0.4, (0, 0, floor + 0.016),
+        ),
+        Part(
+            "base", "dome", "ellipsoid", (0.94 * foot, 0.94 * foot, 0.022), (0, 0, floor + 0.014),
+            "clay",
         ),
         Part("base", "stem", "capsule", (0.6 * r,), (0, 0, floor + 0.016), "clay", 0.1, (0, 0, 0)),
         Part(
@@ -113,6 +117,10 @@ def parts(robot: Robot) -> list[Part]:
             0.2 * mass.torso, (0, yoke, size.L01),
         ),
         Part("torso", "belt", "cylinder", (1.03 * r,), (0, 0, 0.030), "coral", 0, (0, 0, 0.036)),
+        Part(
+            "torso", "collar", "ellipsoid", (0.62 * r, 0.62 * r, 0.006),
+            (0, 0, size.L01 + 0.46 * r), "coral",
+        ),
         Part(
             "torso", "neck", "capsule", (0.011,), (0, 0, size.L01), "clay",
             0.01, (0, 0, size.L01 + size.LH1 - 0.008),
@@ -146,15 +154,55 @@ def parts(robot: Robot) -> list[Part]:
 
 
 def _phone(robot: Robot) -> list[Part]:
-    """Return the phone: a body with rounded ends and a screen on its front face."""
-    shape, mass = robot.shape, robot.masses
-    tilt = -shape.phone_level
+    """Return the phone: a slab with round corners, and a lit, empty screen on its front."""
+    shape = robot.shape
     half = (shape.phone_thickness / 2, shape.phone_width / 2, shape.phone_height / 2)
-    centre: Point = (robot.lengths.LH2, 0, 0)
-    ahead = half[0] + 0.0002
-    screen: Point = (centre[0] + ahead * cos(tilt), 0, ahead * sin(tilt))
-    glass = (0.0004, half[1] - 0.0035, half[2] - 0.0035)
+    corner = 0.16 * shape.phone_width
+    edge = 0.05 * shape.phone_width
+    glass = (0.002, half[1] - edge, half[2] - edge)
     return [
-        Part("head", "phone", "box", half, centre, "graphite", mass.phone, tilt=tilt),
-        Part("head", "screen", "box", glass, screen, "screen", tilt=tilt),
+        *_slab(robot, "phone", half, 0.0, corner, "graphite", robot.masses.phone),
+        *_slab(robot, "screen", glass, half[0] - 0.0015, corner - edge, "screen", 0.0),
     ]
+
+
+def _slab(
+    robot: Robot, name: str, half: Point, ahead: float, corner: float, colour: str, mass: float
+) -> list[Part]:
+    """Return a box with round corners, tilted as the phone: two crossing boxes, four discs.
+
+    ``ahead`` is how far its middle is in front of the phone's, ``corner`` the corners' radius.
+    """
+    tilt = -robot.shape.phone_level
+    deep, wide, high = half
+    normal, up = (cos(tilt), sin(tilt)), (-sin(tilt), cos(tilt))
+
+    def at(depth: float, side: float, height: float) -> Point:
+        return (
+            robot.lengths.LH2 + depth * normal[0] + height * up[0],
+            side,
+            depth * normal[1] + height * up[1],
+        )
+
+    # Faces in one plane would flicker: what lies beside the upright box is a little thinner.
+    thin = 0.95 * deep
+    boxes = {name: (deep, wide - corner, high), f"{name}_sides": (thin, wide, high - corner)}
+    discs = {
+        f"{name}_{row}_{side}": (y * (wide - corner), z * (high - corner))
+        for row, z in (("top", 1), ("bottom", -1))
+        for side, y in (("right", -1), ("left", 1))
+    }
+    share = mass / 2
+    return [
+        *(
+            Part("head", box, "box", size, at(ahead, 0, 0), colour, share, tilt=tilt)
+            for box, size in boxes.items()
+        ),
+        *(
+            Part(
+                "head", disc, "cylinder", (corner,), at(ahead - thin, y, z), colour,
+                0, at(ahead + thin, y, z),
+            )
+            for disc, (y, z) in discs.items()
+        ),
+    ]  # fmt: skip
