@@ -26,8 +26,8 @@ STEP = 0.02
 FEELING, MOOD, PERIOD = "happiness", 0.9, 2.0
 #: A contact that no stop follows within this many seconds is missed (ours).
 PATIENCE = 0.3
-#: A film shows every second step: 25 pictures a second.
-STEPS_PER_FRAME = 2
+#: A film shows every third step: about 17 pictures a second.
+STEPS_PER_FRAME = 3
 
 
 @dataclass(frozen=True)

@@ -1,17 +1,19 @@
 """The experiment's results as files: JSON, a figure, a film and a recording."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
+from PIL import Image
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from miburi import experiment
 from miburi.figures import experiment_figure
 from miburi.files import whole_files
-from miburi.film import Scene, write_film
+from miburi.film import Scene, captioned, contact_sheet, studio, write_film
 from miburi.recording import Recorder
-from miburi.robot import iphonoid
+from miburi.robot import Robot, iphonoid
 
 
 def write_experiment(seed: int, seconds: float, out: Path, *, film: bool, hand: bool) -> list[str]:
@@ -23,7 +25,7 @@ def write_experiment(seed: int, seconds: float, out: Path, *, film: bool, hand: 
         As for :func:`miburi.experiment.run`.
     out
         Folder for ``experiment.json``, ``timing.json``, ``experiment.png``,
-        ``experiment.mcap`` and, if wished for, ``experiment.mp4``.
+        ``experiment.mcap`` and, if wished for, ``experiment.mp4`` and ``experiment-strip.png``.
     film
         Whether to draw the film.
 
@@ -56,11 +58,13 @@ def write_experiment(seed: int, seconds: float, out: Path, *, film: bool, hand: 
         experiment_figure(result, draft / "experiment.png")
         if film:
             scenes = [Scene(frame.angles, frame.hand, _caption(frame)) for frame in result.frames]
+            _write_strip(robot, result, scenes, draft / "experiment-strip.png")
             drawing = progress.add_task("film", total=len(scenes))
             write_film(
                 robot,
                 scenes,
                 draft / "experiment",
+                rate=1 / (experiment.STEP * experiment.STEPS_PER_FRAME),
                 progress=lambda done: progress.update(drawing, completed=done),
             )
         names = sorted(file.name for file in draft.iterdir())
@@ -82,6 +86,22 @@ def _summary(result: experiment.Experiment) -> list[str]:
         f"{timing['real_time_factor']:.0f} × faster than real time"
     )
     return lines
+
+
+def _write_strip(
+    robot: Robot, result: experiment.Experiment, scenes: list[Scene], path: Path
+) -> None:
+    """Tell the story of the first stop in six pictures, cut upright around the robot."""
+    met = result.stops[0].time if result.stops else result.times[-1] / 2
+    moments = [met - 1.2, met - 0.15, met + 0.25, met + 1.9, met + 3.2, met + 4.2]
+    with studio(robot, 960, 720) as camera:
+        pictures = []
+        for moment in moments:
+            index = min(range(len(scenes)), key=lambda i: abs(result.frames[i].time - moment))
+            plain = replace(scenes[index], caption="")
+            upright = camera.picture(plain)[60:660, 200:760]
+            pictures.append(captioned(upright, scenes[index].caption))
+    Image.fromarray(contact_sheet(pictures, 3)).save(path)
 
 
 def _caption(frame: experiment.Frame) -> str:

@@ -49,7 +49,6 @@ class Studio:
         self._camera.distance = CAMERA["distance"]
         self._camera.azimuth = CAMERA["azimuth"]
         self._camera.elevation = CAMERA["elevation"]
-        self._font = _font(height)
 
     def close(self) -> None:
         """Free the graphics memory."""
@@ -65,15 +64,7 @@ class Studio:
         mujoco.mj_camlight(self._model, data)
         self._renderer.update_scene(data, self._camera)
         pixels: Picture = self._renderer.render()
-        return self._written(pixels, scene.caption) if scene.caption else pixels.copy()
-
-    def _written(self, pixels: Picture, caption: str) -> Picture:
-        image = Image.fromarray(pixels)
-        margin = self._font.size / 2
-        ImageDraw.Draw(image).multiline_text(
-            (margin, margin), caption, font=self._font, fill=(60, 48, 42), spacing=margin / 2
-        )
-        return np.array(image)
+        return captioned(pixels, scene.caption) if scene.caption else pixels.copy()
 
 
 @contextmanager
@@ -103,7 +94,7 @@ def write_film(
     scenes: Sequence[Scene],
     path: Path,
     *,
-    rate: int = 25,
+    rate: float = 25,
     progress: Callable[[int], None] = lambda _: None,
 ) -> Path:
     """Write an MP4 film of ``scenes`` at ``rate`` pictures a second.
@@ -159,7 +150,14 @@ def contact_sheet(pictures: Sequence[Picture], columns: int) -> Picture:
     return sheet
 
 
-def _font(height: int) -> ImageFont.FreeTypeFont:
-    # Matplotlib brings this font, so that films look the same on every machine.
+def captioned(picture: Picture, caption: str) -> Picture:
+    """Write lines of text into a picture's upper left corner."""
+    # Matplotlib brings this font, so that pictures look the same on every machine.
     path = Path(matplotlib.get_data_path()) / "fonts/ttf/DejaVuSans.ttf"
-    return ImageFont.truetype(str(path), max(12, height // 24))
+    font = ImageFont.truetype(str(path), max(12, picture.shape[0] // 24))
+    image = Image.fromarray(picture)
+    margin = font.size / 2
+    ImageDraw.Draw(image).multiline_text(
+        (margin, margin), caption, font=font, fill=(60, 48, 42), spacing=margin / 2
+    )
+    return np.array(image)
