@@ -24,7 +24,7 @@ from miburi.robot.mjcf import HAND_AWAY, to_mjcf
 Picture = NDArray[np.uint8]
 
 #: Eye height of someone at the table, a little to the robot's left (ours): m and degrees.
-CAMERA = {"lookat": (0.0, 0.0, 0.10), "distance": 0.80, "azimuth": 205.0, "elevation": -9.0}
+CAMERA = {"lookat": (0.0, 0.0, 0.11), "distance": 0.70, "azimuth": 212.0, "elevation": -8.0}
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,107 @@
+"""Pictures of a performed gesture: a strip of six, a film, and the paths of the hands."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt
+from matplotlib.collections import LineCollection
+from PIL import Image
+
+from miburi.film import Picture, Scene, Studio, write_film
+from miburi.gesture_check import Measured, measured
+from miburi.gestures import MovementFunction, key_poses
+from miburi.laban import Array
+from miburi.rehearsal import PERIOD, Rehearsal, rehearse
+from miburi.robot import Robot
+
+#: A strip shows six moments, this many s apart.
+STRIP_MOMENTS, STRIP_STEP = 6, 0.4
+#: Each with what was 0.08, 0.16 and 0.24 s before it, fading: so a still picture shows motion.
+_TRAIL = ((0.0, 0.62), (0.08, 0.19), (0.16, 0.12), (0.24, 0.07))
+#: Colours of the right hand, the left hand and the head.
+_COLOURS = ("#d9553f", "#2f6f9f", "#8a7f74")
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A gesture at one mood: what was measured, and the names of its pictures' files."""
+
+    measured: Measured
+    strip: str
+    film: str
+    paths: str
+
+
+def show(
+    robot: Robot, function: MovementFunction, mood: float, folder: Path, camera: Studio
+) -> Shown:
+    """Perform a gesture and write its strip, film and hand paths into ``folder``."""
+    rehearsal = rehearse(robot, key_poses(robot, function, mood))
+    stem = f"{function.name}-{mood:.2f}".rstrip("0")
+    strip_file = folder / f"{stem}-strip.png"
+    Image.fromarray(strip(camera, rehearsal)).save(strip_file)
+    return Shown(
+        measured=measured(function, mood, rehearsal),
+        strip=strip_file.name,
+        film=film(robot, rehearsal, folder / f"{stem}.mp4").name,
+        paths=paths(rehearsal, folder / f"{stem}-paths.png").name,
+    )
+
+
+def strip(camera: Studio, rehearsal: Rehearsal) -> Picture:
+    """Draw the first two seconds: six moments, 0.4 s apart, each with a fading trail.
+
+    Returns
+    -------
+    (height, 6 · width, 3), without a word in it.
+    """
+    return np.hstack(
+        [_moment(camera, rehearsal.angles, STRIP_STEP * k) for k in range(STRIP_MOMENTS)]
+    )
+
+
+def film(robot: Robot, rehearsal: Rehearsal, path: Path) -> Path:
+    """Write a film of a performance in its own time; see :func:`miburi.film.write_film`."""
+    rate = round(0.5 / PERIOD)
+    scenes = [Scene(angles) for angles in rehearsal.angles[::2]]
+    last = [scenes[-1]] * (rate // 2)
+    return write_film(robot, [*scenes, *last], path, rate=rate)
+
+
+def paths(rehearsal: Rehearsal, path: Path) -> Path:
+    """Draw the paths of hands and head, seen from the front and from the robot's left."""
+    views = (("from the front", 1, "y"), ("from the robot's left", 0, "x"))
+    with plt.rc_context({"font.size": 8, "axes.spines.top": False, "axes.spines.right": False}):
+        figure, axes = plt.subplots(1, 2, figsize=(5.2, 2.7), layout="constrained")
+        for ax, (title, across, letter) in zip(axes, views, strict=True):
+            for number, (name, colour) in enumerate(
+                zip(("right hand", "left hand", "head"), _COLOURS, strict=True)
+            ):
+                track = rehearsal.positions[:, 3 * number : 3 * number + 3][:, [across, 2]] * 1e3
+                pieces = np.stack([track[:-1], track[1:]], axis=1)
+                fade = np.linspace(0.25, 1.0, len(pieces))
+                ax.add_collection(LineCollection(list(pieces), colors=colour, alpha=fade, lw=1.6))
+                ax.plot(*track[0], "o", ms=3, color=colour, label=name)
+            ax.set(xlabel=f"{letter} [mm]", xlim=(-210, 210), ylim=(-50, 290), aspect="equal")
+            ax.set_title(title, fontsize=8)
+        axes[0].set(ylabel="z [mm]")
+        figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3,
+                      frameon=False)  # fmt: skip
+        figure.savefig(path, dpi=130, metadata={"Software": None})
+        plt.close(figure)
+    return path
+
+
+def _moment(camera: Studio, angles: Array, time: float) -> Picture:
+    def at(moment: float) -> Array:
+        index = min(max(round(moment / PERIOD), 0), len(angles) - 1)
+        return camera.picture(Scene(angles[index])).astype(np.float64)
+
+    faded = np.sum([share * at(time - ago) for ago, share in _TRAIL], axis=0)
+    picture: Picture = faded.round().astype(np.uint8)
+    return picture
