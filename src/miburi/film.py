@@ -95,9 +95,10 @@ def write_film(
     path: Path,
     *,
     rate: float = 25,
+    size: tuple[int, int] = (640, 480),
     progress: Callable[[int], None] = lambda _: None,
 ) -> Path:
-    """Write an MP4 film of ``scenes`` at ``rate`` pictures a second.
+    """Write an MP4 film of ``scenes`` at ``rate`` pictures a second, ``size`` in pixels.
 
     Returns
     -------
@@ -109,7 +110,7 @@ def write_film(
     OutputError
         This machine cannot draw, or ffmpeg fails.
     """
-    with studio(robot) as camera:
+    with studio(robot, *size) as camera:
         program = shutil.which("ffmpeg")
         if program is None:
             chosen = [scenes[i] for i in np.linspace(0, len(scenes) - 1, 12).astype(int)]

@@ -5,15 +5,12 @@ from html import escape
 from pathlib import Path
 
 from miburi.files import whole_files
-from miburi.film import studio
-from miburi.gesture_pictures import STRIP_STEP, Shown, show
+from miburi.gesture_pictures import STRIP_STEP, Shown, camera_on, show
 from miburi.gestures import FEELINGS, load
 from miburi.laban import Measures
 from miburi.robot import Robot
 
 MOODS = (0.3, 0.6, 0.9)
-#: Height and width of a strip's pictures.
-_PIXELS = 320
 
 #: The table's columns: heading, unit, factor from SI, decimals.
 _COLUMNS: dict[str, tuple[str, str, float, int]] = {
@@ -47,7 +44,7 @@ def write_gallery(
         The place cannot be written to, or this machine cannot draw.
     """
     shown: dict[str, list[Shown]] = {}
-    with whole_files(out) as draft, studio(robot, _PIXELS, _PIXELS) as camera:
+    with whole_files(out) as draft, camera_on(robot) as camera:
         for feeling in feelings:
             function, shown[feeling] = load(feeling, robot), []
             for mood in MOODS:

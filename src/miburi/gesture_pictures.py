@@ -1,5 +1,7 @@
 """Pictures of a performed gesture: a strip of six, a film, and the paths of the hands."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,13 +14,15 @@ import matplotlib.pyplot as plt
 from matplotlib.collections import LineCollection
 from PIL import Image
 
-from miburi.film import Picture, Scene, Studio, write_film
+from miburi.film import Picture, Scene, Studio, studio, write_film
 from miburi.gesture_check import Measured, measured
 from miburi.gestures import MovementFunction, key_poses
 from miburi.laban import Array
 from miburi.rehearsal import PERIOD, Rehearsal, rehearse
 from miburi.robot import Robot
 
+#: Width and height of films and of a strip's pictures.
+_PIXELS = 320
 #: A strip shows six moments, this many s apart.
 STRIP_MOMENTS, STRIP_STEP = 6, 0.4
 #: Each with what was 0.08, 0.16 and 0.24 s before it, fading: so a still picture shows motion.
@@ -35,6 +39,13 @@ class Shown:
     strip: str
     film: str
     paths: str
+
+
+@contextmanager
+def camera_on(robot: Robot) -> Iterator[Studio]:
+    """Open the camera that strips are drawn with; see :func:`miburi.film.studio`."""
+    with studio(robot, _PIXELS, _PIXELS) as camera:
+        yield camera
 
 
 def show(
@@ -70,7 +81,7 @@ def film(robot: Robot, rehearsal: Rehearsal, path: Path) -> Path:
     rate = round(0.5 / PERIOD)
     scenes = [Scene(angles) for angles in rehearsal.angles[::2]]
     last = [scenes[-1]] * (rate // 2)
-    return write_film(robot, [*scenes, *last], path, rate=rate)
+    return write_film(robot, [*scenes, *last], path, rate=rate, size=(_PIXELS, _PIXELS))
 
 
 def paths(rehearsal: Rehearsal, path: Path) -> Path:

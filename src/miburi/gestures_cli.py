@@ -77,13 +77,12 @@ def preview(
 ) -> None:
     """Film a gesture, draw six moments of it, and the paths of its hands."""
     from miburi.files import whole_files
-    from miburi.film import studio
-    from miburi.gesture_pictures import show
+    from miburi.gesture_pictures import camera_on, show
     from miburi.gestures import load
 
     body = _robot(robot)
     function = load(source, body)
-    with whole_files(out) as draft, studio(body, 320, 320) as camera:
+    with whole_files(out) as draft, camera_on(body) as camera:
         shown = show(body, function, mood, draft, camera)
     for name in (shown.film, shown.strip, shown.paths):
         print(out / name)

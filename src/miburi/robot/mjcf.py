@@ -31,7 +31,7 @@ def to_mjcf(robot: Robot) -> str:
     )
     visual = ET.SubElement(root, "visual")
     ET.SubElement(visual, "global", offwidth="1280", offheight="960", fovy="35")
-    ET.SubElement(visual, "quality", shadowsize="2048", offsamples="4")
+    ET.SubElement(visual, "quality", shadowsize="1024", offsamples="4")
     ET.SubElement(
         visual, "headlight", ambient="0.42 0.41 0.40", diffuse="0.25 0.25 0.25", specular="0 0 0"
     )

@@ -1,0 +1,136 @@
+"""Gesture files: the eight load; wrong ones are refused in words that help."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from miburi.errors import DescriptionError, InputError
+from miburi.feelings import FEELINGS as MODEL_FEELINGS
+from miburi.gestures import FEELINGS, load
+from miburi.gestures.movement import Posture, angles
+from miburi.robot import forward
+
+GOOD = """
+name = "wave"
+feeling = "happiness"
+duration = 2.0
+
+[effort]
+space = 1.0
+weight = 0.2
+time = 0.5
+flow = 0.8
+
+[[pose]]
+phase = 0.4
+right = [0.3, 0.6, 0.7]
+left = [0.1, 0.13, -0.97]
+head = [0.7, 0.0, 0.72]
+
+[[pose]]
+phase = 0.6
+right = [0.3, 0.7, 0.6]
+left = [0.1, 0.13, -0.97]
+head = [0.7, 0.0, 0.72]
+
+[repeat]
+first = 1
+last = 2
+times = 2
+back = 0.1
+"""
+
+
+@pytest.fixture
+def file(tmp_path: Path):
+    def write(old: str = "", new: str = "") -> Path:
+        assert old in GOOD
+        path = tmp_path / "wave.toml"
+        path.write_text(GOOD.replace(old, new, 1))
+        return path
+
+    return write
+
+
+def test_every_feeling_of_the_model_has_a_gesture_that_shows_it():
+    assert set(FEELINGS) == set(MODEL_FEELINGS)
+    for feeling in FEELINGS:
+        assert load(feeling).feeling == load(feeling).name == feeling
+
+
+def test_a_user_adds_a_gesture_without_touching_code(file):
+    assert load(file()).name == "wave"
+    assert load(str(file())) == load(file())
+
+
+def test_an_unknown_feeling_is_refused_with_the_list():
+    with pytest.raises(InputError, match=r"no gesture for 'joy'.*happiness"):
+        load("joy")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('feeling = "happiness"', 'feeling = "joy"', r"feeling = 'joy'.*allowed are anger, dis"),
+        ("phase = 0.4", "phase = 1.2", r"pose\.0\.phase = 1\.2.*less than or equal to 1"),
+        ("phase = 0.4", "phase = -0.1", r"pose\.0\.phase = -0\.1.*greater than or equal to 0"),
+        ("phase = 0.4", "phase = nan", r"pose\.0\.phase = nan.*"),
+        ("phase = 0.6", "phase = 0.3", r"pose 2 has the phase 0\.3; it must come after 0\.4"),
+        ("phase = 0.6", "phase = 1.0", r"left at 1\.0; it must be left before 1"),
+        ("phase = 0.4", "phase = 0.4\nuntil = 0.2", r"until must not be before phase \(0\.4\)"),
+        ("[0.3, 0.6, 0.7]", "[0.3, 0.9, 0.7]", r"1\.179 arm's reaches.*at most 1 is allowed"),
+        ("[0.3, 0.6, 0.7]", "[0.3, 0.6, 1.7]", r"right\.2 = 1\.7.*less than or equal to 1"),
+        ("[0.3, 0.6, 0.7]", "[0.3, inf, 0.7]", r"right\.1 = inf"),
+        ("[0.3, 0.6, 0.7]", "[0.3, 0.6]", r"right = \[0\.3, 0\.6\].*at least 3"),
+        ("[0.3, 0.6, 0.7]", "[-0.9, 0.1, 0.0]", r"pose 1: right = .*out of reach; allowed"),
+        ("[0.3, 0.6, 0.7]", "[0.1, 0.1, 0.1]", r"pose 1: right = .*at a distance of 0\.65 to 1"),
+        ("left = [0.1, 0.13, -0.97]", "left = [-0.9, 0.0, 0.1]", r"pose 1: left = .*out of rea"),
+        ("head = [0.7, 0.0, 0.72]", "head = [0.0, 0.0, 1.0]", r"head = .*must say where it looks"),
+        ("head = [0.7, 0.0, 0.72]", "head = [0.9, 0.0, -0.4]", r"raises the head by -0\.418 rad"),
+        ("head = [0.7, 0.0, 0.72]", "head = [-0.7, 0.0, 0.7]", r"turns the waist by 3\.142"),
+        ("times = 2", "times = 1000000", r"repeat\.times = 1000000.*less than or equal to 8"),
+        ("first = 1", "first = 2", r"repeat goes from pose 2 to 2; allowed is"),
+        ("last = 2", "last = 3", r"repeat goes from pose 1 to 3; allowed is .* of 2"),
+        ("space = 1.0", "space = 1.5", r"effort\.space = 1\.5.*less than or equal to 1"),
+        ("duration = 2.0", "duration = 1e9", r"duration = 1000000000\.0.*less than or equal to 20"),
+        ("duration = 2.0", "", "duration is missing"),
+        ("duration = 2.0", "duration = 2.0\ntempo = 3", "tempo = 3: not a known key"),
+        ("duration = 2.0", 'duration = 2.0\nhedge = "rather"', r"hedge = 'rather'.*'very'"),
+        ("duration = 2.0", "duration = ", "not TOML"),
+    ],
+)
+def test_a_wrong_file_is_refused_with_file_key_value_and_what_is_allowed(file, old, new, said):
+    path = file(old, new)
+    with pytest.raises(DescriptionError, match=rf"(?s){path}: .*{said}"):
+        load(path)
+
+
+def test_a_missing_file_is_refused(tmp_path):
+    with pytest.raises(DescriptionError, match="cannot be read"):
+        load(tmp_path / "none.toml")
+
+
+def test_hands_are_where_the_file_says_in_the_frame_of_the_turned_chest(robot):
+    pose = Posture(phase=0.5, right=[0.3, 0.6, 0.7], left=[0.9, 0.2, 0.1], head=[0.5, 0.5, 0.7])
+    reach = robot.lengths.L23 + robot.lengths.L34
+    shoulder = np.array([0, robot.lengths.L12, robot.lengths.L01])
+    turned = angles(robot, pose)
+    assert turned[0] == pytest.approx(np.pi / 4)
+    turned[0] = 0
+    right, left, _ = forward(robot, turned).reshape(3, 3)
+    assert right == pytest.approx((shoulder + reach * np.array(pose.right)) * [1, -1, 1])
+    assert left == pytest.approx(shoulder + reach * np.array(pose.left))
+
+
+@pytest.mark.parametrize("feeling", FEELINGS)
+def test_a_mirrored_gesture_moves_the_mirrored_joints(robot, feeling):
+    for pose in load(feeling).pose:
+        forward_, left, up = pose.head
+        mirrored = pose.model_copy(
+            update={"right": pose.left, "left": pose.right, "head": [forward_, -left, up]}
+        )
+        there, back = angles(robot, pose), angles(robot, mirrored)
+        assert back == pytest.approx(
+            there[[0, 4, 5, 6, 1, 2, 3, 7]] * [-1, 1, -1, -1, 1, -1, -1, 1]
+        )

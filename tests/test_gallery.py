@@ -1,0 +1,28 @@
+import re
+from contextlib import nullcontext
+
+from miburi import gallery
+from miburi.gesture_check import perform
+from miburi.gesture_pictures import Shown
+from miburi.gestures import FEELINGS, load
+
+
+def test_the_page_shows_every_feeling_at_three_moods(robot, tmp_path, monkeypatch):
+    measured = perform(robot, load("surprise"), 0.0)
+
+    def show(robot, function, mood, folder, _):
+        names = [f"{function.name}-{mood}{end}" for end in ("-strip.png", ".mp4", "-paths.png")]
+        for name in names:
+            (folder / name).touch()
+        return Shown(measured, *names)
+
+    monkeypatch.setattr(gallery, "show", show)
+    monkeypatch.setattr(gallery, "camera_on", lambda _: nullcontext())
+    page = gallery.write_gallery(robot, tmp_path / "gallery")
+    text = page.read_text(encoding="utf-8")
+    named = set(re.findall(r'src="([^"]+)"', text))
+    assert named == {file.name for file in page.parent.iterdir()} - {"index.html"}
+    assert len(named) == 3 * 3 * len(FEELINGS)
+    assert "http" not in text  # works without a network
+    assert all(f'<section id="{feeling}">' in text for feeling in FEELINGS)
+    assert len(re.findall("<tr><td>", text)) == 3 * len(FEELINGS)
