@@ -1,6 +1,8 @@
 import re
 from contextlib import nullcontext
 
+from PIL import Image
+
 from miburi import gallery
 from miburi.gesture_check import perform
 from miburi.gesture_pictures import Shown
@@ -14,6 +16,7 @@ def test_the_page_shows_every_feeling_at_three_moods(robot, tmp_path, monkeypatc
         names = [f"{function.name}-{mood}{end}" for end in ("-strip.png", ".mp4", "-paths.png")]
         for name in names:
             (folder / name).touch()
+        Image.new("RGB", (60, 10)).save(folder / names[0])
         return Shown(measured, *names)
 
     monkeypatch.setattr(gallery, "show", show)
@@ -21,7 +24,7 @@ def test_the_page_shows_every_feeling_at_three_moods(robot, tmp_path, monkeypatc
     page = gallery.write_gallery(robot, tmp_path / "gallery")
     text = page.read_text(encoding="utf-8")
     named = set(re.findall(r'src="([^"]+)"', text))
-    assert named == {file.name for file in page.parent.iterdir()} - {"index.html"}
+    assert named == {file.name for file in page.parent.iterdir()} - {"index.html", "overview.png"}
     assert len(named) == 3 * 3 * len(FEELINGS)
     assert "http" not in text  # works without a network
     assert all(f'<section id="{feeling}">' in text for feeling in FEELINGS)

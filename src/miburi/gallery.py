@@ -4,7 +4,11 @@ from collections.abc import Callable
 from html import escape
 from pathlib import Path
 
+import numpy as np
+from PIL import Image
+
 from miburi.files import whole_files
+from miburi.film import captioned, contact_sheet
 from miburi.gesture_pictures import STRIP_STEP, Shown, camera_on, show
 from miburi.gestures import FEELINGS, load
 from miburi.laban import Measures
@@ -36,7 +40,7 @@ def write_gallery(
 
     Returns
     -------
-    The page, ``index.html``; all else lies beside it.
+    The page, ``index.html``; all else lies beside it. ``overview.png`` shows the strips at 0.9.
 
     Raises
     ------
@@ -51,7 +55,18 @@ def write_gallery(
                 progress(f"{feeling} {mood}")
                 shown[feeling].append(show(robot, function, mood, draft, camera))
         (draft / "index.html").write_text(_page(shown), encoding="utf-8")
+        strips = {name: draft / cells[-1].strip for name, cells in shown.items()}
+        _overview(strips).save(draft / "overview.png")
     return Path(out) / "index.html"
+
+
+def _overview(strips: dict[str, Path]) -> Image.Image:
+    """Put strips under each other at half their size, each with its name."""
+    rows = []
+    for name, path in strips.items():
+        strip = Image.open(path).convert("RGB").reduce(2)
+        rows.append(captioned(np.array(strip), name))
+    return Image.fromarray(contact_sheet(rows, 1))
 
 
 def _page(shown: dict[str, list[Shown]]) -> str:
