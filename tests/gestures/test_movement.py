@@ -134,3 +134,11 @@ def test_a_mirrored_gesture_moves_the_mirrored_joints(robot, feeling):
         assert back == pytest.approx(
             there[[0, 4, 5, 6, 1, 2, 3, 7]] * [-1, 1, -1, -1, 1, -1, -1, 1]
         )
+
+
+def test_the_example_of_the_documentation_is_a_gesture(tmp_path):
+    page = Path(__file__).parents[2] / "docs" / "gestures.md"
+    example = page.read_text(encoding="utf-8").split("```toml\n")[1].split("```")[0]
+    file = tmp_path / "wave.toml"
+    file.write_text(example, encoding="utf-8")
+    assert load(file).name == "wave"
