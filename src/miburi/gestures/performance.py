@@ -156,7 +156,8 @@ def breath(robot: Robot, *, variation: int | None = None) -> list[KeyPose]:
 
 
 def _key_pose(robot: Robot, offset: Array, duration: float, hold: float) -> KeyPose:
-    right, left, head = forward(robot, robot.neutral + offset).reshape(3, 3)
+    pose = np.clip(robot.neutral + offset, robot.lower, robot.upper)
+    right, left, head = forward(robot, pose).reshape(3, 3)
     return KeyPose(right, left, head, duration, hold)
 
 
@@ -178,7 +179,7 @@ def _at(robot: Robot, function: MovementFunction, phases: Array) -> Array:
 def _timeline(robot: Robot, function: MovementFunction) -> list[_Beat]:
     """Lay a movement function out in time: repeats, strokes, halts; at last neutral."""
     effort, count = function.effort, len(function.pose)
-    moves = []  # weights, seconds, hold
+    moves = []  # weights of the poses; move and halt in parts of the duration
     left = 0.0
     for index, pose in enumerate(function.pose):
         span = pose.phase - left
