@@ -23,6 +23,8 @@ from miburi.robot import Robot
 
 #: Width and height of films and of a strip's pictures.
 _PIXELS = 320
+#: Records from one picture of a film to the next: 16.7 pictures a second.
+_FILM_EVERY = 3
 #: A strip shows six moments, this many s apart.
 STRIP_MOMENTS, STRIP_STEP = 6, 0.4
 #: Each with what was 0.08, 0.16 and 0.24 s before it, fading: so a still picture shows motion.
@@ -78,9 +80,9 @@ def strip(camera: Studio, rehearsal: Rehearsal) -> Picture:
 
 def film(robot: Robot, rehearsal: Rehearsal, path: Path) -> Path:
     """Write a film of a performance in its own time; see :func:`miburi.film.write_film`."""
-    rate = round(0.5 / PERIOD)
-    scenes = [Scene(angles) for angles in rehearsal.angles[::2]]
-    last = [scenes[-1]] * (rate // 2)
+    rate = 1 / (_FILM_EVERY * PERIOD)
+    scenes = [Scene(angles) for angles in rehearsal.angles[::_FILM_EVERY]]
+    last = [scenes[-1]] * round(rate / 2)
     return write_film(robot, [*scenes, *last], path, rate=rate, size=(_PIXELS, _PIXELS))
 
 
