@@ -55,7 +55,7 @@ def show(
 ) -> Shown:
     """Perform a gesture and write its strip, film and hand paths into ``folder``."""
     rehearsal = rehearse(robot, key_poses(robot, function, mood))
-    stem = f"{function.name}-{mood:.2f}".rstrip("0")
+    stem = f"{function.name}-{mood:g}"
     strip_file = folder / f"{stem}-strip.png"
     Image.fromarray(strip(camera, rehearsal)).save(strip_file)
     return Shown(
