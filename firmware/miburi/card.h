@@ -75,7 +75,7 @@ class Card {
   }
 
  private:
-  static const int32_t POLL = 10000;              // µs between two readings of the servos
+  static const int32_t POLL = 20000;              // µs between two readings of the servos
   static const int32_t HEALTH_POLLS = 25;         // readings between two looks at the health
   static const int32_t SILENCE = 60000;           // µs without an answer: the servo is lost
   static const uint16_t EEPROM_SALT = 0x4d31;

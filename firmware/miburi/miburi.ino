@@ -55,6 +55,8 @@ miburi::Card<Board> card(board);
 void setup() {
   MCUSR = 0;
   wdt_enable(WDTO_500MS);
+  // The core starts every timer for PWM, which nothing here uses; timer 0 is the clock.
+  TCCR1B = TCCR2B = TCCR3B = TCCR4B = TCCR5B = 0;
   pinMode(SENDING, OUTPUT);
   Serial.begin(115200);
   board.bus_speed(miburi::Xl330<Board>::BUS_SPEED);

@@ -148,7 +148,7 @@ class Xl330 {
   void reboot(uint8_t id) {
     protocol2::Instruction packet(id, protocol2::REBOOT);
     send(packet);
-    receive(1, 0);
+    answered(id, 0);
   }
 
   // Gives the only servo on the bus, new or not, an id and our bus speed.
@@ -201,39 +201,32 @@ class Xl330 {
     io_.bus_write(bytes, packet.count());
   }
 
-  // Listens for status packets with `width` parameters each, until all came or silence falls.
-  void receive(uint8_t packets, uint8_t width) {
-    uint8_t enough = static_cast<uint8_t>(packets * (protocol2::OVERHEAD + 1 + width));
-    const uint32_t start = io_.micros();
-    uint32_t since = start;
+  static uint8_t length_of_answers(uint8_t packets, uint8_t width) {
+    return static_cast<uint8_t>(packets * (protocol2::OVERHEAD + 1 + width));
+  }
+
+  void listen() {
     received_ = 0;
-    for (;;) {
+    since_ = heard_at_ = io_.micros();
+  }
+
+  // Collects what the servos say; false when they have fallen silent before `enough` bytes.
+  bool receive(uint8_t enough) {
+    while (received_ < enough) {
       int byte;
       while (received_ < sizeof buffer_ && (byte = io_.bus_read()) >= 0) {
         buffer_[received_++] = static_cast<uint8_t>(byte);
-        since = io_.micros();
-      }
-      if (received_ >= enough) {
-        if (whole_packets() >= packets || received_ == sizeof buffer_) {
-          return;
-        }
-        enough = static_cast<uint8_t>(received_ + 1);  // stuffing or noise: wait for more
+        heard_at_ = io_.micros();
       }
       const uint32_t time = io_.micros();
-      if (time - since > PATIENCE || time - start > LONGEST) {
-        return;
+      if (received_ == sizeof buffer_ || time - heard_at_ > PATIENCE || time - since_ > LONGEST) {
+        return false;
       }
-      io_.rest();
+      if (received_ < enough) {
+        io_.rest();
+      }
     }
-  }
-
-  uint8_t whole_packets() const {
-    protocol2::Status status;
-    uint8_t packets = 0;
-    for (uint8_t at = 0; protocol2::next_status(buffer_, received_, at, status);) {
-      packets++;
-    }
-    return packets;
+    return true;
   }
 
   // Asks all; answers_ has what those said whose bit is in the result.
@@ -244,18 +237,25 @@ class Xl330 {
       packet.put(joints[i].id, 1);
     }
     send(packet);
-    receive(MOTORS, width);
+    listen();
     uint8_t heard = 0;
-    protocol2::Status status;
-    for (uint8_t at = 0; protocol2::next_status(buffer_, received_, at, status);) {
-      for (uint8_t i = 0; i < MOTORS; i++) {
-        if (status.id == joints[i].id && status.count == width) {
-          answers_[i] = Answer(status);
-          heard = static_cast<uint8_t>(heard | (1u << i));
+    bool more = receive(length_of_answers(MOTORS, width));
+    for (;;) {
+      protocol2::Status status;
+      for (uint8_t at = 0; protocol2::next_status(buffer_, received_, at, status);) {
+        for (uint8_t i = 0; i < MOTORS; i++) {
+          if (status.id == joints[i].id && status.count == width) {
+            answers_[i] = Answer(status);
+            heard = static_cast<uint8_t>(heard | (1u << i));
+          }
         }
       }
+      // Stuffing or noise makes it longer than it should be.
+      if (heard == ALL || !more) {
+        return heard;
+      }
+      more = receive(static_cast<uint8_t>(received_ + 1));
     }
-    return heard;
   }
 
   bool read(uint8_t id, uint8_t address, uint8_t width) {
@@ -273,15 +273,21 @@ class Xl330 {
   }
 
   bool answered(uint8_t id, uint8_t width) {
-    receive(1, width);
-    protocol2::Status status;
-    for (uint8_t at = 0; protocol2::next_status(buffer_, received_, at, status);) {
-      if (status.id == id && status.count == width) {
-        answer_ = Answer(status);
-        return true;
+    listen();
+    bool more = receive(length_of_answers(1, width));
+    for (;;) {
+      protocol2::Status status;
+      for (uint8_t at = 0; protocol2::next_status(buffer_, received_, at, status);) {
+        if (status.id == id && status.count == width) {
+          answer_ = Answer(status);
+          return true;
+        }
       }
+      if (!more) {
+        return false;
+      }
+      more = receive(static_cast<uint8_t>(received_ + 1));
     }
-    return false;
   }
 
   void write_all(const Joint* joints, uint8_t address, uint8_t value) {
@@ -308,6 +314,8 @@ class Xl330 {
   Io& io_;
   uint8_t buffer_[224];
   uint8_t received_ = 0;
+  uint32_t since_ = 0;     // when listening began
+  uint32_t heard_at_ = 0;  // when the latest byte came
   Answer answers_[MOTORS];
   Answer answer_;
 };
