@@ -3,12 +3,22 @@
 
 #include "trace.h"
 
+const uint16_t TRACE = 330;  // bytes
+
+// A trace is taken in whole before it is judged: nobody listens meanwhile.
 struct Uart {
-  uint8_t get() {
-    while (!(UCSR0A & (1 << RXC0))) {
+  uint8_t trace[TRACE];
+  uint16_t at;
+
+  void listen() {
+    for (at = 0; at < TRACE; at++) {
+      while (!(UCSR0A & (1 << RXC0))) {
+      }
+      trace[at] = UDR0;
     }
-    return UDR0;
+    at = 0;
   }
+  uint8_t get() { return trace[at++]; }
   void put(uint8_t byte) {
     while (!(UCSR0A & (1 << UDRE0))) {
     }
@@ -22,9 +32,9 @@ int main() {
   UCSR0B = (1 << RXEN0) | (1 << TXEN0);
   Uart uart;
   Numbers<Uart> in{uart};
-  uart.put('>');
   for (;;) {
-    run_trace(in, uart);
     uart.put('>');
+    uart.listen();
+    run_trace(in, uart);
   }
 }

@@ -18,6 +18,30 @@ from miburi.robot import JOINTS, Robot
 RETURN_SPEED = 0.8
 
 
+def check_move(robot: Robot, phase: Phase, move: Move) -> None:
+    """Refuse what no body may do.
+
+    Raises
+    ------
+    BodyError
+        The body is not idle, a joint limit is left, or a speed is above the servo's.
+    """
+    if phase is not Phase.IDLE:
+        raise BodyError(f"The body is {phase}; only an idle body takes a move.")
+    half_step = robot.servo.step / 2
+    outside = (move.angles < robot.lower - half_step) | (move.angles > robot.upper + half_step)
+    for motor in np.flatnonzero(outside):
+        raise BodyError(
+            f"{JOINTS[motor]} cannot go to {move.angles[motor]:.4f} rad; allowed is "
+            f"{robot.lower[motor]} to {robot.upper[motor]}."
+        )
+    for motor in np.flatnonzero(move.speeds > robot.servo.max_speed):
+        raise BodyError(
+            f"{JOINTS[motor]} cannot turn at {move.speeds[motor]:.3f} rad/s; at most "
+            f"{robot.servo.max_speed} is allowed."
+        )
+
+
 @dataclass
 class Controller:
     """One body's states and rule; positions are encoder steps (8,), times µs on its clock.
@@ -49,20 +73,8 @@ class Controller:
         BodyError
             The body is not idle, a joint limit is left, or a speed is above the servo's.
         """
-        if self.phase is not Phase.IDLE:
-            raise BodyError(f"The body is {self.phase}; only an idle body takes a move.")
-        robot, half_step = self.robot, self.robot.servo.step / 2
-        outside = (move.angles < robot.lower - half_step) | (move.angles > robot.upper + half_step)
-        for motor in np.flatnonzero(outside):
-            raise BodyError(
-                f"{JOINTS[motor]} cannot go to {move.angles[motor]:.4f} rad; allowed is "
-                f"{robot.lower[motor]} to {robot.upper[motor]}."
-            )
-        for motor in np.flatnonzero(move.speeds > robot.servo.max_speed):
-            raise BodyError(
-                f"{JOINTS[motor]} cannot turn at {move.speeds[motor]:.3f} rad/s; at most "
-                f"{robot.servo.max_speed} is allowed."
-            )
+        check_move(self.robot, self.phase, move)
+        robot = self.robot
         self._start(
             Phase.MOVING,
             to_steps(robot, move.angles),

@@ -167,6 +167,10 @@ class EmulatedCard:
         """Send bytes to the card."""
         self.mega.give(_HOST, data)
 
+    def wait(self, until: float) -> None:
+        """Let everything go on until ``until`` s."""
+        self.run(until * 1e6)
+
     def close(self) -> None:
         """Switch the card off."""
         self.mega.close()
