@@ -67,6 +67,10 @@ def random_traces(rng: np.random.Generator, n: int) -> Records:
     )
     motion["speed"] = np.exp(rng.uniform(0, np.log(4000), shape))
     motion["acceleration"] = np.exp(rng.uniform(np.log(244), np.log(40_000), shape))
+    # A ramp that is full and short at once, but for a rounded microsecond of the total time.
+    seam = rng.random(n) < 0.05
+    motion["distance"][seam], motion["speed"][seam], motion["acceleration"][seam] = 1, 82, 6723
+    guards["lag"][seam] = 30_000
     motion["start"] = rng.integers(-2400, 2400, shape)
     motion["direction"] = rng.choice([-1, 1], shape)
     profile = Profile.plan(
