@@ -190,5 +190,3 @@ void mega_eeprom(mega_t *m, uint8_t *bytes, unsigned count, int write) {
   }
 }
 
-/* One byte of data memory, for tests. */
-uint8_t mega_memory(mega_t *m, unsigned address) { return m->avr->data[address]; }

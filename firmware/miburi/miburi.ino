@@ -17,14 +17,24 @@ const uint8_t SENDING = 2;
 struct Board {
   uint32_t micros() { return ::micros(); }
 
+  uint16_t byte_time;  // µs
+
   void bus_speed(uint32_t baud) {
-    Serial1.end();
+    UCSR1B = 0;  // Serial1.end() would wait like flush()
     Serial1.begin(baud);
+    byte_time = static_cast<uint16_t>(10000000 / baud);
   }
   void bus_write(const uint8_t* bytes, uint8_t count) {
     digitalWrite(SENDING, HIGH);
+    const uint32_t start = micros();
+    const uint32_t longest = static_cast<uint32_t>(byte_time) * count + 200;
     Serial1.write(bytes, count);
-    Serial1.flush();
+    // Serial1.flush() would wait for the flag for ever, should it be missed.
+    while ((UCSR1B & (1 << UDRIE1)) || !(UCSR1A & (1 << TXC1))) {
+      if (micros() - start > longest) {
+        break;
+      }
+    }
     digitalWrite(SENDING, LOW);
   }
   int bus_read() { return Serial1.read(); }
