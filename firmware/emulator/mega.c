@@ -96,10 +96,8 @@ mega_t *mega_new(const char *elf) {
   free(firmware.flash);
   avr->log = LOG_NONE;
   avr->frequency = 16000000;
-  avr->run_cycle_limit = 1000;
   avr->sleep = no_sleep;
   avr->gdb_port = 0;
-  for (int i = 0; i < 8; i++) avr_extint_set_strict_lvl_trig(avr, i, 0);
   for (int i = 0; i < UARTS; i++) {
     port_t *p = &m->ports[i];
     const char name = (char)('0' + i);
@@ -127,6 +125,9 @@ uint64_t mega_cycle(mega_t *m) { return m->avr->cycle; }
 int mega_run(mega_t *m, uint64_t until) {
   avr_t *avr = m->avr;
   port_t *bus = &m->ports[1];
+  /* For speed, and again after each reset: long runs, and no polling of unused pins. */
+  avr->run_cycle_limit = 1000;
+  for (int i = 0; i < 8; i++) avr_extint_set_strict_lvl_trig(avr, i, 0);
   avr_cycle_timer_register(avr, until > avr->cycle ? until - avr->cycle : 1, halt, m);
   while (avr->cycle < until) {
     const int state = avr_run(avr);
@@ -190,3 +191,7 @@ void mega_eeprom(mega_t *m, uint8_t *bytes, unsigned count, int write) {
   }
 }
 
+
+/* For tests: writes to data memory; makes the processor go on elsewhere. */
+void mega_poke(mega_t *m, unsigned address, uint8_t byte) { m->avr->data[address] = byte; }
+void mega_jump(mega_t *m, unsigned pc) { m->avr->pc = pc; }

@@ -45,6 +45,9 @@ class Line(EmulatedCard):
             raise OSError("pulled")
         super().write(data)
 
+    def close(self) -> None:
+        """The card stays on when the host lets go of the cable."""
+
 
 class Twin:
     """Judges every report as the Python controller would, and remembers what it never allows."""
@@ -175,8 +178,10 @@ class Rig:
         now = self.line.mega.time
         places = [servo.setpoint(now) for servo in self.servos]
         self.line.run(now + 500_000)
-        return places == [servo.setpoint(self.line.mega.time) for servo in self.servos]
+        still = places == [servo.setpoint(self.line.mega.time) for servo in self.servos]
+        self.body.step(0.5)
+        return still
 
     def close(self) -> None:
-        self.line.close()
+        self.line.mega.close()
 

@@ -150,8 +150,8 @@ class Card:
         self._answers: list[Frame] = []
         self._history: deque[Report] = deque(maxlen=_VELOCITY_REPORTS)
         self._own_stop: Stop | None = None
-        self._offset: float | None = None
-        self._connected = False
+        self._offset = 0.0
+        self._connected = self._fresh = False
         #: Called with every report, for recorders and tests.
         self.on_report: Callable[[Report], None] = lambda _: None
         try:
@@ -284,12 +284,11 @@ class Card:
         """Wait ``dt`` seconds, listening; a lost card is looked for again."""
         # Time that a conversation took is made up for; a long sleep is not.
         self._due = max(self._due + dt, self._line.now() - _SILENCE)
-        self._listen(self._line.now())
+        if self._connected:
+            self._hear(self._line.now())
         while self._line.now() < self._due:
             if self._connected:
-                self._listen(self._due)
-                if self._line.now() - self._heard > _SILENCE:
-                    self._lose(LINE_LOST)
+                self._hear(self._due)
             else:
                 self._find_again()
         return self.state
@@ -313,17 +312,16 @@ class Card:
                 crc, complete, _ = self._hello()
                 break
             except _NoAnswer:
-                if self._line.now() > until:
+                if self._line.now() >= until:
                     raise
         self._ask(Kind.STOP)
         wanted = self._asked_settings or self._wanted_settings(complete)
         self._settings = wanted
         if crc != wanted.crc or not complete:
             self.configure(wanted)
-        self._history.clear()
-        self._offset = None
         self._ask(Kind.STATUS, struct.pack("<H", _REPORT_PERIOD))
-        self._connected = True
+        self._fresh = self._connected = True
+        self._heard = self._line.now()
         self._await_phase()
 
     def _wanted_settings(self, complete: bool) -> CardSettings:
@@ -402,13 +400,8 @@ class Card:
                 raise BodyError(f"The card did not understand {kind.name.lower()} ({result}).")
 
     def _listen(self, until: float) -> None:
-        """Take in what the card says next; reports are noted, answers kept."""
-        try:
-            frames = self._receiver.add(self._line.read(until))
-        except OSError:
-            self._lose(LINE_LOST)
-            return
-        for frame in frames:
+        """Take in what the card says next; reports are noted, answers kept. May raise OSError."""
+        for frame in self._receiver.add(self._line.read(until)):
             if frame.kind != Kind.REPORT:
                 self._answers.append(frame)
                 continue
@@ -417,20 +410,31 @@ class Card:
             except FrameError:
                 continue
             self._heard = self._line.now()
-            if self._offset is None:
+            if self._fresh:
+                # Its clock may have begun anew: the body's goes on.
+                self._fresh = False
+                self._history.clear()
                 self._offset = self._heard - self._began - report.time / SECOND
             self._history.append(report)
             self.on_report(report)
 
+    def _hear(self, until: float) -> None:
+        """Listen; a broken line, or a long silence, is a lost card."""
+        try:
+            self._listen(until)
+        except OSError:
+            self._lose(LINE_LOST)
+        if self._line.now() - self._heard > _SILENCE:
+            self._lose(LINE_LOST)
+
     def _await_phase(self) -> None:
         """Wait for a report from after the latest answer."""
-        before = self._history[-1].time if self._history else -1
+        before = self._history[-1].time if self._history else None
         until = self._line.now() + _SILENCE
-        asked = len(self._history)
         while self._connected and self._line.now() < until:
-            if self._history and (self._history[-1].time > before or not asked):
+            self._hear(until)
+            if self._history and self._history[-1].time != before:
                 return
-            self._listen(until)
         if not self._history:
             raise BodyError("The card sends no reports; press its reset button and try again.")
 
@@ -440,7 +444,7 @@ class Card:
         if self._connected:
             self._connected = False
             self._retry_at = self._line.now()
-            self._own_stop = Stop(self.state.time, reason)
+            self._own_stop = Stop(self._line.now() - self._began, reason)
 
     def _find_again(self) -> None:
         """Try once in a while to reach the card; then it is stopped, and says so."""
@@ -474,7 +478,7 @@ class Card:
         )
 
     def _time_of(self, micros: int) -> float:
-        return micros / SECOND + (self._offset or 0.0)
+        return micros / SECOND + self._offset
 
 
 class _NoAnswer(BodyError):

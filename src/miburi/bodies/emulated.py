@@ -89,6 +89,15 @@ class Mega:
         """Press the reset button."""
         self._lib.mega_reset(self._mega)
 
+    def poke(self, address: int, data: bytes) -> None:
+        """Write to the data memory."""
+        for offset, byte in enumerate(data):
+            self._lib.mega_poke(self._mega, address + offset, byte)
+
+    def jump(self, address: int) -> None:
+        """Make the processor go on at an address of its program."""
+        self._lib.mega_jump(self._mega, address)
+
     @property
     def eeprom(self) -> bytes:
         """What outlasts a loss of power."""
