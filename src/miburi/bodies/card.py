@@ -477,6 +477,17 @@ class Card:
             else None,
         )
 
+    def _begin_clock(self) -> None:
+        """Let the body's clock begin at 0 now."""
+        now = self._line.now()
+        self._offset -= now - self._began
+        self._began = self._due = now
+
+    @property
+    def _epoch(self) -> float:
+        """The line's time at which the body's clock began, s."""
+        return self._began
+
     def _time_of(self, micros: int) -> float:
         return micros / SECOND + self._offset
 

@@ -152,6 +152,11 @@ class Shaft:
         self.place = min(max(self.place, self.low), self.high)
         return self.place
 
+    def speed(self, servo: "Servo", time: float) -> float:
+        """How fast it turns, over the latest 10 ms, in steps/s."""
+        before = self.position(servo, time - 10_000)
+        return (self.position(servo, time) - before) * 100
+
 
 @dataclass
 class Servo:
@@ -179,9 +184,9 @@ class Servo:
     _heard: float = 0.0
 
     @classmethod
-    def new(cls, servo: int, position: float = 2048.0, lag: float = 30_000.0) -> "Servo":
+    def new(cls, servo: int, position: float = 2048.0, shaft: Shaft | None = None) -> "Servo":
         """Return a servo that has been given an id, and is otherwise as from the factory."""
-        made = cls(Shaft(position, lag))
+        made = cls(shaft or Shaft(position))
         made.set("model", MODEL)
         made.set("firmware", 45)
         made.set("id", servo)
@@ -225,11 +230,8 @@ class Servo:
         """Return the error and the bytes of the control table."""
         if address + count > _SIZE:
             return self._error(_RANGE_ERROR), b""
-        now = self.shaft.position(self, time)
-        before = self.shaft.position(self, time - 10_000)
-        self.shaft.position(self, time)
-        self.set("position", round(now + self.shaft.noise()))
-        self.set("speed", round((now - before) * 100 / SPEED_UNIT))
+        self.set("speed", round(self.shaft.speed(self, time) / SPEED_UNIT))
+        self.set("position", round(self.shaft.position(self, time) + self.shaft.noise()))
         return self._error(0), bytes(self.table[address : address + count])
 
     def write(self, address: int, data: bytes, time: float) -> int:
