@@ -4,11 +4,13 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: help run test lint clean
+.PHONY: help run test lint firmware firmware-proof clean
 help:
 	@echo "make run    the main job: the paper's experiment, written to out/experiment"
 	@echo "make test   all tests"
 	@echo "make lint   style and types"
+	@echo "make firmware        the card's firmware, and the emulated card"
+	@echo "make firmware-proof  the firmware's tests with the full counts (about 20 minutes)"
 	@echo "make clean  remove what was built"
 
 run: .venv/run.stamp
@@ -21,6 +23,17 @@ lint: .venv/test.stamp
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
+
+# What builds the sketch without the Arduino IDE, and runs the binary in virtual time.
+FIRMWARE_PACKAGES := make gcc g++ libc6-dev gcc-avr avr-libc binutils-avr arduino-core-avr \
+	libsimavr-dev libelf-dev
+firmware:
+	tools/debian-packages $(FIRMWARE_PACKAGES)
+	$(MAKE) --no-print-directory -C firmware
+
+firmware-proof: .venv/test.stamp
+	MIBURI_TRACES=100000 MIBURI_MOVES=2000,500 MIBURI_FUZZ=1000000 \
+		$(BIN)/python -m pytest -n auto tests/firmware
 
 clean:
 	rm -rf .venv build dist out .mypy_cache .pytest_cache .ruff_cache .hypothesis
@@ -37,5 +50,6 @@ clean:
 	@touch $@
 
 .venv/test.stamp: .venv/run.stamp
+	tools/debian-packages $(FIRMWARE_PACKAGES)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
 	@touch $@

@@ -110,9 +110,7 @@ class Rig:
             for j in self.settings.joints
         ]
         self.bus = Bus(self.servos)
-        self.line = Line(
-            self.bus, elf=firmware / "miburi.elf", library=firmware / "libmega.so"
-        )
+        self.line = Line(self.bus, elf=firmware / "miburi.elf", library=firmware / "libmega.so")
         self.body = Card(lambda: self.line, self.robot)
         self.twin = Twin(self.robot, self.settings)
         if twin:
@@ -184,4 +182,3 @@ class Rig:
 
     def close(self) -> None:
         self.line.mega.close()
-

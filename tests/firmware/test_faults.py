@@ -33,8 +33,12 @@ def raise_arms(rig: Rig, speed: float = 1.0) -> None:
 
 
 def symbol(firmware: Path, name: str) -> int:
-    said = subprocess.run(["avr-nm", firmware / "miburi.elf"], capture_output=True, text=True)
-    return next(int(l.split()[0], 16) for l in said.stdout.splitlines() if l.split()[-1] == name)
+    said = subprocess.run(
+        ["avr-nm", firmware / "miburi.elf"], capture_output=True, check=False, text=True
+    )
+    return next(
+        int(line.split()[0], 16) for line in said.stdout.splitlines() if line.split()[-1] == name
+    )
 
 
 def stays_stopped(rig: Rig, seconds: float = 1.0) -> None:

@@ -11,10 +11,14 @@ from miburi.motion import FINE, Profile
 MOTORS = 8
 SIGNS = {None: 0, Sign.SPEED: 1, Sign.TRACKING: 2, Sign.ARRIVAL: 3}
 RULE = np.dtype([("period", "<i4"), ("ratio", "<i4")])
-GUARDS = np.dtype([("lag", "<i4")] + [(n, "<i2") for n in ("slack", "least", "tracking", "arrival")])
+GUARDS = np.dtype(
+    [("lag", "<i4"), *((n, "<i2") for n in ("slack", "least", "tracking", "arrival"))]
+)
 MOTION = np.dtype(
-    [("distance", "<i4"), ("speed", "<i4"), ("acceleration", "<i4")]
-    + [("start", "<i2"), ("direction", "<i2")]
+    [
+        *((name, "<i4") for name in ("distance", "speed", "acceleration")),
+        *((name, "<i2") for name in ("start", "direction")),
+    ]
 )
 LOOK = np.dtype([("time", "<i8"), ("positions", "<i2", MOTORS)])
 LOOKS = 4
@@ -62,9 +66,7 @@ def random_traces(rng: np.random.Generator, n: int) -> Records:
     guards["tracking"] = rng.integers(1, 120, shape)
     guards["arrival"] = rng.integers(1, 60, shape)
     near_least = guards["least"] + rng.integers(-1, 2, shape)
-    motion["distance"] = np.where(
-        rng.random(shape) < 0.3, near_least, rng.integers(0, 2400, shape)
-    )
+    motion["distance"] = np.where(rng.random(shape) < 0.3, near_least, rng.integers(0, 2400, shape))
     motion["speed"] = np.exp(rng.uniform(0, np.log(4000), shape))
     motion["acceleration"] = np.exp(rng.uniform(np.log(244), np.log(40_000), shape))
     # A ramp that is full and short at once, but for a rounded microsecond of the total time.
@@ -91,9 +93,7 @@ def random_traces(rng: np.random.Generator, n: int) -> Records:
         onward = time + rule["period"] * rng.integers(1, 4, n) + rng.integers(0, 9000, n)
         some = (rng.random(n) * (whole + lag + rule["period"])).astype(np.int64)
         time = np.choose(rng.integers(0, 3, n), [edge, onward, np.maximum(some, time)])
-        expected = profile.position(
-            (time[:, None] - guards["lag"]).ravel()
-        ).reshape(shape)
+        expected = profile.position((time[:, None] - guards["lag"]).ravel()).reshape(shape)
         should = expected - before[0]
         measured = np.rint(expected / FINE).astype(np.int64) * FINE
         # Where the odd motor is: on the limit of one part of the rule, give or take a step.
@@ -116,7 +116,9 @@ def random_traces(rng: np.random.Generator, n: int) -> Records:
         # Sometimes two motors fall behind alike: the first has to be named.
         other = (odd + rng.integers(1, MOTORS, n)) % MOTORS
         alike = rng.random(n) < 0.1
-        measured[every[alike], other[alike]] -= (expected - measured)[every, odd][alike] // FINE * FINE
+        measured[every[alike], other[alike]] -= (
+            (expected - measured)[every, odd][alike] // FINE * FINE
+        )
         travel = measured // FINE
         traces["looks"]["time"][:, index] = time
         traces["looks"]["positions"][:, index] = np.clip(
@@ -130,9 +132,7 @@ def random_traces(rng: np.random.Generator, n: int) -> Records:
 def decide(traces: Records) -> Records:
     """Let contact.py decide every look: (n, LOOKS) of ``DECISION``."""
     decisions = np.zeros((len(traces), LOOKS), dtype=DECISION)
-    wide = {
-        name: traces["motion"][name].astype(np.int64) for name in traces["motion"].dtype.names
-    }
+    wide = {name: traces["motion"][name].astype(np.int64) for name in traces["motion"].dtype.names}
     guards = {
         name: traces["guards"][name].astype(np.int64) for name in traces["guards"].dtype.names
     }

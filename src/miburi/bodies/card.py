@@ -7,6 +7,7 @@ card said. It never resumes a motion by itself: after any loss the body is stopp
 import struct
 from collections import deque
 from collections.abc import Callable
+from contextlib import suppress
 from time import monotonic, sleep
 from typing import Protocol
 
@@ -151,6 +152,9 @@ class Card:
         self._history: deque[Report] = deque(maxlen=_VELOCITY_REPORTS)
         self._own_stop: Stop | None = None
         self._offset = 0.0
+        #: Where the latest move or return goes, steps, and when it began, µs on the card's clock.
+        self.goals: tuple[int, ...] = ()
+        self.move_began = 0
         self._connected = self._fresh = False
         #: Called with every report, for recorders and tests.
         self.on_report: Callable[[Report], None] = lambda _: None
@@ -197,14 +201,14 @@ class Card:
     def move(self, move: Move) -> None:
         """Start a move; see :meth:`miburi.bodies.Body.move`."""
         check_move(self._robot, self.state.phase, move)
-        lower, upper = to_steps(self._robot, self._robot.lower), to_steps(
-            self._robot, self._robot.upper
+        lower, upper = (
+            to_steps(self._robot, self._robot.lower),
+            to_steps(self._robot, self._robot.upper),
         )
         goals = np.clip(to_steps(self._robot, move.angles), lower, upper)
-        speeds = np.minimum(
-            to_steps(self._robot, move.speeds), self._settings.general.max_speed
-        )
-        self._ask(Kind.MOVE, struct.pack("<8h8H", *goals.tolist(), *speeds.tolist()))
+        speeds = np.minimum(to_steps(self._robot, move.speeds), self._settings.general.max_speed)
+        answer = self._ask(Kind.MOVE, struct.pack("<8h8H", *goals.tolist(), *speeds.tolist()))
+        self.goals, self.move_began = tuple(goals.tolist()), struct.unpack("<q", answer)[0]
         self._await_phase()
 
     def stop(self) -> None:
@@ -224,8 +228,10 @@ class Card:
         phase = self.state.phase
         if phase is not Phase.STOPPED:
             raise BodyError(f"The body is {phase}; only a stopped body can be released.")
-        self._ask(Kind.RELEASE)
+        answer = self._ask(Kind.RELEASE)
         self._own_stop = None
+        self.goals = tuple(joint.neutral for joint in self._settings.joints)
+        self.move_began = struct.unpack("<q", answer)[0]
         self._await_phase()
 
     def wake(self) -> None:
@@ -260,7 +266,7 @@ class Card:
         BodyError
             The card is not stopped, or a value is outside its safe range.
         """
-        pieces = [*settings.joints, settings.general]
+        pieces: list[JointPiece | General] = [*settings.joints, settings.general]
         # Ids may change places: send the joints twice where the first time two were alike.
         for _ in range(2):
             for piece, value in enumerate(pieces):
@@ -295,10 +301,8 @@ class Card:
 
     def close(self) -> None:
         """Stop, if the card is there, and let go of the line."""
-        try:
+        with suppress(BodyError):
             self.stop()
-        except BodyError:
-            pass
         self._line.close()
 
     # --- the conversation ------------------------------------------------------------------------
@@ -311,7 +315,7 @@ class Card:
             try:
                 crc, complete, _ = self._hello()
                 break
-            except _NoAnswer:
+            except _NoAnswerError:
                 if self._line.now() >= until:
                     raise
         self._ask(Kind.STOP)
@@ -368,8 +372,8 @@ class Card:
                     self._answers.clear()
             except OSError as error:
                 self._lose(LINE_LOST)
-                raise _NoAnswer(f"The line to the card is broken: {error}.") from error
-        raise _NoAnswer(
+                raise _NoAnswerError(f"The line to the card is broken: {error}.") from error
+        raise _NoAnswerError(
             "The card does not answer. Check cable and power, and that it has Miburi's firmware "
             "(miburi card upload)."
         )
@@ -492,7 +496,7 @@ class Card:
         return micros / SECOND + self._offset
 
 
-class _NoAnswer(BodyError):
+class _NoAnswerError(BodyError):
     """Nothing came back."""
 
 

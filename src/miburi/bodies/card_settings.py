@@ -93,7 +93,7 @@ class CardSettings:
 
     @classmethod
     def of(cls, robot: Robot) -> "CardSettings":
-        """Settings for a robot that has not been calibrated.
+        """Return settings for a robot that has not been calibrated.
 
         Servos have the ids 1–8 and are mounted so that the middle of each joint's range is the
         servo's middle.

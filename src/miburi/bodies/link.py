@@ -68,7 +68,10 @@ class FrameError(MiburiError):
 
 @dataclass(frozen=True)
 class Frame:
-    """One message: kind, sequence number (0–255), payload (at most 96 bytes)."""
+    """One message: kind, sequence number (0–255), payload (at most 96 bytes).
+
+    The version is never 0: a frame of zeros would have a good check sum.
+    """
 
     kind: int
     sequence: int
@@ -121,6 +124,8 @@ def decode(data: bytes) -> Frame:
     body = b"\0".join(blocks)
     if len(body) < 5 or struct.unpack("<H", body[-2:])[0] != crc16(body[:-2]):
         raise FrameError("the frame's check sum is wrong")
+    if body[0] == 0:
+        raise FrameError("there is no version 0 of the link")
     return Frame(body[1], body[2], body[3:-2], version=body[0])
 
 
@@ -197,8 +202,17 @@ class Report:
             raise FrameError(f"a report has {_REPORT.size} bytes, got {len(payload)}")
         values = _REPORT.unpack(payload)
         flags = values[9]
+        time, phase, reason, motor, sign, measured, expected, stop_time, heard = values[:9]
         return cls(
-            *values[:9],
+            time,
+            phase,
+            reason,
+            motor,
+            sign,
+            measured,
+            expected,
+            stop_time,
+            heard,
             held=bool(flags & 1),
             limp=bool(flags & 2),
             positions=values[10:18],

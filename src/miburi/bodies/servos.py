@@ -381,7 +381,8 @@ class Bus:
             error, data = one.read(0, 2, time)
             data += bytes((one.get("firmware"),))
         elif instruction == READ and len(parameters) == 4:
-            error, data = one.read(*struct.unpack("<HH", parameters), time)
+            address, count = struct.unpack("<HH", parameters)
+            error, data = one.read(address, count, time)
         elif instruction == WRITE and len(parameters) > 2:
             answers = one.get("id")
             error = one.write(struct.unpack_from("<H", parameters)[0], parameters[2:], time)
@@ -394,6 +395,8 @@ class Bus:
             error = 0
         else:
             error = _INSTRUCTION_ERROR
-        return [] if servo == BROADCAST and instruction != PING else [
-            self._say(one, error, data, time)
-        ]
+        return (
+            []
+            if servo == BROADCAST and instruction != PING
+            else [self._say(one, error, data, time)]
+        )
