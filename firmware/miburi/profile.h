@@ -59,7 +59,7 @@ inline int64_t travel(const Profile& p, int64_t time) {
   if (time < p.ramp) {
     return p.acceleration * time * time * (FINE / 2) / (SECOND * SECOND);
   }
-  if (left < p.ramp) {
+  if (left <= p.ramp) {
     return p.distance * FINE - p.acceleration * left * left * (FINE / 2) / (SECOND * SECOND);
   }
   return p.speed * (2 * time - p.ramp) * (FINE / 2) / SECOND;
