@@ -9,6 +9,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from miburi import experiment
+from miburi.bodies.plant import Tangible
 from miburi.figures import experiment_figure
 from miburi.files import whole_files
 from miburi.film import Scene, captioned, contact_sheet, studio, write_film
@@ -16,12 +17,14 @@ from miburi.recording import Recorder
 from miburi.robot import Robot, iphonoid
 
 
-def write_experiment(seed: int, seconds: float, out: Path, *, film: bool, hand: bool) -> list[str]:
+def write_experiment(
+    seed: int, seconds: float, out: Path, *, film: bool, hand: bool, body: Tangible | None = None
+) -> list[str]:
     """Run the experiment and write its files, all of them or none.
 
     Parameters
     ----------
-    seed, seconds, hand
+    seed, seconds, hand, body
         As for :func:`miburi.experiment.run`.
     out
         Folder for ``experiment.json``, ``timing.json``, ``experiment.png``,
@@ -50,6 +53,7 @@ def write_experiment(seed: int, seconds: float, out: Path, *, film: bool, hand: 
                 seed,
                 seconds,
                 hand=hand,
+                body=body,
                 recorder=recorder,
                 progress=lambda time: progress.update(running, completed=time),
             )

@@ -7,7 +7,7 @@ import numpy as np
 
 from miburi.bodies import Phase
 from miburi.bodies.card import Card
-from miburi.bodies.card_settings import CardSettings
+from miburi.bodies.card_settings import CardSettings, real_acceleration, real_speed
 from miburi.bodies.controller import Controller
 from miburi.bodies.emulated import EmulatedCard
 from miburi.bodies.link import Kind, Report
@@ -18,16 +18,6 @@ from miburi.robot import JOINTS, Robot, iphonoid
 
 SIGNS = (None, Sign.SPEED, Sign.TRACKING, Sign.ARRIVAL)
 PHASES = (Phase.IDLE, Phase.MOVING, Phase.STOPPED, Phase.RETURNING)
-
-
-def real_speed(speed: int) -> int:
-    """What an XL330 does when asked for a speed, steps/s: whole units of 0.229 turns/min."""
-    return (max((speed * 1000 + 7816) // 15_633, 1) * 15_633 + 500) // 1000
-
-
-def real_acceleration(acceleration: int) -> int:
-    """The same in steps/s², in units of 214.577 turns/min²."""
-    return (max((acceleration * 1000 + 122_070) // 244_141, 1) * 244_141 + 500) // 1000
 
 
 class Line(EmulatedCard):

@@ -21,7 +21,7 @@ from miburi.robot import iphonoid
 
 
 def test_the_papers_experiment_with_the_real_firmware_in_the_loop(firmware: Path) -> None:
-    result = experiment.run(1, 16.0, body=EmulatedBody()).report()
+    result = experiment.run(1, 15.0, body=EmulatedBody()).report()
     assert result["false_stops"] == 0
     assert result["missed_contacts"] == []
     assert len(result["stops"]) >= 2
@@ -38,7 +38,7 @@ def test_calibration_finds_lags_and_stores_guards_that_hold(firmware: Path, tmp_
         servo.shaft.noise = lambda: float(rig.rng.uniform(-0.6, 0.6))
     settings = calibrate(rig.body)
     for joint, lag in zip(settings.joints, lags, strict=True):
-        assert abs(joint.lag - lag) < 3_000
+        assert abs(joint.lag - lag) < 2_500  # seen by the card: a servo answers up to 2 ms after it was asked
         assert 3 <= joint.slack <= 8
     rig.body.stop()
     rig.body.configure(settings)

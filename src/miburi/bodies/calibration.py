@@ -14,7 +14,12 @@ import numpy as np
 
 from miburi.bodies.base import Phase
 from miburi.bodies.card import Card
-from miburi.bodies.card_settings import CardSettings, JointSettings
+from miburi.bodies.card_settings import (
+    CardSettings,
+    JointSettings,
+    real_acceleration,
+    real_speed,
+)
 from miburi.bodies.link import Report
 from miburi.errors import BodyError, DescriptionError
 from miburi.motion import FINE, Move, Profile, Steps, to_steps
@@ -124,9 +129,9 @@ def measure(card: Card, motor: int) -> Measured:
 
 
 def _profile(card: Card, distance: int, speed: float) -> Profile:
-    steps = round(speed / card.robot.servo.step)
+    steps = real_speed(round(speed / card.robot.servo.step))
     one = np.ones(1, dtype=np.int64)
-    acceleration = card.settings.general.acceleration
+    acceleration = real_acceleration(card.settings.general.acceleration)
     return Profile.plan(one * distance, one * steps, one * acceleration)
 
 

@@ -24,6 +24,16 @@ HOTTEST, LOWEST = 65, 42
 _MIDDLE = 2048
 
 
+def real_speed(speed: int) -> int:
+    """Return what an XL330 does when asked for steps/s: whole units of 0.229 turns/min."""
+    return (max((speed * 1000 + 7816) // 15_633, 1) * 15_633 + 500) // 1000
+
+
+def real_acceleration(acceleration: int) -> int:
+    """Return the same for steps/s², in units of 214.577 turns/min²."""
+    return (max((acceleration * 1000 + 122_070) // 244_141, 1) * 244_141 + 500) // 1000
+
+
 @dataclass(frozen=True)
 class General:
     """Figures for all joints: µs, 1/10 000, steps/s², steps/s, mA, °C, 0.1 V, in this order."""
