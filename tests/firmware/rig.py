@@ -51,7 +51,7 @@ class Twin:
         self.controller: Controller | None = None
         self.last: Report | None = None
         self.looks = 0
-        #: When a look at the motors would first have seen the contact, µs.
+        #: From when on every look at the motors would see the contact, µs.
         self.detectable: int | None = None
         self.wants_detectable = False
 
@@ -71,9 +71,12 @@ class Twin:
         c = self.controller
         if c is None or report.heard != 0xFF:
             return
-        if self.wants_detectable and c.phase is Phase.MOVING and self.detectable is None:
-            watch = copy.deepcopy(c._watch)
-            if watch.look(np.array(report.positions), report.time - c._began) is not None:
+        if self.wants_detectable and c.phase is Phase.MOVING:
+            # From here on, a look at any moment would see it.
+            seen = copy.deepcopy(c._watch).look(np.array(report.positions), report.time - c._began)
+            if seen is None:
+                self.detectable = None
+            elif self.detectable is None:
                 self.detectable = report.time
         if c.phase is Phase.MOVING:
             self.looks += 1

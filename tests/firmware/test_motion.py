@@ -55,7 +55,7 @@ def test_a_blocked_motor_stops_all(firmware: Path, seed: int) -> None:
         assert rig.settle() is Phase.STOPPED
         stop = rig.body.state.stop
         assert (stop.reason, stop.motor) == ("contact", JOINTS[motor])
-        # All motors have their stop within 0.15 s of the first moment at which it could be seen.
+        # All motors have their stop within 0.15 s of the moment from which it could be seen.
         assert rig.twin.detectable is not None
         told = max(servo.segment.began for servo in rig.servos)
         assert told - rig.twin.detectable <= 150_000
