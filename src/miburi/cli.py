@@ -79,11 +79,12 @@ def experiment(
     out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("out/experiment"),
     film: Annotated[bool, typer.Option(help="Draw the film (the longest part).")] = True,
     hand: Annotated[bool, typer.Option(help="A hand gets in the way now and then.")] = True,
+    face: Annotated[bool, typer.Option(help="The phone shows its face in the film.")] = True,
 ) -> None:
     """Run the paper's experiment: happiness, mood 0.9, and a hand in the way (Section 5)."""
     from miburi.experiment_files import write_experiment
 
-    written = write_experiment(seed, seconds, out, film=film, hand=hand)
+    written = write_experiment(seed, seconds, out, film=film, hand=hand, face=face)
     for line in written:
         print(line)
 

@@ -9,6 +9,8 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from miburi import experiment
+from miburi import face as faces
+from miburi.feelings import Expression
 from miburi.figures import experiment_figure
 from miburi.files import whole_files
 from miburi.film import Scene, captioned, contact_sheet, studio, write_film
@@ -16,7 +18,9 @@ from miburi.recording import Recorder
 from miburi.robot import Robot, iphonoid
 
 
-def write_experiment(seed: int, seconds: float, out: Path, *, film: bool, hand: bool) -> list[str]:
+def write_experiment(
+    seed: int, seconds: float, out: Path, *, film: bool, hand: bool, face: bool
+) -> list[str]:
     """Run the experiment and write its files, all of them or none.
 
     Parameters
@@ -28,6 +32,8 @@ def write_experiment(seed: int, seconds: float, out: Path, *, film: bool, hand: 
         ``experiment.mcap`` and, if wished for, ``experiment.mp4`` and ``experiment-strip.png``.
     film
         Whether to draw the film.
+    face
+        Whether the phone shows its face in pictures and film.
 
     Returns
     -------
@@ -57,7 +63,7 @@ def write_experiment(seed: int, seconds: float, out: Path, *, film: bool, hand: 
         _write_json(draft / "timing.json", result.timing())
         experiment_figure(result, draft / "experiment.png")
         if film:
-            scenes = [Scene(frame.angles, frame.hand, _caption(frame)) for frame in result.frames]
+            scenes = [_scene(frame, face=face) for frame in result.frames]
             _write_strip(robot, result, scenes, draft / "experiment-strip.png")
             drawing = progress.add_task("film", total=len(scenes))
             write_film(
@@ -102,6 +108,12 @@ def _write_strip(
             upright = camera.picture(plain)[60:660, 200:760]
             pictures.append(captioned(upright, scenes[index].caption))
     Image.fromarray(contact_sheet(pictures, 3)).save(path)
+
+
+def _scene(frame: experiment.Frame, *, face: bool) -> Scene:
+    shown = Expression(frame.feeling, frame.mood) if frame.feeling else None
+    picture = faces.face(shown) if face else None
+    return Scene(frame.angles, frame.hand, _caption(frame), picture)
 
 
 def _caption(frame: experiment.Frame) -> str:

@@ -19,7 +19,7 @@ from PIL import Image, ImageDraw, ImageFont
 from miburi.errors import OutputError
 from miburi.physics import mujoco
 from miburi.robot import JOINTS, Array, Robot
-from miburi.robot.mjcf import HAND_AWAY, to_mjcf
+from miburi.robot.mjcf import FACE_PIXELS, HAND_AWAY, to_mjcf
 
 Picture = NDArray[np.uint8]
 
@@ -29,18 +29,32 @@ CAMERA = {"lookat": (0.0, 0.0, 0.11), "distance": 0.70, "azimuth": 212.0, "eleva
 
 @dataclass(frozen=True)
 class Scene:
-    """What a picture shows: true joint angles (8,) rad, and the human hand's pose (7,) if any."""
+    """What a picture shows.
+
+    Attributes
+    ----------
+    angles
+        (8,) rad, the true joint angles.
+    hand
+        (7,) the human hand's place in m and quaternion; None: nobody is there.
+    caption
+        Lines written into the picture.
+    face
+        (192, 192, 3), drawn on the phone's screen, see :func:`miburi.face.face`; None: a blank
+        screen.
+    """
 
     angles: Array
     hand: Array | None = None
     caption: str = ""
+    face: Picture | None = None
 
 
 class Studio:
     """A camera on the robot; use it as made by :func:`studio`."""
 
     def __init__(self, robot: Robot, width: int, height: int) -> None:
-        self._model = mujoco.MjModel.from_xml_string(to_mjcf(robot))
+        self._model = mujoco.MjModel.from_xml_string(to_mjcf(robot, face=True))
         self._data = mujoco.MjData(self._model)
         self._qpos = np.array([self._model.joint(name).qposadr[0] for name in JOINTS])
         self._renderer = mujoco.Renderer(self._model, height, width)
@@ -49,6 +63,10 @@ class Studio:
         self._camera.distance = CAMERA["distance"]
         self._camera.azimuth = CAMERA["azimuth"]
         self._camera.elevation = CAMERA["elevation"]
+        self._screen = self._model.material("screen").id
+        self._blank = self._model.mat_rgba[self._screen].copy()
+        self._face = self._model.material("face").id
+        self._drawn: Picture | None = None
 
     def close(self) -> None:
         """Free the graphics memory."""
@@ -62,9 +80,27 @@ class Studio:
         data.mocap_pos[0], data.mocap_quat[0] = hand[:3], hand[3:]
         mujoco.mj_kinematics(self._model, data)
         mujoco.mj_camlight(self._model, data)
+        self._draw_face(scene.face)
         self._renderer.update_scene(data, self._camera)
         pixels: Picture = self._renderer.render()
         return captioned(pixels, scene.caption) if scene.caption else pixels.copy()
+
+    def _draw_face(self, face: Picture | None) -> None:
+        colours = self._model.mat_rgba
+        colours[self._face, 3] = 0.0 if face is None else 1.0
+        if face is None:
+            colours[self._screen] = self._blank
+        else:
+            colours[self._screen, :3] = face[0, 0] / 255
+            if face is not self._drawn:
+                # The texture is a cube's; its first side faces forwards, seen in a mirror and
+                # lying on its side.
+                sides = self._model.tex("face").data.reshape(6, FACE_PIXELS, FACE_PIXELS, 3)
+                sides[0] = face[:, ::-1].transpose(1, 0, 2)
+                self._renderer._gl_context.make_current()
+                texture = self._model.tex("face").id
+                mujoco.mjr_uploadTexture(self._model, self._renderer._mjr_context, texture)
+        self._drawn = face
 
 
 @contextmanager

@@ -34,6 +34,7 @@ def write_gallery(
     out: Path | str,
     *,
     feelings: tuple[str, ...] = FEELINGS,
+    face: bool = False,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Path:
     """Write films, strips and hand paths of every feeling at 0.3, 0.6 and 0.9, and a page.
@@ -53,7 +54,7 @@ def write_gallery(
             function, shown[feeling] = load(feeling, robot), []
             for mood in MOODS:
                 progress(f"{feeling} {mood}")
-                shown[feeling].append(show(robot, function, mood, draft, camera))
+                shown[feeling].append(show(robot, function, mood, draft, camera, face=face))
         (draft / "index.html").write_text(_page(shown), encoding="utf-8")
         strips = {name: draft / cells[-1].strip for name, cells in shown.items()}
         _overview(strips).save(draft / "overview.png")

@@ -14,6 +14,8 @@ import matplotlib.pyplot as plt
 from matplotlib.collections import LineCollection
 from PIL import Image
 
+from miburi import face as faces
+from miburi.feelings import Expression
 from miburi.film import Picture, Scene, Studio, studio, write_film
 from miburi.gesture_check import Measured, measured
 from miburi.gestures import MovementFunction, key_poses
@@ -51,22 +53,32 @@ def camera_on(robot: Robot) -> Iterator[Studio]:
 
 
 def show(
-    robot: Robot, function: MovementFunction, mood: float, folder: Path, camera: Studio
+    robot: Robot,
+    function: MovementFunction,
+    mood: float,
+    folder: Path,
+    camera: Studio,
+    *,
+    face: bool = False,
 ) -> Shown:
-    """Perform a gesture and write its strip, film and hand paths into ``folder``."""
+    """Perform a gesture and write its strip, film and hand paths into ``folder``.
+
+    With ``face`` the phone shows the feeling's face, else its screen is blank.
+    """
+    drawn = faces.face(Expression(function.feeling, mood)) if face else None
     rehearsal = rehearse(robot, key_poses(robot, function, mood))
     stem = f"{function.name}-{mood:g}"
     strip_file = folder / f"{stem}-strip.png"
-    Image.fromarray(strip(camera, rehearsal)).save(strip_file)
+    Image.fromarray(strip(camera, rehearsal, drawn)).save(strip_file)
     return Shown(
         measured=measured(function, mood, rehearsal),
         strip=strip_file.name,
-        film=film(robot, rehearsal, folder / f"{stem}.mp4").name,
+        film=film(robot, rehearsal, folder / f"{stem}.mp4", drawn).name,
         paths=paths(rehearsal, folder / f"{stem}-paths.png").name,
     )
 
 
-def strip(camera: Studio, rehearsal: Rehearsal) -> Picture:
+def strip(camera: Studio, rehearsal: Rehearsal, face: Picture | None = None) -> Picture:
     """Draw the first two seconds: six moments, 0.4 s apart, each with a fading trail.
 
     Returns
@@ -74,14 +86,14 @@ def strip(camera: Studio, rehearsal: Rehearsal) -> Picture:
     (height, 6 · width, 3), without a word in it.
     """
     return np.hstack(
-        [_moment(camera, rehearsal.angles, STRIP_STEP * k) for k in range(STRIP_MOMENTS)]
+        [_moment(camera, rehearsal.angles, STRIP_STEP * k, face) for k in range(STRIP_MOMENTS)]
     )
 
 
-def film(robot: Robot, rehearsal: Rehearsal, path: Path) -> Path:
+def film(robot: Robot, rehearsal: Rehearsal, path: Path, face: Picture | None = None) -> Path:
     """Write a film of a performance in its own time; see :func:`miburi.film.write_film`."""
     rate = 1 / (_FILM_EVERY * PERIOD)
-    scenes = [Scene(angles) for angles in rehearsal.angles[::_FILM_EVERY]]
+    scenes = [Scene(angles, face=face) for angles in rehearsal.angles[::_FILM_EVERY]]
     last = [scenes[-1]] * round(rate / 2)
     return write_film(robot, [*scenes, *last], path, rate=rate, size=(_PIXELS, _PIXELS))
 
@@ -110,10 +122,10 @@ def paths(rehearsal: Rehearsal, path: Path) -> Path:
     return path
 
 
-def _moment(camera: Studio, angles: Array, time: float) -> Picture:
+def _moment(camera: Studio, angles: Array, time: float, face: Picture | None) -> Picture:
     def at(moment: float) -> Array:
         index = min(max(round(moment / PERIOD), 0), len(angles) - 1)
-        return camera.picture(Scene(angles[index])).astype(np.float64)
+        return camera.picture(Scene(angles[index], face=face)).astype(np.float64)
 
     faded = np.sum([share * at(time - ago) for ago, share in _TRAIL], axis=0)
     picture: Picture = faded.round().astype(np.uint8)

@@ -19,6 +19,7 @@ Source = Annotated[str, typer.Argument(help="A gesture file (….toml), or a fee
 RobotFile = Annotated[
     Path | None, typer.Option("--robot", help="A robot description; default: the iphonoid.")
 ]
+Face = Annotated[bool, typer.Option("--face", help="The phone shows the feeling's face.")]
 Step = Annotated[float, typer.Option(help="From one mood to the next, 0.01 to 1.")]
 
 
@@ -73,6 +74,7 @@ def preview(
     source: Source,
     mood: Annotated[float, typer.Option(help="0 to 1.")] = 0.9,
     out: Annotated[Path, typer.Option(help="Folder for film and pictures.")] = Path("out/gesture"),
+    face: Face = False,
     robot: RobotFile = None,
 ) -> None:
     """Film a gesture, draw six moments of it, and the paths of its hands."""
@@ -83,7 +85,7 @@ def preview(
     body = _robot(robot)
     function = load(source, body)
     with whole_files(out) as draft, camera_on(body) as camera:
-        shown = show(body, function, mood, draft, camera)
+        shown = show(body, function, mood, draft, camera, face=face)
     for name in (shown.film, shown.strip, shown.paths):
         print(out / name)
 
@@ -119,12 +121,16 @@ def schema() -> None:
 
 def gallery(
     out: Annotated[Path, typer.Option(help="Folder for the page.")] = Path("out/gallery"),
+    face: Face = False,
     robot: RobotFile = None,
 ) -> None:
     """Film every feeling at three moods, and show them all on one page."""
     from miburi.gallery import write_gallery
 
-    print(write_gallery(_robot(robot), out, progress=lambda what: typer.echo(what, err=True)))
+    def say(what: str) -> None:
+        typer.echo(what, err=True)
+
+    print(write_gallery(_robot(robot), out, face=face, progress=say))
 
 
 def _robot(path: Path | None) -> "Robot":

@@ -1,6 +1,7 @@
 """The physical model: MJCF for MuJoCo, made from the description."""
 
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 
 import numpy as np
 
@@ -9,6 +10,8 @@ from miburi.robot.shape import COLOURS, Link, Part, extremities, links, parts
 
 #: Physics runs at 500 Hz.
 TIMESTEP = 0.002
+#: Side of the face that can be drawn on the screen, in pixels.
+FACE_PIXELS = 192
 #: Where the human hand waits while nobody reaches for the robot, m.
 HAND_AWAY = (0.45, -0.35, 0.10)
 #: The human hand is a capsule of this radius and half length (a finger or two), m.
@@ -17,12 +20,13 @@ HAND_SIZE = (0.016, 0.045)
 _WALL = (0.93, 0.90, 0.86, 1.0)
 
 
-def to_mjcf(robot: Robot) -> str:
+def to_mjcf(robot: Robot, *, face: bool = False) -> str:
     """Return the robot on a table, with position servos and a movable human hand, as MJCF.
 
     Joints, actuators and the free indices follow ``JOINTS``' names; sites ``right``, ``left``
     and ``head`` mark the extremities. Every pair of parts that a joint does not join can
-    collide. The mocap body ``hand`` collides with the robot only.
+    collide. The mocap body ``hand`` collides with the robot only. With ``face`` the screen
+    carries a square of the material ``face``, whose texture can be drawn on.
     """
     root = ET.Element("mujoco", model=robot.name)
     ET.SubElement(root, "compiler", angle="radian", autolimits="true")
@@ -75,6 +79,8 @@ def to_mjcf(robot: Robot) -> str:
             bodies[link_name], "site", name=name, pos=_text(point), size="0.002", group="4"
         )
     _hand(world)
+    if face:
+        _face(robot, asset, bodies["head"])
     # MuJoCo leaves out the pairs that a joint joins, except at the world.
     ET.SubElement(ET.SubElement(root, "contact"), "exclude", body1="base", body2="torso")
     actuator = ET.SubElement(root, "actuator")
@@ -123,6 +129,19 @@ def _hand(world: ET.Element) -> None:
         hand, "geom", name="hand", type="capsule", material="skin", size=_text((radius, half)),
         contype="2", conaffinity="1",
     )  # fmt: skip
+
+
+def _face(robot: Robot, asset: ET.Element, head: ET.Element) -> None:
+    """Add a square on the phone's screen, as wide as it, and a texture of its own for it."""
+    ET.SubElement(
+        asset, "texture", name="face", type="cube", builtin="flat", rgb1="1 1 1",
+        width=str(FACE_PIXELS), height=str(FACE_PIXELS),
+    )  # fmt: skip
+    glow = {"emission": "0.45", "specular": "0.1"}
+    ET.SubElement(asset, "material", {"name": "face", "texture": "face", **glow})
+    screen = next(part for part in parts(robot) if part.name == "screen")
+    deep, half = screen.size[0], 0.96 * min(screen.size[1:])
+    _geom(head, replace(screen, name="face", colour="face", size=(1.05 * deep, half, half)))
 
 
 def _text(numbers: tuple[float, ...]) -> str:
