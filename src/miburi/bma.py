@@ -26,17 +26,11 @@ from miburi.errors import InputError
 
 Array = NDArray[np.float64]
 Seed = int | np.random.Generator
-Operator = Literal["mutation", "local search", "gene transfer"]
-
 #: Why a search ended, in words.
 CONVERGED = "converged"
 SETTLED = "settled: no better value found"
 BUDGET_SPENT = "budget spent"
 DEADLINE = "stopped by deadline"
-
-_OPERATORS: tuple[Operator, ...] = ("mutation", "local search", "gene transfer")
-_PAPER_ORDER = _OPERATORS
-_LOCAL_FIRST: tuple[Operator, ...] = ("local search", "gene transfer", "mutation")
 
 
 @dataclass(frozen=True)
@@ -72,8 +66,9 @@ class Settings:
     local_search
         "gradient" is Eq. 12 as printed; "residual" is Levenberg-Marquardt on the residuals,
         (JᵀJ + γI)s = -Jᵀe, as in the paper's reference [9], for functions that return residuals.
-    order
-        The operators in the order in which a generation applies them.
+    ends
+        How many clones with one variable at an end of its range are searched from where a
+        residual search ends; 0, as in the paper, leaves them out.
     first_iterations
         Iterations of the local search from the starting point, before the population is made;
         0 leaves it out, as the paper does.
@@ -100,7 +95,7 @@ class Settings:
     damping: float = 1.0
     gradient_tolerance: float = 1e-4
     local_search: Literal["gradient", "residual"] = "gradient"
-    order: tuple[Operator, ...] = _LOCAL_FIRST
+    ends: int = 0
     first_iterations: int = 8
     target: float = 1e-12
     patience: int = 0
@@ -120,13 +115,11 @@ class Settings:
             raise InputError(
                 f'local_search must be "gradient" or "residual", got {self.local_search!r}.'
             )
-        if not isinstance(self.order, tuple) or not set(self.order) <= set(_OPERATORS):
-            raise InputError(f"order must be a tuple of {_OPERATORS}, got {self.order!r}.")
 
     @classmethod
     def paper(cls) -> Self:
         """Table 2 and Section 3 as printed: Eq. 12, mutation first, all 35 generations."""
-        return cls(order=_PAPER_ORDER, first_iterations=0, target=-np.inf, patience=0)
+        return cls(first_iterations=0, target=-np.inf, patience=0)
 
 
 _SMALLEST = {
@@ -137,6 +130,7 @@ _SMALLEST = {
     "transfers": 0,
     "transferred": 1,
     "local_iterations": 0,
+    "ends": 0,
     "first_iterations": 0,
     "patience": 0,
 }
@@ -182,7 +176,8 @@ class Optimizer:
     bounds
         (n, 2): the least and greatest value of each variable.
     start
-        (n,) inside the bounds; the middle of the box where none is given.
+        (n,) inside the bounds; where none is given, the first local search begins in the middle
+        of the box.
     settings
         How to search.
     seed
@@ -205,6 +200,7 @@ class Optimizer:
         self.settings = settings or Settings()
         self.lower, self.upper = _checked_bounds(bounds)
         self.start = _checked_start(start, self.lower, self.upper)
+        self._begins_at_start = start is not None or self.settings.first_iterations > 0
         self._state = np.array([seed_of(seed)], dtype=np.uint64)
         self._genes = np.arange(self.lower.size)
         self._value, self._x = np.inf, self.start.copy()
@@ -304,27 +300,24 @@ class Optimizer:
     def _search(self) -> Generator[Array, None, str]:
         """Yield points; when it goes on, their values have been told. Return the status."""
         settings = self.settings
-        yield self.start[None]
+        if self._begins_at_start:
+            yield self.start[None]
         if settings.first_iterations:
-            alone, value = self.start[None].copy(), np.array([self._value])
-            yield from self._local_search(alone, value, 0, settings.first_iterations)
+            yield from self._local_search(self.start.copy(), self._value, settings.first_iterations)
         population = np.empty((settings.individuals, self.lower.size))
         operators().populate(population, self.lower, self.upper, self._state)
-        population[0] = self._x
+        if self._begins_at_start:
+            population[0] = self._x
         yield population
         costs = self._totals().copy()
         idle = 0
         for _ in range(settings.generations):
             before = self._value
-            for operator in settings.order:
-                if operator == "mutation":
-                    yield from self._mutation(population, costs)
-                elif operator == "local search":
-                    yield from self._local_searches(population, costs)
-                else:
-                    yield from self._gene_transfer(population, costs)
+            yield from self._mutation(population, costs)
+            yield from self._local_searches(population, costs)
+            yield from self._gene_transfer(population, costs)
             self._generations += 1
-            idle = 0 if self._value < before else idle + 1
+            idle = 0 if self._value < before * (1 - operators().SLIGHT) else idle + 1
             if settings.patience and idle >= settings.patience:
                 return SETTLED
         return BUDGET_SPENT
@@ -347,49 +340,93 @@ class Optimizer:
                     costs[i], bacterium[:] = totals[best], clones[best]
 
     def _local_searches(self, population: Array, costs: Array) -> Iterator[Array]:
-        for i in range(len(population)):
+        for i, bacterium in enumerate(population):
             if operators().uniform(self._state) < self.settings.local_probability:
-                yield from self._local_search(population, costs, i, self.settings.local_iterations)
+                costs[i] = yield from self._local_search(
+                    bacterium, costs[i], self.settings.local_iterations
+                )
 
     def _local_search(
-        self, population: Array, costs: Array, i: int, iterations: int
-    ) -> Iterator[Array]:
-        """Improve one bacterium: Eq. 12, or Levenberg-Marquardt on the residuals."""
-        x, lower, upper = population[i], self.lower, self.upper
-        n, by_residual = len(x), self.settings.local_search == "residual"
+        self, x: Array, value: float, iterations: int
+    ) -> Generator[Array, None, float]:
+        """Improve one bacterium in place; return its value."""
+        if self.settings.local_search == "gradient":
+            return (yield from self._search_as_printed(x, value, iterations))
+        value = yield from self._search_by_residual(x, iterations)
+        clones = np.empty((2 * len(x), len(x)))
+        for _ in range(operators().SWEEPS if self.settings.ends else 0):
+            operators().ends(x, self.lower, self.upper, clones)
+            yield clones
+            values, tried = self._totals().copy(), np.zeros(len(clones), np.int64)
+            for _ in range(self.settings.ends):
+                i = operators().most_promising(x, self.lower, self.upper, values, tried)
+                if i < 0:
+                    return value
+                tried[i] = 1
+                new = clones[i].copy()
+                new_value = yield from self._search_by_residual(new, iterations)
+                if new_value < value * (1 - operators().SLIGHT):
+                    value, x[:] = new_value, new
+                    break
+            else:
+                return value
+        return value
+
+    def _search_as_printed(
+        self, x: Array, value: float, iterations: int
+    ) -> Generator[Array, None, float]:
+        """Eq. 12, with derivatives by central differences."""
+        points, new = np.empty((2 * len(x), len(x))), np.empty((1, len(x)))
+        gradient = np.empty((1, len(x)))
+        damping, accepted = self.settings.damping, True
+        for _ in range(iterations):
+            if accepted:
+                operators().stencil(x, self.lower, self.upper, points)
+                yield points
+                operators().differences(points, self._totals()[:, None], gradient)
+            if operators().length(gradient[0]) <= self.settings.gradient_tolerance:
+                break
+            predicted = operators().printed_step(
+                x, gradient[0], damping, self.lower, self.upper, new[0]
+            )
+            yield new
+            new_value = float(self._totals()[0])
+            damping = operators().damped(damping, new_value - value, predicted)
+            accepted = new_value < value
+            if accepted:
+                value, x[:] = new_value, new[0]
+        return value
+
+    def _search_by_residual(self, x: Array, iterations: int) -> Generator[Array, None, float]:
+        """Levenberg-Marquardt on residuals, with derivatives by central differences."""
+        n, lower, upper = len(x), self.lower, self.upper
         points, new, gradient = np.empty((2 * n, n)), np.empty((1, n)), np.empty(n)
         normal, matrix = np.empty((n, n)), np.empty((n, n))
         damping, accepted = self.settings.damping, True
+        yield x[None]
+        value, residual = float(self._totals()[0]), self._rows()[0].copy()
+        jacobian = np.empty((len(residual), n))
         for _ in range(iterations):
-            if accepted and by_residual:
-                yield x[None]
-                residual = self._rows()[0].copy()
             if accepted:
                 operators().stencil(x, lower, upper, points)
                 yield points
-                rows = self._rows() if by_residual else self._totals()[:, None]
-                jacobian = np.empty((rows.shape[1], n))
-                operators().differences(points, rows, jacobian)
-                if by_residual:
-                    operators().square(jacobian, residual, normal, gradient)
-                    size = operators().free_length(x, gradient, lower, upper)
-                else:
-                    gradient[:] = jacobian[0]
-                    size = operators().length(gradient)
+                operators().differences(points, self._rows(), jacobian)
+                operators().square(jacobian, residual, normal, gradient)
+            size = operators().free_length(x, gradient, lower, upper)
             if size <= self.settings.gradient_tolerance:
-                return
-            if by_residual:
-                predicted = operators().residual_step(
-                    x, normal, gradient, damping, lower, upper, matrix, new[0]
-                )
-            else:
-                predicted = operators().printed_step(x, gradient, damping, lower, upper, new[0])
+                break
+            predicted = operators().residual_step(
+                x, normal, gradient, damping, lower, upper, matrix, new[0]
+            )
             yield new
-            change = self._totals()[0] - costs[i]
-            damping = operators().damped(damping, change, predicted)
-            accepted = change < 0
+            gain = value - float(self._totals()[0])
+            damping = operators().damped(damping, -gain, predicted)
+            accepted = gain > 0
             if accepted:
-                costs[i], x[:] = self._totals()[0], new[0]
+                value, x[:], residual = value - gain, new[0], self._rows()[0].copy()
+                if operators().hopeless(value, gain, self._value):
+                    break
+        return value
 
     def _gene_transfer(self, population: Array, costs: Array) -> Iterator[Array]:
         operators().rank(population, costs)
@@ -499,11 +536,6 @@ def seed_of(seed: Seed) -> int:
             f"seed must be a whole number from 0 to 2**63 - 1, or a NumPy generator, got {seed!r}."
         )
     return int(seed)
-
-
-def order_of(settings: Settings) -> list[int]:
-    """Return the operators of a generation by their numbers."""
-    return [_OPERATORS.index(operator) for operator in settings.order]
 
 
 def _checked_bounds(bounds: ArrayLike) -> tuple[Array, Array]:

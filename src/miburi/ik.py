@@ -24,7 +24,6 @@ from miburi.bma import (
     Seed,
     Settings,
     clock_limit,
-    order_of,
     seed_of,
 )
 from miburi.errors import InputError
@@ -32,8 +31,10 @@ from miburi.robot import Array, Robot
 
 OUT_OF_REACH = "out of reach: this is the best reachable pose"
 
-#: The residual, in m, at which a target counts as reached.
-TOLERANCE = 1e-5
+#: A target counts as reached where the residual is not above this, in m.
+REACHED = 1e-4
+#: The residual, in m, at which the search is content.
+TOLERANCE = 1e-6
 
 #: How :func:`solve` searches, unless it is told otherwise: the counts of Table 2 for the
 #: population, and for the local search numbers of our own.
@@ -41,10 +42,11 @@ SETTINGS = Settings(
     local_search="residual",
     local_iterations=30,
     first_iterations=30,
-    damping=1e-3,
-    gradient_tolerance=1e-10,
+    damping=1e-4,
+    gradient_tolerance=1e-9,
+    ends=6,
     target=TOLERANCE**2,
-    patience=3,
+    patience=1,
 )
 
 
@@ -146,7 +148,7 @@ def solve(
         status, residual, evaluations, generations = _kernel().solve(
             *problem.arrays, goal, pose, start is not None, seed_of(seed), found
         )
-        words = _WORDS[status]
+        words = _words(status, residual)
     else:
         limit = clock_limit(deadline)
         words, residual, evaluations, generations = _solve_until(
@@ -205,12 +207,17 @@ def solve_batch(
         found[:, 8:],
         counts[:, 1],
         counts[:, 2],
-        tuple(_WORDS[status] for status in counts[:, 0].tolist()),
+        tuple(map(_words, counts[:, 0].tolist(), residual.tolist())),
     )
 
 
 _PART = 128  # targets that a thread takes at once
 _WORDS = (BUDGET_SPENT, CONVERGED, OUT_OF_REACH)  # by the kernel's GOES_ON, CONVERGED, SETTLED
+
+
+def _words(status: int, residual: float) -> str:
+    """Say why a search ended; where it settled close by, the target was in reach after all."""
+    return CONVERGED if residual <= REACHED else _WORDS[status]
 
 
 @dataclass(frozen=True)
@@ -247,7 +254,7 @@ def _problem(robot: Robot, settings: Settings) -> _Problem:
         settings.first_iterations,
         settings.patience,
         settings.generations,
-        *order_of(settings),
+        settings.ends,
     ]
     floats = [
         settings.local_probability,
@@ -273,26 +280,23 @@ def _solve_until(
 ) -> tuple[str, float, int, int]:
     """Search generation by generation while the clock allows it."""
     kernel, settings = _kernel(), problem.settings
-    found[:8] = pose
+    best = pose.copy()
     memory = (
         np.array([seed], np.uint64),
-        found,
+        best,
+        np.empty(1),
         np.empty((settings.individuals, 8)),
         np.empty(settings.individuals),
         counts := np.array([-2, 0, 0]),
         np.arange(8),
     )
-    words = BUDGET_SPENT
-    while True:
-        status, residual = kernel.advance(*problem.arrays, goal, pose, has_start, *memory)
-        if status != kernel.GOES_ON:
-            words = _WORDS[status]
-            break
-        if counts[0] >= settings.generations:
-            break
-        if time.perf_counter() >= limit:
-            words = DEADLINE
-            break
+    status = kernel.GOES_ON
+    late = False
+    while status == kernel.GOES_ON and counts[0] < settings.generations and not late:
+        status = kernel.advance(*problem.arrays, goal, has_start, *memory)
+        late = time.perf_counter() >= limit
+    residual = kernel.finish(*problem.arrays[:3], goal, pose, has_start, best, found)
+    words = DEADLINE if status == kernel.GOES_ON and late else _words(status, residual)
     return words, residual, int(counts[2]), max(int(counts[0]), 0)
 
 
