@@ -41,7 +41,10 @@ def _cost(robot, target, waist):
         size, -left @ target[0:2] - size.L12, fwd @ target[0:2], target[2] - size.L01,
         lower[1:4], upper[1:4],
     )  # fmt: skip
-    mirrored = np.array([lower[4], -upper[5], -upper[6]]), np.array([upper[4], -lower[5], -lower[6]])
+    mirrored = (
+        np.array([lower[4], -upper[5], -upper[6]]),
+        np.array([upper[4], -lower[5], -lower[6]]),
+    )
     other = _arm(
         size, left @ target[3:5] - size.L12, fwd @ target[3:5], target[5] - size.L01, *mirrored
     )
@@ -74,8 +77,7 @@ def _two_links(size, x, y, lower, upper):
     for f in (bend, -bend, 0 * bend, lower[1] + 0 * bend, upper[1] + 0 * bend):
         f = np.clip(f, lower[1], upper[1])  # noqa: PLW2901
         offset = np.arctan2(b * np.sin(f), a + b * np.cos(f))
-        for turn in (0, np.pi):
-            candidates.append((_wrapped(bearing - offset + turn), f))
+        candidates += [(_wrapped(bearing - offset + turn), f) for turn in (0, np.pi)]
         candidates += [(lower[0] + 0 * f, f), (upper[0] + 0 * f, f)]
     for e in (lower[0], upper[0]):
         direct = np.arctan2(y - a * np.sin(e), x - a * np.cos(e)) - e

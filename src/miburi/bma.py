@@ -31,6 +31,7 @@ CONVERGED = "converged"
 SETTLED = "settled: no better value found"
 BUDGET_SPENT = "budget spent"
 DEADLINE = "stopped by deadline"
+STOPPED = "stopped by callback"
 
 
 @dataclass(frozen=True)
@@ -158,7 +159,8 @@ class Result:
     generations
         How many generations were finished.
     status
-        Why it ended: one of ``CONVERGED``, ``SETTLED``, ``BUDGET_SPENT``, ``DEADLINE``.
+        Why it ended: one of ``CONVERGED``, ``SETTLED``, ``BUDGET_SPENT``, ``DEADLINE``,
+        ``STOPPED``.
     """
 
     x: Array
@@ -500,10 +502,65 @@ def minimize(
         if callback is not None and search.result.generations > generations:
             generations = search.result.generations
             if callback(search.result):
-                search.stop("stopped by callback")
+                search.stop(STOPPED)
         if time.perf_counter() >= limit:
             search.stop(DEADLINE)
     return search.result
+
+
+def scipy_method(
+    fun: Callable[..., Any],
+    x0: ArrayLike,
+    args: tuple[Any, ...] = (),
+    *,
+    bounds: Any = None,
+    callback: Callable[[Any], Any] | None = None,
+    settings: Settings | None = None,
+    seed: Seed = 0,
+    deadline: float | None = None,
+    **ignored: Any,
+) -> Any:
+    """Serve as ``method`` of ``scipy.optimize.minimize``.
+
+    ``scipy.optimize.minimize(f, x0, method=bma.scipy_method, bounds=…, options={"seed": 1})``;
+    settings, seed and deadline are options, as in :func:`minimize`. Derivatives are not used.
+
+    Returns
+    -------
+    scipy.optimize.OptimizeResult, with ``success`` where the search converged or settled.
+
+    Raises
+    ------
+    InputError
+        As in :func:`minimize`; also without bounds, or with constraints.
+    """
+    from scipy.optimize import OptimizeResult  # noqa: PLC0415  (SciPy is the caller's)
+
+    if bounds is None:
+        raise InputError(
+            "The memetic algorithm searches a box; pass bounds=[(least, greatest), …]."
+        )
+    if ignored.pop("constraints", ()):
+        raise InputError("The memetic algorithm knows no constraints but bounds; leave them out.")
+    if not isinstance(bounds, list | tuple | np.ndarray):  # scipy.optimize.Bounds
+        bounds = np.column_stack(np.broadcast_arrays(bounds.lb, bounds.ub, np.asarray(x0))[:2])
+    found = minimize(
+        lambda x: fun(x, *args),
+        bounds,
+        start=x0,
+        settings=settings,
+        seed=seed,
+        deadline=deadline,
+        callback=None if callback is None else lambda result: callback(result.x),
+    )
+    return OptimizeResult(
+        x=found.x,
+        fun=found.value,
+        nfev=found.evaluations,
+        nit=found.generations,
+        success=found.status in (CONVERGED, SETTLED),
+        message=found.status,
+    )
 
 
 def clock_limit(deadline: float | None) -> float:

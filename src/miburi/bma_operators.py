@@ -20,6 +20,7 @@ SLIGHT = 1e-6
 SWEEPS = 3
 
 _STENCIL = 1e-6  # half width of a central difference, as a share of a variable's range
+_FINEST = 1e-14  # and no less than this share of the variable itself, to differ from it
 _SMALLEST_DAMPING, _LARGEST_DAMPING = 1e-15, 1e15
 
 
@@ -107,7 +108,7 @@ def transfer(population: Array, count: int, genes: Ints, state: State) -> int:
 def stencil(x: Array, lower: Array, upper: Array, points: Array) -> None:
     """Write the two neighbours of ``x`` along each variable, (2n, n), never outside the box."""
     for j in range(x.size):
-        half = _STENCIL * (upper[j] - lower[j])
+        half = max(_STENCIL * (upper[j] - lower[j]), _FINEST * abs(x[j]))
         for k in range(x.size):
             points[2 * j, k] = x[k]
             points[2 * j + 1, k] = x[k]
@@ -124,7 +125,8 @@ def differences(points: Array, values: Array, jacobian: Array) -> None:
     for j in range(points.shape[1]):
         width = points[2 * j, j] - points[2 * j + 1, j]
         for i in range(values.shape[1]):
-            jacobian[i, j] = (values[2 * j, i] - values[2 * j + 1, i]) / width
+            rise = values[2 * j, i] - values[2 * j + 1, i]
+            jacobian[i, j] = rise / width if width > 0.0 else 0.0
 
 
 @compiled
