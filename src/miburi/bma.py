@@ -70,14 +70,17 @@ class Settings:
     ends
         How many clones with one variable at an end of its range are searched from where a
         residual search ends; 0, as in the paper, leaves them out.
+    local_first
+        Whether a generation begins with its local searches, or with bacterial mutation, as the
+        paper's does.
     first_iterations
-        Iterations of the local search from the starting point, before the population is made;
-        0 leaves it out, as the paper does.
+        Iterations of the local search before the population is made, from the starting point
+        and from the middle of the box; 0 leaves it out, as the paper does.
     target
         The search has converged at a value not above this; ``-inf`` never stops it.
     patience
-        The search has settled after this many generations without a better value; 0 never
-        stops it, as in the paper.
+        The search has settled after this many local searches in a row, of the population, that
+        found nothing better; 0 never stops it, as in the paper.
 
     Raises
     ------
@@ -97,6 +100,7 @@ class Settings:
     gradient_tolerance: float = 1e-4
     local_search: Literal["gradient", "residual"] = "gradient"
     ends: int = 0
+    local_first: bool = True
     first_iterations: int = 8
     target: float = 1e-12
     patience: int = 0
@@ -112,6 +116,8 @@ class Settings:
                 raise InputError(f"{name} must be a number, got {value!r}.")
             if not low <= value <= high:
                 raise InputError(f"{name} must lie from {low} to {high}, got {value}.")
+        if not isinstance(self.local_first, bool):
+            raise InputError(f"local_first must be True or False, got {self.local_first!r}.")
         if self.local_search not in ("gradient", "residual"):
             raise InputError(
                 f'local_search must be "gradient" or "residual", got {self.local_search!r}.'
@@ -120,7 +126,7 @@ class Settings:
     @classmethod
     def paper(cls) -> Self:
         """Table 2 and Section 3 as printed: Eq. 12, mutation first, all 35 generations."""
-        return cls(first_iterations=0, target=-np.inf, patience=0)
+        return cls(local_first=False, first_iterations=0, target=-np.inf, patience=0)
 
 
 _SMALLEST = {
@@ -157,7 +163,7 @@ class Result:
     evaluations
         How many points were evaluated.
     generations
-        How many generations were finished.
+        How many generations were begun.
     status
         Why it ended: one of ``CONVERGED``, ``SETTLED``, ``BUDGET_SPENT``, ``DEADLINE``,
         ``STOPPED``.
@@ -206,7 +212,7 @@ class Optimizer:
         self._state = np.array([seed_of(seed)], dtype=np.uint64)
         self._genes = np.arange(self.lower.size)
         self._value, self._x = np.inf, self.start.copy()
-        self._evaluations = self._generations = 0
+        self._evaluations = self._generations = self._idle = 0
         self._status: str | None = None
         self._points: Array | None = None
         self._told: Array | None = None
@@ -305,23 +311,29 @@ class Optimizer:
         if self._begins_at_start:
             yield self.start[None]
         if settings.first_iterations:
-            yield from self._local_search(self.start.copy(), self._value, settings.first_iterations)
+            x = self.start.copy()
+            yield from self._local_search(x, self._value, settings.first_iterations)
+            x = _middle(self.lower, self.upper)
+            if (x != self.start).any():
+                yield x[None]
+                value = float(self._totals()[0])
+                yield from self._local_search(x, value, settings.first_iterations)
         population = np.empty((settings.individuals, self.lower.size))
         operators().populate(population, self.lower, self.upper, self._state)
         if self._begins_at_start:
-            population[0] = self._x
+            population[-1] = self._x
         yield population
         costs = self._totals().copy()
-        idle = 0
         for _ in range(settings.generations):
-            before = self._value
-            yield from self._mutation(population, costs)
-            yield from self._local_searches(population, costs)
-            yield from self._gene_transfer(population, costs)
             self._generations += 1
-            idle = 0 if self._value < before * (1 - operators().SLIGHT) else idle + 1
-            if settings.patience and idle >= settings.patience:
+            if not settings.local_first:
+                yield from self._mutation(population, costs)
+            yield from self._local_searches(population, costs)
+            if 0 < settings.patience <= self._idle:
                 return SETTLED
+            if settings.local_first:
+                yield from self._mutation(population, costs)
+            yield from self._gene_transfer(population, costs)
         return BUDGET_SPENT
 
     def _mutation(self, population: Array, costs: Array) -> Iterator[Array]:
@@ -344,9 +356,14 @@ class Optimizer:
     def _local_searches(self, population: Array, costs: Array) -> Iterator[Array]:
         for i, bacterium in enumerate(population):
             if operators().uniform(self._state) < self.settings.local_probability:
+                before = self._value
                 costs[i] = yield from self._local_search(
                     bacterium, costs[i], self.settings.local_iterations
                 )
+                better = self._value < before * (1 - operators().SLIGHT)
+                self._idle = 0 if better else self._idle + 1
+                if 0 < self.settings.patience <= self._idle:
+                    return
 
     def _local_search(
         self, x: Array, value: float, iterations: int
@@ -611,10 +628,14 @@ def _checked_bounds(bounds: ArrayLike) -> tuple[Array, Array]:
 
 def _checked_start(start: ArrayLike | None, lower: Array, upper: Array) -> Array:
     if start is None:
-        return np.clip((lower + upper) / 2, lower, upper)
+        return _middle(lower, upper)
     point = np.array(start, dtype=np.float64)
     if point.shape != lower.shape:
         raise InputError(f"start must have the shape {lower.shape}, got {point.shape}.")
     if not (np.all(point >= lower) and np.all(point <= upper)):
         raise InputError(f"start must lie inside the bounds, got {start!r}.")
     return point
+
+
+def _middle(lower: Array, upper: Array) -> Array:
+    return np.clip(0.5 * (lower + upper), lower, upper)

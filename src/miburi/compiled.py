@@ -73,15 +73,17 @@ class _Announcer(event.Listener):
         if self.said or not name.startswith("miburi."):
             return
         self.said = True
-        often = (
-            "once; later starts are quick"
-            if _folder is not None
-            else "at every start, as no cache folder can be written; set NUMBA_CACHE_DIR to one"
-        )
-        print(f"Miburi compiles its solver, which takes about 20 s ({often}).", file=sys.stderr)
+        words = f"Miburi compiles its solver, which takes about 20 s ({_often()})."
+        print(words, file=sys.stderr, flush=True)
 
     def on_end(self, what: Any) -> None:
         pass
+
+
+def _often() -> str:
+    if _folder is not None:
+        return "once; later starts are quick"
+    return "at every start, as no cache folder can be written; set NUMBA_CACHE_DIR to one that can"
 
 
 event.register("numba:compile", _Announcer())  # type: ignore[no-untyped-call]

@@ -46,7 +46,8 @@ SETTINGS = Settings(
     gradient_tolerance=1e-9,
     ends=6,
     target=TOLERANCE**2,
-    patience=1,
+    local_probability=1.0,
+    patience=4,
 )
 
 
@@ -65,7 +66,7 @@ class Solution:
     evaluations
         How many poses were tried.
     generations
-        How many generations were finished; 0 where the first local search was enough.
+        How many generations were begun; 0 where the first local search was enough.
     status
         ``CONVERGED``, ``OUT_OF_REACH``, ``BUDGET_SPENT`` or ``DEADLINE``.
     """
@@ -255,6 +256,7 @@ def _problem(robot: Robot, settings: Settings) -> _Problem:
         settings.patience,
         settings.generations,
         settings.ends,
+        settings.local_first,
     ]
     floats = [
         settings.local_probability,

@@ -54,6 +54,7 @@ class Numbers(NamedTuple):
     gradient_tolerance: float
     by_residual: bool
     ends: int
+    local_first: bool
     first_iterations: int
     target: float
     patience: int
@@ -187,7 +188,7 @@ def _populate(
     pose = known_pose()
     populate(population, body.lower, body.upper, state)
     if best.value[0] < np.inf:
-        population[0] = best.pose
+        population[-1] = best.pose
     for i in range(costs.size):
         costs[i] = know(body.lengths, target, population[i], pose)
         _better(best, population[i], costs[i])
@@ -275,26 +276,35 @@ def _generation(
     numbers: Numbers,
     population: Array,
     costs: Array,
+    counts: Ints,
     genes: Ints,
     state: State,
     best: Best,
-) -> None:
-    """Apply the three operators; stop as soon as the target value is met."""
-    _mutate_all(body, target, numbers, population, costs, genes, state, best)
+) -> int:
+    """Apply the three operators; return how the search stands, as soon as it is over."""
+    if not numbers.local_first:
+        _mutate_all(body, target, numbers, population, costs, genes, state, best)
     for i in range(costs.size):
         if best.value[0] <= numbers.target:
-            return
+            return CONVERGED
         if uniform(state) < numbers.local_probability:
+            before = best.value[0]
             costs[i] = _search_locally(
                 body, target, numbers, numbers.local_iterations, population[i], costs[i], best
             )
+            counts[1] = 0 if best.value[0] < before * (1.0 - SLIGHT) else counts[1] + 1
+            if best.value[0] > numbers.target and 0 < numbers.patience <= counts[1]:
+                return SETTLED
+    if numbers.local_first and best.value[0] > numbers.target:
+        _mutate_all(body, target, numbers, population, costs, genes, state, best)
     if best.value[0] > numbers.target:
         _transfer_genes(body, target, numbers, population, costs, genes, state, best)
+    return CONVERGED if best.value[0] <= numbers.target else GOES_ON
 
 
 @compiled
 def _begin(body: Body, target: Array, numbers: Numbers, has_start: bool, best: Best) -> int:
-    """Search locally from the pose in ``best``; leave it out where nobody asked for it."""
+    """Search locally from the pose in ``best``, and where that was given, from the middle too."""
     best.value[0] = np.inf
     if has_start or (numbers.first_iterations > 0 and not numbers.by_residual):
         best.value[0] = know(body.lengths, target, best.pose, known_pose())
@@ -302,6 +312,10 @@ def _begin(body: Body, target: Array, numbers: Numbers, has_start: bool, best: B
     if numbers.first_iterations > 0:
         pose, value = best.pose.copy(), best.value[0]
         _search_locally(body, target, numbers, numbers.first_iterations, pose, value, best)
+        if has_start and best.value[0] > numbers.target:
+            pose = 0.5 * (body.lower + body.upper)
+            value = know(body.lengths, target, pose, known_pose())
+            _search_locally(body, target, numbers, numbers.first_iterations, pose, value, best)
     return CONVERGED if best.value[0] <= numbers.target else GOES_ON
 
 
@@ -318,19 +332,19 @@ def _evolve(
     best: Best,
     generations: int,
 ) -> int:
-    """Run ``generations`` more; ``counts`` are those done, from -1, and those without gain."""
+    """Run ``generations`` more; return how the search stands.
+
+    ``counts`` are the generations begun, -1 before there is a population, and the local searches
+    in a row that found nothing better.
+    """
     if counts[0] < 0:
         counts[0] = counts[1] = 0
         _populate(body, target, population, costs, state, best)
     for _ in range(generations):
-        before = best.value[0]
-        _generation(body, target, numbers, population, costs, genes, state, best)
-        if best.value[0] <= numbers.target:
-            return CONVERGED
         counts[0] += 1
-        counts[1] = 0 if best.value[0] < before * (1.0 - SLIGHT) else counts[1] + 1
-        if 0 < numbers.patience <= counts[1]:
-            return SETTLED
+        status = _generation(body, target, numbers, population, costs, counts, genes, state, best)
+        if status != GOES_ON:
+            return status
     return GOES_ON
 
 
@@ -392,6 +406,7 @@ def _numbers(ints: Ints, floats: Array) -> Numbers:
         gradient_tolerance=floats[2],
         by_residual=ints[6] == 1,
         ends=ints[10],
+        local_first=ints[11] == 1,
         first_iterations=ints[7],
         target=floats[3],
         patience=ints[8],
