@@ -595,7 +595,7 @@ def clock_limit(deadline: float | None) -> float:
     return time.perf_counter() + deadline
 
 
-def seed_of(seed: Seed) -> int:
+def seed_of(seed: Any) -> int:
     """Return the number from 0 to 2**63 - 1 that a seed or a generator stands for.
 
     Raises
@@ -603,9 +603,11 @@ def seed_of(seed: Seed) -> int:
     InputError
         The seed is neither such a number nor a NumPy generator.
     """
+    if type(seed) is int and 0 <= seed < 1 << 63:
+        return seed
     if isinstance(seed, np.random.Generator):
         return int(seed.integers(1 << 63))
-    if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or not 0 <= seed < 1 << 63:
+    if not isinstance(seed, np.integer) or not 0 <= seed < 1 << 63:
         raise InputError(
             f"seed must be a whole number from 0 to 2**63 - 1, or a NumPy generator, got {seed!r}."
         )

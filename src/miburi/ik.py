@@ -11,6 +11,7 @@ import os
 import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from math import isfinite
 from types import ModuleType
 from typing import Any
 
@@ -316,7 +317,8 @@ def _numbers(values: ArrayLike, name: str, shape: tuple[int, ...]) -> Array:
         raise InputError(
             f"{name} must be {_WIDTHS[shape[-1]]}, of the shape {wanted}; got {array.shape}."
         )
-    if not np.isfinite(array).all():
+    flat = array.ravel()  # one product is the quickest test; what it overflows on is looked at
+    if not isfinite(flat.dot(flat)) and not np.isfinite(array).all():
         raise InputError(f"{name} must be finite numbers, got {values!r}.")
     return array
 
