@@ -29,24 +29,18 @@ def residual(pose, target):
     return float(np.linalg.norm(forward(ROBOT, pose) - target))
 
 
-def inside(pose):
-    return bool(np.all(pose >= ROBOT.lower - 1e-9) and np.all(pose <= ROBOT.upper + 1e-9))
-
-
 def with_restarts(solve, target, starts, good, generator):
     """Call a solver from the middle, then from random poses, until one is good; keep the best."""
-    spent, best, start = 0.0, (np.inf, MIDDLE), MIDDLE
+    spent, best, start = 0.0, np.inf, MIDDLE
     for _ in range(max(starts, 1)):
         begun = time.process_time()
         pose = solve(target, start)
         spent += time.process_time() - begun
-        miss = residual(pose, target)
-        if inside(pose) and miss < best[0]:
-            best = (miss, pose)
-        if best[0] <= good:
+        best = min(best, residual(np.clip(pose, ROBOT.lower, ROBOT.upper), target))
+        if best <= good:
             break
         start = generator.uniform(ROBOT.lower, ROBOT.upper)
-    return spent, best[0]
+    return spent, best
 
 
 def measure(solve, targets, starts, good):
@@ -160,7 +154,7 @@ def main():
         "for the slow), one thread, processor time in µs; for those that were given all, the "
         f"least of {ROUNDS} rounds for each target. A solver with restarts begins at the middle "
         "of the limits, then at random poses: until the residual is 0.1 mm, 20 times at most; "
-        "out of reach 8 times. The last columns: within 1e-4 m and 1e-6 m of the exact optimum.",
+        "out of reach 8 times. A pose a little outside of the limits is put on them first. The last columns: within 1e-4 m and 1e-6 m of the exact optimum.",
         "",
         "| solver | version | median | p99 | solved | out of reach: median | p99 | 1e-4 | 1e-6 |",
         "|---|---|---|---|---|---|---|---|---|",

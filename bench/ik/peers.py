@@ -372,17 +372,18 @@ def pymoo_genetic():
     return solve
 
 
-#: name in the table → (its maker, distribution, starts allowed, share of the targets)
+#: name in the table → (its maker, distribution, starts allowed, share of the targets); with 0
+#: starts it has one, and targets out of reach are left out
 PEERS = {
     "placo": (placo_solver, "placo", 20, 1.0),
     "pinocchio, own LM": (pinocchio_lm, "pin", 20, 1.0),
-    "mink (daqp)": (mink_solver, "mink", 20, 0.3),
-    "pink (quadprog)": (pink_solver, "pin-pink", 20, 0.3),
-    "robotics toolbox ik_LM (arms apart)": (toolbox_arms, "roboticstoolbox-python", 1, 1.0),
-    "scipy trf": (scipy_trf, "scipy", 20, 0.3),
-    "scipy L-BFGS-B": (lambda: scipy_minimize("L-BFGS-B"), "scipy", 20, 0.3),
-    "scipy SLSQP": (lambda: scipy_minimize("SLSQP"), "scipy", 20, 0.3),
-    "cma": (cma_solver, "cma", 1, 0.03),
-    "scipy differential evolution": (scipy_evolution, "scipy", 1, 0.03),
-    "pymoo GA, 42,000 evaluations": (pymoo_genetic, "pymoo", 1, 0.01),
+    "mink (daqp)": (mink_solver, "mink", 20, 0.1),
+    "pink (quadprog)": (pink_solver, "pin-pink", 20, 0.1),
+    "robotics toolbox ik_LM (arms apart)": (toolbox_arms, "roboticstoolbox-python", 0, 1.0),
+    "scipy trf": (scipy_trf, "scipy", 20, 0.1),
+    "scipy L-BFGS-B": (lambda: scipy_minimize("L-BFGS-B"), "scipy", 20, 0.1),
+    "scipy SLSQP": (lambda: scipy_minimize("SLSQP"), "scipy", 20, 0.1),
+    "cma": (cma_solver, "cma", 0, 0.01),
+    "scipy differential evolution": (scipy_evolution, "scipy", 0, 0.01),
+    "pymoo GA, 42,000 evaluations": (pymoo_genetic, "pymoo", 0, 0.01),
 }
