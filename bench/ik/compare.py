@@ -154,7 +154,8 @@ def main():
         "for the slow), one thread, processor time in µs; for those that were given all, the "
         f"least of {ROUNDS} rounds for each target. A solver with restarts begins at the middle "
         "of the limits, then at random poses: until the residual is 0.1 mm, 20 times at most; "
-        "out of reach 8 times. A pose a little outside of the limits is put on them first. The last columns: within 1e-4 m and 1e-6 m of the exact optimum.",
+        "out of reach 8 times. A pose a little outside of the limits is put on them first. The "
+        "last columns: within 1e-4 m and 1e-6 m of the exact optimum.",
         "",
         "| solver | version | median | p99 | solved | out of reach: median | p99 | 1e-4 | 1e-6 |",
         "|---|---|---|---|---|---|---|---|---|",

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from miburi.bma import (
+from miburi.bma_settings import (
     BUDGET_SPENT,
     CONVERGED,
     DEADLINE,

@@ -5,7 +5,7 @@ forward, up): lengths of errors, and so Eq. 13, do not depend on the frame. Impo
 loads Numba.
 """
 
-from math import cos, sin
+from math import atan2, cos, pi, sin, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -203,3 +203,71 @@ def _add_arm(
     gradient[first + 2] = 2.0 * (f_aside * aside + f_ahead * ahead + f_above * above)
     error: float = aside * aside + ahead * ahead + above * above
     return error
+
+
+@compiled
+def finish(
+    lengths: Array,
+    lower: Array,
+    upper: Array,
+    target: Array,
+    start: Array,
+    has_start: bool,
+    pose: Array,
+    found: Array,
+) -> float:
+    """Choose the pose nearest to ``start``; write pose and errors, (11,); return the residual."""
+    if has_start:
+        _nearest_arm(lower, upper, lengths, start, pose, 1, 1.0)
+        _nearest_arm(lower, upper, lengths, start, pose, 4, -1.0)
+    known = known_pose()
+    total = know(lengths, target, pose, known)
+    for j in range(8):
+        found[j] = pose[j]
+    for limb in range(3):
+        found[8 + limb] = sqrt(known.errors[limb])
+    return sqrt(total)
+
+
+@compiled
+def _nearest_arm(
+    lower: Array, upper: Array, lengths: Array, start: Array, q: Array, first: int, side: float
+) -> None:
+    """Replace an arm's pose by that one of the same hand position which is nearest to ``start``.
+
+    The elbow mirrored about the line to the hand, the shoulder turned by π, and both: no other
+    pose of an arm, with the waist where it is, puts the hand on the same point. With the hand on
+    the shoulder axis any shoulder angle will do.
+    """
+    s, e, f = q[first], side * q[first + 1], side * q[first + 2]
+    reach = lengths[2] * cos(e) + lengths[3] * cos(e + f)
+    out = lengths[2] * sin(e) + lengths[3] * sin(e + f)
+    bearing = atan2(out, reach)
+    on_axis = abs(out) < 1e-9
+    shortest = np.inf
+    found, arm = np.empty(3), np.empty(3)
+    for turn in (0.0, pi, -pi):
+        sign = 1.0 if turn == 0.0 else -1.0
+        for mirror in (1.0, -1.0):
+            arm[0] = s + turn
+            if on_axis:
+                arm[0] = min(max(start[first], lower[first]), upper[first])
+            arm[1] = side * sign * (e if mirror > 0 else _wrapped(2 * bearing - e))
+            arm[2] = side * sign * mirror * f
+            distance = 0.0
+            for k in range(3):
+                distance += (arm[k] - start[first + k]) ** 2
+                if arm[k] < lower[first + k] or arm[k] > upper[first + k]:
+                    distance = np.inf
+            if distance < shortest:
+                shortest = distance
+                for k in range(3):
+                    found[k] = arm[k]
+    if shortest < np.inf:
+        for k in range(3):
+            q[first + k] = found[k]
+
+
+@compiled
+def _wrapped(angle: float) -> float:
+    return (angle + pi) % (2 * pi) - pi
