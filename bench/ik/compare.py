@@ -12,7 +12,7 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
-from peers import PEERS
+from peers import DAMPING, DAMPING_BEYOND, PEERS
 from targets import ROBOT, out_of_reach, reachable
 from waist_search import optimum
 
@@ -59,16 +59,16 @@ def least(rounds):
     return np.min([found[:, 0] for found in rounds], axis=0), rounds[0][:, 1]
 
 
-def table_row(name, note, solve, starts, share, near, far, best):
+def table_row(name, note, solvers, starts, share, near, far, best):
     """Measure one solver; return its row, its medians (near, far) and its share of successes."""
     near, far = near[: max(10, int(share * len(near)))], far[: max(10, int(share * len(far)))]
     rounds = range(ROUNDS if share == 1 else 1)
-    times, found = least([measure(solve, near, starts, 1e-4) for _ in rounds])
+    times, found = least([measure(solvers[0], near, starts, 1e-4) for _ in rounds])
     solved = np.mean(found <= 1e-4 * np.sqrt(3))
     line, beyond = f"| {name} | {note} | {cells(times, solved)} |", np.nan
     if starts:
         # out of reach nobody can know that it is done, so every start allowed is made
-        spent, found = least([measure(solve, far, min(starts, 8), -1.0) for _ in rounds])
+        spent, found = least([measure(solvers[1], far, min(starts, 8), -1.0) for _ in rounds])
         excess = found - best[: len(far)]
         line += f" {cells(spent, np.mean(excess <= 1e-4))} | {np.mean(excess <= 1e-6):.1%} |"
         beyond = np.median(spent)
@@ -79,7 +79,10 @@ def table_row(name, note, solve, starts, share, near, far, best):
 
 
 def own(settings):
-    return lambda target, _: ik.solve(ROBOT, target, settings=settings).angles
+    def solve(target, _):
+        return ik.solve(ROBOT, target, settings=settings).angles
+
+    return solve, solve
 
 
 def closed_form(target, _):
@@ -131,7 +134,7 @@ def main():
     points = {
         OURS: table_row(OURS, __version__, own(ik.SETTINGS), 1, 1.0, *sets),
         "closed form, NumPy": table_row(
-            "closed form, NumPy", __version__, closed_form, 0, 0.3, *sets
+            "closed form, NumPy", __version__, (closed_form, None), 0, 0.3, *sets
         ),
         "`Settings.paper()`": table_row(
             "`Settings.paper()`", __version__, own(bma.Settings.paper()), 0, 0.1, *sets
@@ -140,7 +143,8 @@ def main():
     missing = []
     for name, (make, distribution, starts, share) in PEERS.items():
         try:
-            points[name] = table_row(name, version(distribution), make(), starts, share, *sets)
+            solvers = make(DAMPING), make(DAMPING_BEYOND)
+            points[name] = table_row(name, version(distribution), solvers, starts, share, *sets)
         except ImportError as error:
             missing.append(f"{name} is not installed ({error.name}).")
     _, near_median, far_median, _ = points[OURS]

@@ -201,7 +201,7 @@ def solve_batch(
         )
 
     slices = [slice(i, i + _PART) for i in range(0, len(goals), _PART)]
-    with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as threads:
+    with ThreadPoolExecutor(_cores()) as threads:
         list(threads.map(part, slices))
     return Solutions(
         found[:, :8],
@@ -211,6 +211,13 @@ def solve_batch(
         counts[:, 2],
         tuple(map(_words, counts[:, 0].tolist(), residual.tolist())),
     )
+
+
+def _cores() -> int:
+    try:
+        return len(os.sched_getaffinity(0))  # those that this process may use; Linux alone tells
+    except AttributeError:
+        return os.cpu_count() or 1
 
 
 _PART = 128  # targets that a thread takes at once
