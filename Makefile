@@ -39,3 +39,21 @@ clean:
 .venv/test.stamp: .venv/run.stamp
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
 	@touch $@
+
+# Peers of the inverse kinematics, in an environment of their own; results in bench/ik.
+.PHONY: bench-ik reproduce-ik
+bench-ik: .venv-bench/stamp
+	cd bench/ik && export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 && \
+		../../.venv-bench/bin/python compare.py && ../../.venv-bench/bin/python functions.py
+	$(PYTHON) bench/ik/page.py
+
+# The tables and the figure of docs/inverse-kinematics.md that concern the paper's claims.
+reproduce-ik: .venv/run.stamp
+	cd bench/ik && ../../$(BIN)/python reproduce.py
+	$(PYTHON) bench/ik/page.py
+
+.venv-bench/stamp: pyproject.toml bench/ik/requirements.txt
+	$(PYTHON) -m venv .venv-bench
+	.venv-bench/bin/python -m pip install --quiet --disable-pip-version-check \
+		-e . -r bench/ik/requirements.txt
+	@touch $@

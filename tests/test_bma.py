@@ -1,5 +1,11 @@
+import dataclasses
+
 import numpy as np
 import pytest
+import scipy.optimize
+from hypothesis import given
+from hypothesis import settings as hypothesis_settings
+from hypothesis import strategies as st
 
 from miburi import bma
 from miburi.errors import InputError
@@ -53,6 +59,210 @@ class TestMinimize:
     def test_nan_is_refused_with_the_point_named(self):
         with pytest.raises(InputError, match=r"NaN at x = \[0\.5, 0\.5, 0\.5, 0\.5\]"):
             bma.minimize(lambda x: np.nan, BOX)
+
+    def test_infinity_marks_points_that_are_not_allowed(self):
+        result = bma.minimize(lambda x: np.inf if x[0] < 0 else sphere(x), BOX, seed=1)
+        assert result.x[0] >= 0
+        assert result.value <= 1e-9
+
+    def test_ends_at_the_deadline_with_the_best_so_far(self):
+        result = bma.minimize(sphere, BOX, settings=bma.Settings.paper(), deadline=1e-9)
+        assert result.status == bma.DEADLINE
+        assert result.evaluations < 100
+        assert np.isfinite(result.value)
+
+    def test_settles_where_nothing_better_is_left(self):
+        settings = bma.Settings(patience=2, target=-np.inf)
+        result = bma.minimize(lambda x: 1.0 + sphere(x), BOX, settings=settings)
+        assert result.status == bma.SETTLED
+        assert result.value == pytest.approx(1)
+        assert result.generations < 35
+
+    def test_a_callback_sees_every_generation_and_may_end_the_search(self):
+        seen = []
+
+        def third(result):
+            seen.append(result.generations)
+            return len(seen) == 3
+
+        result = bma.minimize(sphere, BOX, settings=bma.Settings.paper(), callback=third)
+        assert seen == [1, 2, 3]
+        assert result.status == bma.STOPPED
+
+    def test_segments_of_several_variables_and_an_odd_dimension(self):
+        settings = bma.Settings(segment=3, transferred=2, individuals=5, first_iterations=0)
+        result = bma.minimize(
+            lambda x: float(np.sum((x - 0.1) ** 2)), [(-1, 1)] * 7, settings=settings
+        )
+        assert result.value <= 1e-9
+
+    def test_leaves_a_local_minimum_at_an_end_of_the_range(self):
+        """The start descends to the near end; the global minimum is entered from the far one."""
+        settings = bma.Settings(
+            local_search="residual",
+            damping=1e-4,
+            gradient_tolerance=1e-12,
+            first_iterations=30,
+            generations=0,
+            target=1e-12,
+        )
+
+        def trap(x):
+            return np.array([(x[0] + 1) * np.tanh(3 * (9.9 - x[0]))])
+
+        bounds = [(0, 10)]
+        without = bma.minimize(trap, bounds, settings=settings)
+        assert without.value > 1e-3
+        with_ends = bma.minimize(trap, bounds, settings=dataclasses.replace(settings, ends=1))
+        assert with_ends.value <= 1e-12
+        assert with_ends.x[0] == pytest.approx(9.9)
+
+
+class TestKnownOptima:
+    """Standard test functions; the best values are known to be 0."""
+
+    @pytest.mark.parametrize(
+        ("function", "bound", "reached"),
+        [
+            (lambda x: np.sum(x**2), 5.0, 1e-10),
+            (lambda x: 10 * len(x) + np.sum(x**2 - 10 * np.cos(2 * np.pi * x)), 5.12, 1e-6),
+            (
+                lambda x: 418.9828872724339 * len(x) - np.sum(x * np.sin(np.sqrt(np.abs(x)))),
+                500.0,
+                1e-3,
+            ),
+        ],
+        ids=["sphere", "rastrigin", "schwefel"],
+    )
+    def test_are_found(self, function, bound, reached):
+        settings = bma.Settings(target=reached, first_iterations=0)
+        bounds = [(-bound, bound * 1.1)] * 6
+        for seed in range(3):
+            result = bma.minimize(
+                lambda x: float(function(x)), bounds, settings=settings, seed=seed
+            )
+            assert result.status == bma.CONVERGED, (seed, result)
+
+
+class TestOptimizer:
+    def test_asking_and_telling_is_minimising(self):
+        search = bma.Optimizer(BOX, seed=3, settings=bma.Settings(generations=2))
+        while not search.finished:
+            search.tell([sphere(x) for x in search.ask()])
+        result = bma.minimize(sphere, BOX, seed=3, settings=bma.Settings(generations=2))
+        assert search.result.x.tobytes() == result.x.tobytes()
+        assert search.result.evaluations == result.evaluations
+
+    def test_refuses_the_wrong_number_of_values_and_asking_after_the_end(self):
+        search = bma.Optimizer(BOX)
+        with pytest.raises(InputError, match="one for each point"):
+            search.tell([1.0, 2.0])
+        search.stop(bma.DEADLINE)
+        with pytest.raises(InputError, match="has ended"):
+            search.ask()
+
+    def test_refuses_one_number_where_residuals_are_needed(self):
+        with pytest.raises(InputError, match="residuals"):
+            bma.minimize(sphere, BOX, settings=RESIDUAL)
+
+
+class TestScipyMethod:
+    @pytest.mark.parametrize(
+        "bounds", [[(-2, 3)] * 2, scipy.optimize.Bounds([-2, -2], [3, 3])], ids=["pairs", "Bounds"]
+    )
+    def test_serves_scipy(self, bounds):
+        result = scipy.optimize.minimize(
+            lambda x, shift: np.sum((x - shift) ** 2),
+            [0, 0],
+            args=(0.7,),
+            method=bma.scipy_method,
+            bounds=bounds,
+            options={"seed": 4},
+        )
+        assert result.success
+        assert np.allclose(result.x, 0.7, atol=1e-5)
+        assert result.nfev > 0
+
+    def test_needs_bounds(self):
+        with pytest.raises(InputError, match="bounds"):
+            scipy.optimize.minimize(sphere, np.zeros(4), method=bma.scipy_method)
+
+
+class TestSettings:
+    @pytest.mark.parametrize(
+        ("name", "value"),
+        [
+            ("individuals", 1),
+            ("clones", 1),
+            ("generations", -1),
+            ("generations", 1.5),
+            ("segment", 0),
+            ("local_probability", 1.01),
+            ("local_probability", np.nan),
+            ("damping", 0.0),
+            ("gradient_tolerance", -1.0),
+            ("target", np.nan),
+            ("local_search", "newton"),
+            ("patience", True),
+        ],
+    )
+    def test_refuse_what_is_not_allowed_and_say_what_is(self, name, value):
+        with pytest.raises(InputError, match=name):
+            bma.Settings(**{name: value})
+
+    def test_the_paper_has_table_2(self):
+        p = bma.Settings.paper()
+        assert (p.generations, p.individuals, p.clones, p.segment, p.transfers) == (
+            35,
+            12,
+            10,
+            1,
+            15,
+        )
+        assert (p.transferred, p.local_probability, p.local_iterations) == (1, 0.2, 8)
+        assert (p.damping, p.gradient_tolerance) == (1.0, 1e-4)
+        assert (p.local_search, p.first_iterations, p.ends, p.patience) == ("gradient", 0, 0, 0)
+
+
+@pytest.mark.parametrize(
+    "bounds", [[], [(0, 0)], [(1, 0)], [(0, np.inf)], [(0, np.nan)], [0, 1], "box"]
+)
+def test_bounds_that_are_no_box_are_refused(bounds):
+    with pytest.raises(InputError, match="bounds"):
+        bma.minimize(sphere, bounds)
+
+
+@pytest.mark.parametrize("seed", [-1, 1.5, True, None, 1 << 63])
+def test_a_seed_that_is_none_is_refused(seed):
+    with pytest.raises(InputError, match="seed"):
+        bma.minimize(sphere, BOX, seed=seed)
+
+
+def test_a_generator_serves_as_a_seed():
+    a, b = (
+        bma.minimize(sphere, BOX, seed=np.random.default_rng(6), settings=bma.Settings.paper())
+        for _ in range(2)
+    )
+    assert a.x.tobytes() == b.x.tobytes()
+
+
+@given(
+    low=st.floats(-1e6, 1e6),
+    width=st.floats(1e-6, 1e6),
+    seed=st.integers(0, 2**63 - 1),
+)
+@hypothesis_settings(max_examples=40, deadline=None)
+def test_bounds_are_never_left_by_one_ulp(low, width, seed):
+    high = low + width
+    if not low < high:
+        return
+
+    def linear(x):
+        assert low <= x[0] <= high
+        return float(x[0] - low)
+
+    result = bma.minimize(linear, [(low, high)], seed=seed, settings=bma.Settings(generations=1))
+    assert low <= result.x[0] <= high
 
 
 class TestPaper:

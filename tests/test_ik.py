@@ -1,11 +1,21 @@
+import dataclasses
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from miburi import ik
+from miburi import bma, ik
 from miburi.errors import InputError
 from miburi.robot import forward, inverse, iphonoid
 
 ROBOT = iphonoid()
+
+
+HARD = json.loads((Path(__file__).parent / "ik_targets.json").read_text())
 
 
 def random_poses(count, seed=0):
@@ -45,6 +55,156 @@ class TestSolve:
     def test_refuses_what_is_no_target(self, bad):
         with pytest.raises(InputError, match="target"):
             ik.solve(ROBOT, bad)
+
+    @pytest.mark.parametrize("bad", [np.full(8, np.nan), np.zeros(9), np.zeros((1, 8))])
+    def test_refuses_what_is_no_pose_to_start_from(self, bad):
+        with pytest.raises(InputError, match="start"):
+            ik.solve(ROBOT, np.zeros(9), start=bad)
+
+    def test_starts_from_a_pose_a_little_outside_of_the_limits(self):
+        target = forward(ROBOT, ROBOT.upper)
+        solution = ik.solve(ROBOT, target, start=ROBOT.upper + 0.01)
+        assert solution.residual <= 1e-4
+        assert np.all(solution.angles <= ROBOT.upper)
+
+    def test_the_present_pose_is_the_answer_for_its_own_target(self):
+        for pose in random_poses(50, seed=3):
+            solution = ik.solve(ROBOT, forward(ROBOT, pose), start=pose)
+            assert np.allclose(solution.angles, pose, atol=1e-6)
+            assert solution.evaluations <= 3
+
+    def test_with_a_hand_on_the_shoulder_axis_the_shoulder_stays_where_it_is(self):
+        straight = ROBOT.neutral.copy()
+        straight[1:4] = [2.0, 0.0, 0.0]
+        solution = ik.solve(ROBOT, forward(ROBOT, straight), start=straight)
+        assert np.allclose(solution.angles, straight, atol=1e-6)
+
+    def test_another_robot_is_not_taken_for_the_last_one(self):
+        longer = ROBOT.model_copy(
+            update={"lengths": ROBOT.lengths.model_copy(update={"L34": 0.12})}
+        )
+        target = forward(longer, longer.neutral)
+        assert ik.solve(ROBOT, target).status == ik.OUT_OF_REACH
+        assert ik.solve(longer, target).status == ik.CONVERGED
+        assert ik.solve(ROBOT, target).status == ik.OUT_OF_REACH
+
+    def test_the_same_seed_gives_the_same_solution_to_the_last_bit(self):
+        for target in HARD["hard_reachable"][:10]:
+            a, b = (ik.solve(ROBOT, target, seed=7) for _ in range(2))
+            assert a.angles.tobytes() == b.angles.tobytes()
+
+
+class TestHardTargets:
+    def test_those_that_random_restarts_miss_are_solved(self):
+        """None of them is solved by more than one random restart in thirty."""
+        assert max(HARD["solved_by_restarts"]) < 0.04
+        patient = dataclasses.replace(ik.SETTINGS, patience=60)
+        solved = ik.solve_batch(ROBOT, HARD["hard_reachable"], settings=patient)
+        assert np.all(solved.residual <= ik.REACHED)
+        solved = ik.solve_batch(ROBOT, HARD["hard_reachable"])
+        assert np.mean(solved.residual <= ik.REACHED) >= 0.95
+
+    def test_out_of_reach_it_is_the_constrained_optimum(self):
+        """The optimum is that of the exact waist search, which shares no code with the solver."""
+        optimum = np.array(HARD["optimum"])
+        solutions = ik.solve_batch(ROBOT, HARD["out_of_reach"])
+        excess = solutions.residual - optimum
+        assert np.all(excess >= -1e-9)
+        assert np.all(excess <= 1e-4)
+        assert np.mean(excess <= 1e-6) >= 0.95
+        assert {ik.OUT_OF_REACH} == {
+            status for status, least in zip(solutions.status, optimum, strict=True) if least > 1e-3
+        }
+        assert np.all(solutions.angles >= ROBOT.lower)
+        assert np.all(solutions.angles <= ROBOT.upper)
+
+    @pytest.mark.parametrize("distance", [10.0, 1e6])
+    def test_very_far_targets_are_pointed_at(self, distance):
+        target = forward(ROBOT, ROBOT.neutral)
+        target[0] += distance
+        solution = ik.solve(ROBOT, target)
+        assert solution.status == ik.OUT_OF_REACH
+        hand = forward(ROBOT, solution.angles)[:3]
+        least = distance - 0.3
+        assert least < solution.error[0] < distance
+        assert hand[0] > 0.12
+
+
+class TestPaper:
+    SETTINGS = dataclasses.replace(bma.Settings.paper(), generations=2)
+
+    def test_runs_all_generations_and_counts_as_table_2_does(self):
+        target = forward(ROBOT, random_poses(1)[0])
+        solution = ik.solve(ROBOT, target, settings=bma.Settings.paper())
+        assert solution.generations == 35
+        assert solution.status == ik.BUDGET_SPENT
+        fixed = 12 + 35 * (12 * 8 * 9 + 15)
+        assert fixed < solution.evaluations <= fixed + 35 * 12 * 8 * 17
+
+    @pytest.mark.parametrize(
+        "settings",
+        [
+            SETTINGS,
+            dataclasses.replace(SETTINGS, segment=3, transferred=2, target=1e-12),
+            dataclasses.replace(ik.SETTINGS, generations=1, target=-np.inf, patience=0),
+            dataclasses.replace(ik.SETTINGS, first_iterations=0, local_probability=0.3),
+        ],
+        ids=["paper", "segments", "default", "from the population"],
+    )
+    def test_the_compiled_search_goes_the_way_of_the_general_one(self, settings):
+        """Same seed, same operators: they part only by the rounding of derivatives."""
+        for seed in range(3):
+            target = forward(ROBOT, random_poses(1, seed=seed)[0])
+            compiled = ik.solve(ROBOT, target, settings=settings, seed=seed)
+            general = bma.minimize(
+                lambda q, target=target: forward(ROBOT, q) - target,
+                np.column_stack([ROBOT.lower, ROBOT.upper]),
+                settings=settings,
+                seed=seed,
+            )
+            assert compiled.generations == general.generations
+            assert compiled.residual**2 == pytest.approx(general.value, rel=1e-3, abs=1e-11)
+
+
+class TestDeadline:
+    def test_the_best_so_far_is_returned(self):
+        target = forward(ROBOT, random_poses(1)[0])
+        solution = ik.solve(ROBOT, target, settings=bma.Settings.paper(), deadline=1e-9)
+        assert solution.status == ik.DEADLINE
+        assert solution.generations < 35
+        assert np.all(solution.angles >= ROBOT.lower)
+        assert np.all(solution.angles <= ROBOT.upper)
+
+    def test_a_distant_one_changes_nothing(self):
+        for target in HARD["hard_reachable"][:10] + HARD["out_of_reach"][:5]:
+            with_deadline = ik.solve(ROBOT, target, seed=2, deadline=60.0)
+            without = ik.solve(ROBOT, target, seed=2)
+            assert with_deadline.angles.tobytes() == without.angles.tobytes()
+            assert with_deadline.status == without.status
+            assert with_deadline.evaluations == without.evaluations
+
+    @pytest.mark.parametrize("bad", [0.0, -1.0, np.nan])
+    def test_must_be_above_zero(self, bad):
+        with pytest.raises(InputError, match="deadline"):
+            ik.solve(ROBOT, np.zeros(9), deadline=bad)
+
+
+class TestStartUp:
+    def test_importing_does_not_load_numba(self):
+        code = "import sys, miburi.ik, miburi.bma; sys.exit('numba' in sys.modules)"
+        assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+    def test_without_a_writable_cache_it_still_works_and_says_what_to_do(self):
+        code = "from miburi import compiled; print(compiled._folder, compiled._often())"
+        done = subprocess.run(
+            [sys.executable, "-c", code],
+            env={**os.environ, "NUMBA_CACHE_DIR": "/dev/null/no"},
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        assert done.stdout.startswith("None")
+        assert "NUMBA_CACHE_DIR" in done.stdout
 
 
 class TestBatch:

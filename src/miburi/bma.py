@@ -15,163 +15,39 @@ For a function that is expensive, or lives elsewhere, ask for points and tell th
 
 import time
 from collections.abc import Callable, Generator, Iterator
-from dataclasses import dataclass
 from types import ModuleType
-from typing import Any, Literal, Self
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from miburi.bma_settings import (
+    BUDGET_SPENT,
+    CONVERGED,
+    DEADLINE,
+    SETTLED,
+    STOPPED,
+    Array,
+    Result,
+    Seed,
+    Settings,
+    clock_limit,
+    seed_of,
+)
 from miburi.errors import InputError
 
-Array = NDArray[np.float64]
-Seed = int | np.random.Generator
-Operator = Literal["mutation", "local search", "gene transfer"]
-
-#: Why a search ended, in words.
-CONVERGED = "converged"
-SETTLED = "settled: no better value found"
-BUDGET_SPENT = "budget spent"
-DEADLINE = "stopped by deadline"
-
-_OPERATORS: tuple[Operator, ...] = ("mutation", "local search", "gene transfer")
-_PAPER_ORDER = _OPERATORS
-_LOCAL_FIRST: tuple[Operator, ...] = ("local search", "gene transfer", "mutation")
-
-
-@dataclass(frozen=True)
-class Settings:
-    """How the algorithm works; the paper's numbers are those of Table 2.
-
-    The default keeps Table 2 and changes what follows it, which is ours: a local search from the
-    starting point comes before everything else, each generation begins with local searches, and
-    the search ends at ``target`` or once it has settled. :meth:`paper` changes nothing.
-
-    Parameters
-    ----------
-    generations
-        N_gen, at most this many, from 0.
-    individuals
-        N_ind, from 2.
-    clones
-        N_clones, from 2; one of them stays as the original is.
-    segment
-        l_bm, variables in a segment of bacterial mutation, from 1.
-    transfers
-        N_inf, gene transfers in a generation, from 0.
-    transferred
-        l_gt, variables in a gene transfer, from 1.
-    local_probability
-        LM_prob, 0 to 1.
-    local_iterations
-        LM_iter, from 0.
-    damping
-        γ_init, above 0.
-    gradient_tolerance
-        τ: a local search ends where the gradient is shorter, from 0.
-    local_search
-        "gradient" is Eq. 12 as printed; "residual" is Levenberg-Marquardt on the residuals,
-        (JᵀJ + γI)s = -Jᵀe, as in the paper's reference [9], for functions that return residuals.
-    order
-        The operators in the order in which a generation applies them.
-    first_iterations
-        Iterations of the local search from the starting point, before the population is made;
-        0 leaves it out, as the paper does.
-    target
-        The search has converged at a value not above this; ``-inf`` never stops it.
-    patience
-        The search has settled after this many generations without a better value; 0 never
-        stops it, as in the paper.
-
-    Raises
-    ------
-    InputError
-        A value is not allowed; the message says what is.
-    """
-
-    generations: int = 35
-    individuals: int = 12
-    clones: int = 10
-    segment: int = 1
-    transfers: int = 15
-    transferred: int = 1
-    local_probability: float = 0.2
-    local_iterations: int = 8
-    damping: float = 1.0
-    gradient_tolerance: float = 1e-4
-    local_search: Literal["gradient", "residual"] = "gradient"
-    order: tuple[Operator, ...] = _LOCAL_FIRST
-    first_iterations: int = 8
-    target: float = 1e-12
-    patience: int = 0
-
-    def __post_init__(self) -> None:
-        for name, least in _SMALLEST.items():
-            value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, int) or value < least:
-                raise InputError(f"{name} must be a whole number from {least}, got {value!r}.")
-        for name, (low, high) in _RANGES.items():
-            value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, int | float):
-                raise InputError(f"{name} must be a number, got {value!r}.")
-            if not low <= value <= high:
-                raise InputError(f"{name} must lie from {low} to {high}, got {value}.")
-        if self.local_search not in ("gradient", "residual"):
-            raise InputError(
-                f'local_search must be "gradient" or "residual", got {self.local_search!r}.'
-            )
-        if not isinstance(self.order, tuple) or not set(self.order) <= set(_OPERATORS):
-            raise InputError(f"order must be a tuple of {_OPERATORS}, got {self.order!r}.")
-
-    @classmethod
-    def paper(cls) -> Self:
-        """Table 2 and Section 3 as printed: Eq. 12, mutation first, all 35 generations."""
-        return cls(order=_PAPER_ORDER, first_iterations=0, target=-np.inf, patience=0)
-
-
-_SMALLEST = {
-    "generations": 0,
-    "individuals": 2,
-    "clones": 2,
-    "segment": 1,
-    "transfers": 0,
-    "transferred": 1,
-    "local_iterations": 0,
-    "first_iterations": 0,
-    "patience": 0,
-}
-_TINY, _HUGE = 1e-300, 1e300
-_RANGES = {
-    "local_probability": (0.0, 1.0),
-    "damping": (_TINY, _HUGE),
-    "gradient_tolerance": (0.0, _HUGE),
-    "target": (-np.inf, _HUGE),
-}
-
-
-@dataclass(frozen=True)
-class Result:
-    """What a search found.
-
-    Parameters
-    ----------
-    x
-        The best point, (n,), inside the bounds.
-    value
-        The function there (of residuals, the sum of squares).
-    evaluations
-        How many points were evaluated.
-    generations
-        How many generations were finished.
-    status
-        Why it ended: one of ``CONVERGED``, ``SETTLED``, ``BUDGET_SPENT``, ``DEADLINE``.
-    """
-
-    x: Array
-    value: float
-    evaluations: int
-    generations: int
-    status: str
+__all__ = [
+    "BUDGET_SPENT",
+    "CONVERGED",
+    "DEADLINE",
+    "SETTLED",
+    "STOPPED",
+    "Optimizer",
+    "Result",
+    "Settings",
+    "minimize",
+    "scipy_method",
+]
 
 
 class Optimizer:
@@ -182,7 +58,8 @@ class Optimizer:
     bounds
         (n, 2): the least and greatest value of each variable.
     start
-        (n,) inside the bounds; the middle of the box where none is given.
+        (n,) inside the bounds; where none is given, the first local search begins in the middle
+        of the box.
     settings
         How to search.
     seed
@@ -205,10 +82,11 @@ class Optimizer:
         self.settings = settings or Settings()
         self.lower, self.upper = _checked_bounds(bounds)
         self.start = _checked_start(start, self.lower, self.upper)
+        self._begins_at_start = start is not None or self.settings.first_iterations > 0
         self._state = np.array([seed_of(seed)], dtype=np.uint64)
         self._genes = np.arange(self.lower.size)
         self._value, self._x = np.inf, self.start.copy()
-        self._evaluations = self._generations = 0
+        self._evaluations = self._generations = self._idle = 0
         self._status: str | None = None
         self._points: Array | None = None
         self._told: Array | None = None
@@ -304,29 +182,32 @@ class Optimizer:
     def _search(self) -> Generator[Array, None, str]:
         """Yield points; when it goes on, their values have been told. Return the status."""
         settings = self.settings
-        yield self.start[None]
+        if self._begins_at_start:
+            yield self.start[None]
         if settings.first_iterations:
-            alone, value = self.start[None].copy(), np.array([self._value])
-            yield from self._local_search(alone, value, 0, settings.first_iterations)
+            x = self.start.copy()
+            yield from self._local_search(x, self._value, settings.first_iterations)
+            x = _middle(self.lower, self.upper)
+            if (x != self.start).any():
+                yield x[None]
+                value = float(self._totals()[0])
+                yield from self._local_search(x, value, settings.first_iterations)
         population = np.empty((settings.individuals, self.lower.size))
         operators().populate(population, self.lower, self.upper, self._state)
-        population[0] = self._x
+        if self._begins_at_start:
+            population[-1] = self._x
         yield population
         costs = self._totals().copy()
-        idle = 0
         for _ in range(settings.generations):
-            before = self._value
-            for operator in settings.order:
-                if operator == "mutation":
-                    yield from self._mutation(population, costs)
-                elif operator == "local search":
-                    yield from self._local_searches(population, costs)
-                else:
-                    yield from self._gene_transfer(population, costs)
             self._generations += 1
-            idle = 0 if self._value < before else idle + 1
-            if settings.patience and idle >= settings.patience:
+            if not settings.local_first:
+                yield from self._mutation(population, costs)
+            yield from self._local_searches(population, costs)
+            if 0 < settings.patience <= self._idle:
                 return SETTLED
+            if settings.local_first:
+                yield from self._mutation(population, costs)
+            yield from self._gene_transfer(population, costs)
         return BUDGET_SPENT
 
     def _mutation(self, population: Array, costs: Array) -> Iterator[Array]:
@@ -347,49 +228,98 @@ class Optimizer:
                     costs[i], bacterium[:] = totals[best], clones[best]
 
     def _local_searches(self, population: Array, costs: Array) -> Iterator[Array]:
-        for i in range(len(population)):
+        for i, bacterium in enumerate(population):
             if operators().uniform(self._state) < self.settings.local_probability:
-                yield from self._local_search(population, costs, i, self.settings.local_iterations)
+                before = self._value
+                costs[i] = yield from self._local_search(
+                    bacterium, costs[i], self.settings.local_iterations
+                )
+                better = self._value < before * (1 - operators().SLIGHT)
+                self._idle = 0 if better else self._idle + 1
+                if 0 < self.settings.patience <= self._idle:
+                    return
 
     def _local_search(
-        self, population: Array, costs: Array, i: int, iterations: int
-    ) -> Iterator[Array]:
-        """Improve one bacterium: Eq. 12, or Levenberg-Marquardt on the residuals."""
-        x, lower, upper = population[i], self.lower, self.upper
-        n, by_residual = len(x), self.settings.local_search == "residual"
+        self, x: Array, value: float, iterations: int
+    ) -> Generator[Array, None, float]:
+        """Improve one bacterium in place; return its value."""
+        if self.settings.local_search == "gradient":
+            return (yield from self._search_as_printed(x, value, iterations))
+        value = yield from self._search_by_residual(x, iterations)
+        clones = np.empty((2 * len(x), len(x)))
+        for _ in range(operators().SWEEPS if self.settings.ends else 0):
+            operators().ends(x, self.lower, self.upper, clones)
+            yield clones
+            values, tried = self._totals().copy(), np.zeros(len(clones), np.int64)
+            for _ in range(self.settings.ends):
+                i = operators().most_promising(x, self.lower, self.upper, values, tried)
+                if i < 0:
+                    return value
+                tried[i] = 1
+                new = clones[i].copy()
+                new_value = yield from self._search_by_residual(new, iterations)
+                if new_value < value * (1 - operators().SLIGHT):
+                    value, x[:] = new_value, new
+                    break
+            else:
+                return value
+        return value
+
+    def _search_as_printed(
+        self, x: Array, value: float, iterations: int
+    ) -> Generator[Array, None, float]:
+        """Eq. 12, with derivatives by central differences."""
+        points, new = np.empty((2 * len(x), len(x))), np.empty((1, len(x)))
+        gradient = np.empty((1, len(x)))
+        damping, accepted = self.settings.damping, True
+        for _ in range(iterations):
+            if accepted:
+                operators().stencil(x, self.lower, self.upper, points)
+                yield points
+                operators().differences(points, self._totals()[:, None], gradient)
+            if operators().length(gradient[0]) <= self.settings.gradient_tolerance:
+                break
+            predicted = operators().printed_step(
+                x, gradient[0], damping, self.lower, self.upper, new[0]
+            )
+            yield new
+            new_value = float(self._totals()[0])
+            damping = operators().damped(damping, new_value - value, predicted)
+            accepted = new_value < value
+            if accepted:
+                value, x[:] = new_value, new[0]
+        return value
+
+    def _search_by_residual(self, x: Array, iterations: int) -> Generator[Array, None, float]:
+        """Levenberg-Marquardt on residuals, with derivatives by central differences."""
+        n, lower, upper = len(x), self.lower, self.upper
         points, new, gradient = np.empty((2 * n, n)), np.empty((1, n)), np.empty(n)
         normal, matrix = np.empty((n, n)), np.empty((n, n))
         damping, accepted = self.settings.damping, True
+        yield x[None]
+        value, residual = float(self._totals()[0]), self._rows()[0].copy()
+        jacobian = np.empty((len(residual), n))
         for _ in range(iterations):
-            if accepted and by_residual:
-                yield x[None]
-                residual = self._rows()[0].copy()
             if accepted:
                 operators().stencil(x, lower, upper, points)
                 yield points
-                rows = self._rows() if by_residual else self._totals()[:, None]
-                jacobian = np.empty((rows.shape[1], n))
-                operators().differences(points, rows, jacobian)
-                if by_residual:
-                    operators().square(jacobian, residual, normal, gradient)
-                    size = operators().free_length(x, gradient, lower, upper)
-                else:
-                    gradient[:] = jacobian[0]
-                    size = operators().length(gradient)
+                operators().differences(points, self._rows(), jacobian)
+                operators().square(jacobian, residual, normal, gradient)
+            size = operators().free_length(x, gradient, lower, upper)
             if size <= self.settings.gradient_tolerance:
-                return
-            if by_residual:
-                predicted = operators().residual_step(
-                    x, normal, gradient, damping, lower, upper, matrix, new[0]
-                )
-            else:
-                predicted = operators().printed_step(x, gradient, damping, lower, upper, new[0])
+                break
+            predicted = operators().residual_step(
+                x, normal, gradient, damping, lower, upper, matrix, new[0]
+            )
             yield new
-            change = self._totals()[0] - costs[i]
-            damping = operators().damped(damping, change, predicted)
-            accepted = change < 0
+            gain = value - float(self._totals()[0])
+            damping = operators().damped(damping, -gain, predicted)
+            accepted = gain > 0
             if accepted:
-                costs[i], x[:] = self._totals()[0], new[0]
+                value, x[:], residual = value - gain, new[0], self._rows()[0].copy()
+                if operators().hopeless(value, gain, self._value):
+                    break
+        return value
 
     def _gene_transfer(self, population: Array, costs: Array) -> Iterator[Array]:
         operators().rank(population, costs)
@@ -463,47 +393,65 @@ def minimize(
         if callback is not None and search.result.generations > generations:
             generations = search.result.generations
             if callback(search.result):
-                search.stop("stopped by callback")
+                search.stop(STOPPED)
         if time.perf_counter() >= limit:
             search.stop(DEADLINE)
     return search.result
 
 
-def clock_limit(deadline: float | None) -> float:
-    """When ``deadline`` seconds from now will have passed, on the clock of ``perf_counter``.
+def scipy_method(
+    fun: Callable[..., Any],
+    x0: ArrayLike,
+    args: tuple[Any, ...] = (),
+    *,
+    bounds: Any = None,
+    callback: Callable[[Any], Any] | None = None,
+    settings: Settings | None = None,
+    seed: Seed = 0,
+    deadline: float | None = None,
+    **ignored: Any,
+) -> Any:
+    """Serve as ``method`` of ``scipy.optimize.minimize``.
+
+    ``scipy.optimize.minimize(f, x0, method=bma.scipy_method, bounds=…, options={"seed": 1})``;
+    settings, seed and deadline are options, as in :func:`minimize`. Derivatives are not used.
+
+    Returns
+    -------
+    scipy.optimize.OptimizeResult, with ``success`` where the search converged or settled.
 
     Raises
     ------
     InputError
-        The deadline is not above 0.
+        As in :func:`minimize`; also without bounds, or with constraints.
     """
-    if deadline is None:
-        return np.inf
-    if not deadline > 0:
-        raise InputError(f"deadline must be above 0 s, got {deadline!r}.")
-    return time.perf_counter() + deadline
+    from scipy.optimize import OptimizeResult  # noqa: PLC0415  (SciPy is the caller's)
 
-
-def seed_of(seed: Seed) -> int:
-    """Return the number from 0 to 2**63 - 1 that a seed or a generator stands for.
-
-    Raises
-    ------
-    InputError
-        The seed is neither such a number nor a NumPy generator.
-    """
-    if isinstance(seed, np.random.Generator):
-        return int(seed.integers(1 << 63))
-    if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or not 0 <= seed < 1 << 63:
+    if bounds is None:
         raise InputError(
-            f"seed must be a whole number from 0 to 2**63 - 1, or a NumPy generator, got {seed!r}."
+            "The memetic algorithm searches a box; pass bounds=[(least, greatest), …]."
         )
-    return int(seed)
-
-
-def order_of(settings: Settings) -> list[int]:
-    """Return the operators of a generation by their numbers."""
-    return [_OPERATORS.index(operator) for operator in settings.order]
+    if ignored.pop("constraints", ()):
+        raise InputError("The memetic algorithm knows no constraints but bounds; leave them out.")
+    if not isinstance(bounds, list | tuple | np.ndarray):  # scipy.optimize.Bounds
+        bounds = np.column_stack(np.broadcast_arrays(bounds.lb, bounds.ub, np.asarray(x0))[:2])
+    found = minimize(
+        lambda x: fun(x, *args),
+        bounds,
+        start=x0,
+        settings=settings,
+        seed=seed,
+        deadline=deadline,
+        callback=None if callback is None else lambda result: callback(result.x),
+    )
+    return OptimizeResult(
+        x=found.x,
+        fun=found.value,
+        nfev=found.evaluations,
+        nit=found.generations,
+        success=found.status in (CONVERGED, SETTLED),
+        message=found.status,
+    )
 
 
 def _checked_bounds(bounds: ArrayLike) -> tuple[Array, Array]:
@@ -522,10 +470,14 @@ def _checked_bounds(bounds: ArrayLike) -> tuple[Array, Array]:
 
 def _checked_start(start: ArrayLike | None, lower: Array, upper: Array) -> Array:
     if start is None:
-        return np.clip((lower + upper) / 2, lower, upper)
+        return _middle(lower, upper)
     point = np.array(start, dtype=np.float64)
     if point.shape != lower.shape:
         raise InputError(f"start must have the shape {lower.shape}, got {point.shape}.")
     if not (np.all(point >= lower) and np.all(point <= upper)):
         raise InputError(f"start must lie inside the bounds, got {start!r}.")
     return point
+
+
+def _middle(lower: Array, upper: Array) -> Array:
+    return np.clip(0.5 * (lower + upper), lower, upper)

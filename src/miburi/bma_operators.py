@@ -14,7 +14,13 @@ Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 State = NDArray[np.uint64]
 
+#: A gain by a smaller share does not count as one.
+SLIGHT = 1e-6
+#: A local search sets out from the ends at most this many times.
+SWEEPS = 3
+
 _STENCIL = 1e-6  # half width of a central difference, as a share of a variable's range
+_FINEST = 1e-14  # and no less than this share of the variable itself, to differ from it
 _SMALLEST_DAMPING, _LARGEST_DAMPING = 1e-15, 1e15
 
 
@@ -102,7 +108,7 @@ def transfer(population: Array, count: int, genes: Ints, state: State) -> int:
 def stencil(x: Array, lower: Array, upper: Array, points: Array) -> None:
     """Write the two neighbours of ``x`` along each variable, (2n, n), never outside the box."""
     for j in range(x.size):
-        half = _STENCIL * (upper[j] - lower[j])
+        half = max(_STENCIL * (upper[j] - lower[j]), _FINEST * abs(x[j]))
         for k in range(x.size):
             points[2 * j, k] = x[k]
             points[2 * j + 1, k] = x[k]
@@ -119,7 +125,8 @@ def differences(points: Array, values: Array, jacobian: Array) -> None:
     for j in range(points.shape[1]):
         width = points[2 * j, j] - points[2 * j + 1, j]
         for i in range(values.shape[1]):
-            jacobian[i, j] = (values[2 * j, i] - values[2 * j + 1, i]) / width
+            rise = values[2 * j, i] - values[2 * j + 1, i]
+            jacobian[i, j] = rise / width if width > 0.0 else 0.0
 
 
 @compiled
@@ -193,56 +200,65 @@ def residual_step(
 ) -> float:
     """Levenberg-Marquardt on residuals: write x + s; return the change that the model predicts.
 
-    Solves (JᵀJ + γ I) s = -Jᵀe by LDLᵀ over the variables that the gradient does not press on a
-    bound (the others stay), then puts the point back into the box. ``gradient`` is 2 Jᵀe,
-    ``matrix`` (n, n) is working memory.
+    Solves (JᵀJ + γ I) s = -Jᵀe over the variables that the gradient does not press on a bound
+    (the others stay), then puts the point back into the box. Of ``normal``, JᵀJ, the lower
+    triangle is read; ``gradient`` is 2 Jᵀe; ``matrix`` (n, n) is working memory.
     """
     n = x.size
     for j in range(n):
-        fixed = _pressed(x[j], gradient[j], lower[j], upper[j])
         for k in range(j):
-            matrix[j, k] = 0.0 if fixed else normal[j, k]
-        matrix[j, j] = -1.0 if fixed else normal[j, j] + damping
-        new[j] = 0.0 if fixed else -0.5 * gradient[j]
-    for j in range(n):  # a fixed variable's row and column are those of the identity
-        if matrix[j, j] == -1.0:
-            matrix[j, j] = 1.0
+            matrix[j, k] = normal[j, k]
+        matrix[j, j] = normal[j, j] + damping
+        new[j] = -0.5 * gradient[j]
+    for j in range(n):
+        if _pressed(x[j], gradient[j], lower[j], upper[j]):
+            for k in range(j):
+                matrix[j, k] = 0.0
             for k in range(j + 1, n):
                 matrix[k, j] = 0.0
+            matrix[j, j] = 1.0
+            new[j] = 0.0
     _solve(matrix, new)
-    predicted = 0.0
+    cut = False
+    slope = moved = 0.0
     for j in range(n):
-        new[j] = min(max(x[j] + new[j], lower[j]), upper[j])
-        predicted += gradient[j] * (new[j] - x[j])
+        put = min(max(x[j] + new[j], lower[j]), upper[j])
+        cut |= put != x[j] + new[j]
+        slope += gradient[j] * (put - x[j])
+        moved += (put - x[j]) ** 2
+        new[j] = put
+    if not cut:  # here sᵀ JᵀJ s follows from the equation that s solves
+        return 0.5 * slope - damping * moved
+    predicted = slope
     for j in range(n):
+        row = 0.5 * normal[j, j] * (new[j] - x[j])
         for k in range(j):
-            predicted += 2.0 * (new[j] - x[j]) * normal[j, k] * (new[k] - x[k])
-        predicted += (new[j] - x[j]) ** 2 * normal[j, j]
+            row += normal[j, k] * (new[k] - x[k])
+        predicted += 2.0 * row * (new[j] - x[j])
     return predicted
 
 
 @compiled
 def _solve(matrix: Array, right: Array) -> None:
-    """Solve a symmetric positive definite system in place, from its lower triangle, by LDLᵀ."""
+    """Solve a symmetric positive definite system in place, from its lower triangle.
+
+    L D Lᵀ from the last variable to the first; zeros are passed over, so that variables which
+    hang together only through the first ones cost little.
+    """
     n = right.size
-    for j in range(n):
-        for k in range(j):
-            product = matrix[j, k]
-            for i in range(k):
-                product -= matrix[j, i] * matrix[k, i]
-            matrix[j, k] = product  # L D, until the row is finished
-        pivot = matrix[j, j]
-        for k in range(j):
-            scaled = matrix[j, k] * matrix[k, k]
-            pivot -= matrix[j, k] * scaled
-            right[j] -= scaled * right[k]
-            matrix[j, k] = scaled
-        matrix[j, j] = 1.0 / max(pivot, 1e-300)
-    for j in range(n - 1, -1, -1):
-        total = right[j] * matrix[j, j]
-        for k in range(j + 1, n):
-            total -= matrix[k, j] * right[k]
-        right[j] = total
+    for k in range(n - 1, -1, -1):
+        matrix[k, k] = 1.0 / max(matrix[k, k], 1e-300)
+        for j in range(k):
+            if matrix[k, j] != 0.0:
+                factor = matrix[k, j] * matrix[k, k]
+                for i in range(j + 1):
+                    matrix[j, i] -= factor * matrix[k, i]
+                right[j] -= factor * right[k]
+    for k in range(n):
+        total = right[k]
+        for j in range(k):
+            total -= matrix[k, j] * right[j]
+        right[k] = total * matrix[k, k]
 
 
 @compiled
@@ -254,3 +270,48 @@ def damped(damping: float, change: float, predicted: float) -> float:
     if ratio >= 0.25:
         return damping
     return min(damping * 4.0, _LARGEST_DAMPING)
+
+
+@compiled
+def hopeless(value: float, gain: float, best: float) -> bool:
+    """Whether a local search should give up after a step that gained ``gain``.
+
+    It should where a thousand such gains would not bring it to the best value known, and where
+    the gain is next to nothing. This is ours, not the paper's.
+    """
+    return value - 1e3 * gain > best or gain <= 1e-8 * value
+
+
+@compiled
+def ends(x: Array, lower: Array, upper: Array, clones: Array) -> None:
+    """Write 2n clones of ``x``: each variable once at its least and once at its greatest value.
+
+    This is ours, not the paper's. Where a local search is trapped, the way out often begins at
+    an end: of a joint on its limit at the other limit, since a turn by half a circle leads to
+    nearly the same place; of a nearly straight arm at the limit that bends it the other way.
+    """
+    for j in range(x.size):
+        for k in range(x.size):
+            clones[2 * j, k] = x[k]
+            clones[2 * j + 1, k] = x[k]
+        clones[2 * j, j] = lower[j]
+        clones[2 * j + 1, j] = upper[j]
+
+
+@compiled
+def most_promising(x: Array, lower: Array, upper: Array, values: Array, tried: Ints) -> int:
+    """Choose among the clones of :func:`ends` the next to search from; -1 where none is left.
+
+    First those of variables that are at an end, then the others, each by its value.
+    """
+    chosen = -1
+    first = False
+    for i in range(values.size):
+        j = i // 2
+        at_end = x[j] <= lower[j] or x[j] >= upper[j]
+        here = (x[j] <= lower[j]) if i % 2 == 0 else (x[j] >= upper[j])
+        if here or tried[i] or not values[i] < np.inf:
+            continue
+        if chosen < 0 or (at_end and not first) or (at_end == first and values[i] < values[chosen]):
+            chosen, first = i, at_end
+    return chosen

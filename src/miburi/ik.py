@@ -11,20 +11,20 @@ import os
 import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from math import isfinite
 from types import ModuleType
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from miburi.bma import (
+from miburi.bma_settings import (
     BUDGET_SPENT,
     CONVERGED,
     DEADLINE,
     Seed,
     Settings,
     clock_limit,
-    order_of,
     seed_of,
 )
 from miburi.errors import InputError
@@ -32,8 +32,10 @@ from miburi.robot import Array, Robot
 
 OUT_OF_REACH = "out of reach: this is the best reachable pose"
 
-#: The residual, in m, at which a target counts as reached.
-TOLERANCE = 1e-5
+#: A target counts as reached where the residual is not above this, in m.
+REACHED = 1e-4
+#: The residual, in m, at which the search is content.
+TOLERANCE = 1e-6
 
 #: How :func:`solve` searches, unless it is told otherwise: the counts of Table 2 for the
 #: population, and for the local search numbers of our own.
@@ -41,10 +43,12 @@ SETTINGS = Settings(
     local_search="residual",
     local_iterations=30,
     first_iterations=30,
-    damping=1e-3,
-    gradient_tolerance=1e-10,
+    damping=1e-4,
+    gradient_tolerance=1e-9,
+    ends=6,
     target=TOLERANCE**2,
-    patience=3,
+    local_probability=1.0,
+    patience=4,
 )
 
 
@@ -63,7 +67,7 @@ class Solution:
     evaluations
         How many poses were tried.
     generations
-        How many generations were finished; 0 where the first local search was enough.
+        How many generations were begun; 0 where the first local search was enough.
     status
         ``CONVERGED``, ``OUT_OF_REACH``, ``BUDGET_SPENT`` or ``DEADLINE``.
     """
@@ -146,7 +150,7 @@ def solve(
         status, residual, evaluations, generations = _kernel().solve(
             *problem.arrays, goal, pose, start is not None, seed_of(seed), found
         )
-        words = _WORDS[status]
+        words = _words(status, residual)
     else:
         limit = clock_limit(deadline)
         words, residual, evaluations, generations = _solve_until(
@@ -197,7 +201,7 @@ def solve_batch(
         )
 
     slices = [slice(i, i + _PART) for i in range(0, len(goals), _PART)]
-    with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as threads:
+    with ThreadPoolExecutor(_cores()) as threads:
         list(threads.map(part, slices))
     return Solutions(
         found[:, :8],
@@ -205,12 +209,24 @@ def solve_batch(
         found[:, 8:],
         counts[:, 1],
         counts[:, 2],
-        tuple(_WORDS[status] for status in counts[:, 0].tolist()),
+        tuple(map(_words, counts[:, 0].tolist(), residual.tolist())),
     )
+
+
+def _cores() -> int:
+    try:
+        return len(os.sched_getaffinity(0))  # those that this process may use; Linux alone tells
+    except AttributeError:
+        return os.cpu_count() or 1
 
 
 _PART = 128  # targets that a thread takes at once
 _WORDS = (BUDGET_SPENT, CONVERGED, OUT_OF_REACH)  # by the kernel's GOES_ON, CONVERGED, SETTLED
+
+
+def _words(status: int, residual: float) -> str:
+    """Say why a search ended; where it settled close by, the target was in reach after all."""
+    return CONVERGED if residual <= REACHED else _WORDS[status]
 
 
 @dataclass(frozen=True)
@@ -247,7 +263,8 @@ def _problem(robot: Robot, settings: Settings) -> _Problem:
         settings.first_iterations,
         settings.patience,
         settings.generations,
-        *order_of(settings),
+        settings.ends,
+        settings.local_first,
     ]
     floats = [
         settings.local_probability,
@@ -273,26 +290,23 @@ def _solve_until(
 ) -> tuple[str, float, int, int]:
     """Search generation by generation while the clock allows it."""
     kernel, settings = _kernel(), problem.settings
-    found[:8] = pose
+    best = pose.copy()
     memory = (
         np.array([seed], np.uint64),
-        found,
+        best,
+        np.empty(1),
         np.empty((settings.individuals, 8)),
         np.empty(settings.individuals),
         counts := np.array([-2, 0, 0]),
         np.arange(8),
     )
-    words = BUDGET_SPENT
-    while True:
-        status, residual = kernel.advance(*problem.arrays, goal, pose, has_start, *memory)
-        if status != kernel.GOES_ON:
-            words = _WORDS[status]
-            break
-        if counts[0] >= settings.generations:
-            break
-        if time.perf_counter() >= limit:
-            words = DEADLINE
-            break
+    status = kernel.GOES_ON
+    late = False
+    while status == kernel.GOES_ON and counts[0] < settings.generations and not late:
+        status = kernel.advance(*problem.arrays, goal, has_start, *memory)
+        late = time.perf_counter() >= limit
+    residual = kernel.finish(*problem.arrays[:3], goal, pose, has_start, best, found)
+    words = DEADLINE if status == kernel.GOES_ON and late else _words(status, residual)
     return words, residual, int(counts[2]), max(int(counts[0]), 0)
 
 
@@ -310,7 +324,8 @@ def _numbers(values: ArrayLike, name: str, shape: tuple[int, ...]) -> Array:
         raise InputError(
             f"{name} must be {_WIDTHS[shape[-1]]}, of the shape {wanted}; got {array.shape}."
         )
-    if not np.isfinite(array).all():
+    flat = array.ravel()  # one product is the quickest test; what it overflows on is looked at
+    if not isfinite(flat.dot(flat)) and not np.isfinite(array).all():
         raise InputError(f"{name} must be finite numbers, got {values!r}.")
     return array
 

@@ -1,0 +1,147 @@
+"""The optimiser alone on standard test functions, beside cma, SciPy and pymoo.
+
+The budget is in evaluations, 500 a dimension. Each value is the median over seeds of the best
+found, the optimum being 0. ``python bench/ik/functions.py`` writes ``functions.md``.
+"""
+
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+
+import cma
+import numpy as np
+from pymoo.algorithms.soo.nonconvex.ga import GA
+from pymoo.core.problem import Problem
+from pymoo.optimize import minimize as pymoo_minimize
+from scipy.optimize import differential_evolution
+
+from miburi import bma
+
+HERE = Path(__file__).parent
+SEEDS = 3
+PER_DIMENSION = 500
+
+
+def sphere(x):
+    return np.sum(x**2)
+
+
+def rosenbrock(x):
+    return np.sum(100 * (x[1:] - x[:-1] ** 2) ** 2 + (1 - x[:-1]) ** 2)
+
+
+def rastrigin(x):
+    return 10 * len(x) + np.sum(x**2 - 10 * np.cos(2 * np.pi * x))
+
+
+def ackley(x):
+    spread = np.exp(-0.2 * np.sqrt(np.mean(x**2)))
+    return 20 + np.e - 20 * spread - np.exp(np.mean(np.cos(2 * np.pi * x)))
+
+
+def griewank(x):
+    return 1 + np.sum(x**2) / 4000 - np.prod(np.cos(x / np.sqrt(np.arange(1, len(x) + 1))))
+
+
+def schwefel(x):
+    return 418.9828872724339 * len(x) - np.sum(x * np.sin(np.sqrt(np.abs(x))))
+
+
+# the box is off centre, so that nobody finds an optimum by starting in the middle
+FUNCTIONS = {
+    sphere: (-4.0, 6.0),
+    rosenbrock: (-2.0, 3.0),
+    rastrigin: (-4.5, 5.5),
+    ackley: (-25.0, 35.0),
+    griewank: (-500.0, 700.0),
+    schwefel: (-500.0, 500.0),
+}
+
+
+class Counted:
+    """A function that counts, keeps its best value, and stops whoever spends too much."""
+
+    class SpentError(Exception):
+        """The budget is spent."""
+
+    def __init__(self, function, budget):
+        self.function, self.left, self.best = function, budget, np.inf
+
+    def __call__(self, x):
+        if self.left <= 0:
+            raise self.SpentError
+        self.left -= 1
+        value = float(self.function(np.asarray(x)))
+        self.best = min(self.best, value)
+        return value
+
+
+def with_bma(settings):
+    def run(f, bounds, seed):
+        bma.minimize(f, bounds, seed=seed, settings=settings)
+
+    return run
+
+
+def with_cma(f, bounds, seed):
+    low, high = np.array(bounds).T
+    start = np.random.default_rng(seed).uniform(low, high)
+    options = {"bounds": [low.tolist(), high.tolist()], "verbose": -9, "seed": seed + 1}
+    cma.fmin2(f, start, 0.25 * (high[0] - low[0]), options, restarts=9, bipop=True)
+
+
+def with_scipy(f, bounds, seed):
+    differential_evolution(f, bounds, rng=seed, maxiter=10**6, tol=0, polish=False)
+
+
+def with_pymoo(f, bounds, seed):
+    low, high = np.array(bounds).T
+
+    class Single(Problem):
+        def __init__(self):
+            super().__init__(n_var=len(low), n_obj=1, xl=low, xu=high)
+
+        def _evaluate(self, x, out, *_, **__):
+            out["F"] = np.array([f(row) for row in x])
+
+    pymoo_minimize(Single(), GA(pop_size=100), ("n_eval", 10**9), seed=seed + 1)
+
+
+ENDLESS = replace(bma.Settings(), generations=10**6, target=-np.inf)
+SOLVERS = {
+    "Miburi, default": with_bma(ENDLESS),
+    "Miburi, as printed": with_bma(replace(bma.Settings.paper(), generations=10**6)),
+    "cma (BIPOP)": with_cma,
+    "scipy DE": with_scipy,
+    "pymoo GA": with_pymoo,
+}
+
+
+def main():
+    lines = [
+        f"Median best value over {SEEDS} seeds, {PER_DIMENSION} evaluations a dimension; "
+        "bold: least, or below 1e-8.",
+        "",
+        "| function | dimensions | " + " | ".join(SOLVERS) + " |",
+        "|---|---|" + "---|" * len(SOLVERS),
+    ]
+    for function, bound in FUNCTIONS.items():
+        for dimensions in (8, 20):
+            medians = []
+            for run in SOLVERS.values():
+                best = []
+                for seed in range(SEEDS):
+                    counted = Counted(function, PER_DIMENSION * dimensions)
+                    with suppress(Counted.SpentError):
+                        run(counted, [bound] * dimensions, seed)
+                    best.append(max(counted.best, 0.0))
+                medians.append(float(np.median(best)))
+            least = max(min(medians), 1e-8)
+            cells = [f"**{m:.1e}**" if m <= least else f"{m:.1e}" for m in medians]
+            lines.append(f"| {function.__name__} | {dimensions} | " + " | ".join(cells) + " |")
+            print(lines[-1], flush=True)
+            (HERE / "functions.md").write_text("\n".join(lines) + "\n")
+
+
+if __name__ == "__main__":
+    main()
