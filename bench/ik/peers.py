@@ -5,7 +5,7 @@ extremities are within 1e-4 m. A peer that is not installed is left out.
 """
 
 # A peer is loaded where it is wanted, and not all of them need a start.
-# ruff: noqa: ARG001, ARG002, PLC0415
+# ruff: noqa: ARG001, ARG002
 
 import tempfile
 from pathlib import Path

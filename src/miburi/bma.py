@@ -425,7 +425,7 @@ def scipy_method(
     InputError
         As in :func:`minimize`; also without bounds, or with constraints.
     """
-    from scipy.optimize import OptimizeResult  # noqa: PLC0415  (SciPy is the caller's)
+    from scipy.optimize import OptimizeResult
 
     if bounds is None:
         raise InputError(

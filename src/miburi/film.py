@@ -23,6 +23,8 @@ from miburi.robot.mjcf import FACE_PIXELS, HAND_AWAY, to_mjcf
 
 Picture = NDArray[np.uint8]
 
+#: A screen that is lit and shows nothing.
+BLANK: Picture = np.full((FACE_PIXELS, FACE_PIXELS, 3), (212, 228, 228), dtype=np.uint8)
 #: Eye height of someone at the table, a little to the robot's left (ours): m and degrees.
 CAMERA = {"lookat": (0.0, 0.0, 0.11), "distance": 0.70, "azimuth": 212.0, "elevation": -8.0}
 
@@ -63,10 +65,8 @@ class Studio:
         self._camera.distance = CAMERA["distance"]
         self._camera.azimuth = CAMERA["azimuth"]
         self._camera.elevation = CAMERA["elevation"]
-        self._screen = self._model.material("screen").id
-        self._blank = self._model.mat_rgba[self._screen].copy()
-        self._face = self._model.material("face").id
-        self._drawn: Picture | None = None
+        self._drawn: Picture | None = BLANK
+        self._draw_face(None)
 
     def close(self) -> None:
         """Free the graphics memory."""
@@ -86,21 +86,19 @@ class Studio:
         return captioned(pixels, scene.caption) if scene.caption else pixels.copy()
 
     def _draw_face(self, face: Picture | None) -> None:
-        colours = self._model.mat_rgba
-        colours[self._face, 3] = 0.0 if face is None else 1.0
-        if face is None:
-            colours[self._screen] = self._blank
-        else:
-            colours[self._screen, :3] = face[0, 0] / 255
-            if face is not self._drawn:
-                # The texture is a cube's; its first side faces forwards, seen in a mirror and
-                # lying on its side.
-                sides = self._model.tex("face").data.reshape(6, FACE_PIXELS, FACE_PIXELS, 3)
-                sides[0] = face[:, ::-1].transpose(1, 0, 2)
-                self._renderer._gl_context.make_current()
-                texture = self._model.tex("face").id
-                mujoco.mjr_uploadTexture(self._model, self._renderer._mjr_context, texture)
+        if face is self._drawn:
+            return
         self._drawn = face
+        picture = BLANK if face is None else face
+        # A cube's textures; its first side faces forwards, seen in a mirror and lying on its side.
+        sides = self._model.tex("face").data.reshape(6, FACE_PIXELS, FACE_PIXELS, 3)
+        sides[:] = picture[0, 0]
+        sides[0] = picture[:, ::-1].transpose(1, 0, 2)
+        self._model.tex("tint").data.reshape(-1, 3)[:] = picture[0, 0]
+        self._renderer._gl_context.make_current()
+        for name in ("face", "tint"):
+            texture = self._model.tex(name).id
+            mujoco.mjr_uploadTexture(self._model, self._renderer._mjr_context, texture)
 
 
 @contextmanager

@@ -132,15 +132,19 @@ def _hand(world: ET.Element) -> None:
 
 
 def _face(robot: Robot, asset: ET.Element, head: ET.Element) -> None:
-    """Add a square on the phone's screen, as wide as it, and a texture of its own for it."""
-    ET.SubElement(
-        asset, "texture", name="face", type="cube", builtin="flat", rgb1="1 1 1",
-        width=str(FACE_PIXELS), height=str(FACE_PIXELS),
-    )  # fmt: skip
-    glow = {"emission": "0.45", "specular": "0.1"}
-    ET.SubElement(asset, "material", {"name": "face", "texture": "face", **glow})
+    """Add a square on the phone's screen, as wide as it, and textures for it and the screen."""
+    for name, pixels in (("face", str(FACE_PIXELS)), ("tint", "4")):
+        ET.SubElement(
+            asset, "texture", name=name, type="cube", builtin="flat", rgb1="1 1 1",
+            width=pixels, height=pixels,
+        )  # fmt: skip
+    # Both take their colour from a texture alone, so that light changes them alike; as much of it
+    # as leaves a lit colour what it is.
+    for material in asset.findall("material[@name='screen']"):
+        material.attrib |= {"texture": "tint", "rgba": "0.8 0.8 0.8 1"}
+        ET.SubElement(asset, "material", material.attrib | {"name": "face", "texture": "face"})
     screen = next(part for part in parts(robot) if part.name == "screen")
-    deep, half = screen.size[0], 0.96 * min(screen.size[1:])
+    deep, half = screen.size[0], 0.45 * robot.shape.phone_width
     _geom(head, replace(screen, name="face", colour="face", size=(1.05 * deep, half, half)))
 
 
