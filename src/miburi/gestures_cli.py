@@ -31,8 +31,8 @@ def measures(
     robot: RobotFile = None,
 ) -> None:
     """Laban's effort of each gesture at each mood, measured on the simulated body."""
-    from miburi.gesture_check import moods, perform
     from miburi.gestures import FEELINGS, load
+    from miburi.gestures.check import moods, perform
 
     body = _robot(robot)
     for source in feeling or FEELINGS:
@@ -56,8 +56,8 @@ def measures(
 @gesture_app.command()
 def check(source: Source, step: Step = 0.1, robot: RobotFile = None) -> None:
     """Check a gesture: reach, limits, self-collision, contact rule, more mood more movement."""
-    from miburi.gesture_check import check as problems_of
     from miburi.gestures import load
+    from miburi.gestures.check import check as problems_of
 
     body = _robot(robot)
     function = load(source, body)
@@ -79,8 +79,8 @@ def preview(
 ) -> None:
     """Film a gesture, draw six moments of it, and the paths of its hands."""
     from miburi.files import whole_files
-    from miburi.gesture_pictures import camera_on, show
     from miburi.gestures import load
+    from miburi.gestures.pictures import camera_on, show
 
     body = _robot(robot)
     function = load(source, body)
@@ -97,8 +97,8 @@ def classify(
     robot: RobotFile = None,
 ) -> None:
     """Tell the gestures apart by measures alone: learnt at 0.5 and 0.9, named at 0.7 and 0.3."""
-    from miburi.gesture_classifier import confusion, learn
     from miburi.gestures import FEELINGS
+    from miburi.gestures.classifier import confusion, learn
 
     body = _robot(robot)
     classifier = learn(body, variations=variations, seed=seed)
@@ -125,7 +125,7 @@ def gallery(
     robot: RobotFile = None,
 ) -> None:
     """Film every feeling at three moods, and show them all on one page."""
-    from miburi.gallery import write_gallery
+    from miburi.gestures.gallery import write_gallery
 
     def say(what: str) -> None:
         typer.echo(what, err=True)

@@ -9,8 +9,8 @@ from PIL import Image
 
 from miburi.files import whole_files
 from miburi.film import captioned, contact_sheet
-from miburi.gesture_pictures import STRIP_STEP, Shown, camera_on, show
 from miburi.gestures import FEELINGS, load
+from miburi.gestures.pictures import STRIP_STEP, Shown, camera_on, show
 from miburi.laban import Measures
 from miburi.robot import Robot
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from miburi.gestures import KeyPose, blend, breath, key_poses, load
-from miburi.rehearsal import PERIOD, rehearse
+from miburi.gestures.rehearsal import PERIOD, rehearse
 from miburi.robot import forward
 
 

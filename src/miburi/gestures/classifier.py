@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from miburi.gestures import FEELINGS, key_poses, load
+from miburi.gestures.rehearsal import Rehearsal, rehearse
 from miburi.laban import Array
-from miburi.rehearsal import Rehearsal, rehearse
 from miburi.robot import Robot
 
 #: The moods whose performances are learnt (the issue's choice, not the paper's).

@@ -1,6 +1,6 @@
 import numpy as np
 
-from miburi.gesture_classifier import NearestNeighbour, confusion, learn
+from miburi.gestures.classifier import NearestNeighbour, confusion, learn
 
 
 def test_the_nearest_has_the_name():

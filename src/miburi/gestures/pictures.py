@@ -17,10 +17,10 @@ from PIL import Image
 from miburi import face as faces
 from miburi.feelings import Expression
 from miburi.film import Picture, Scene, Studio, studio, write_film
-from miburi.gesture_check import Measured, measured
 from miburi.gestures import MovementFunction, key_poses
+from miburi.gestures.check import Measured, measured
+from miburi.gestures.rehearsal import PERIOD, Rehearsal, rehearse
 from miburi.laban import Array
-from miburi.rehearsal import PERIOD, Rehearsal, rehearse
 from miburi.robot import Robot
 
 #: Width and height of films and of a strip's pictures.

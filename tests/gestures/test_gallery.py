@@ -3,16 +3,15 @@ from contextlib import nullcontext
 
 from PIL import Image
 
-from miburi import gallery
-from miburi.gesture_check import perform
-from miburi.gesture_pictures import Shown
-from miburi.gestures import FEELINGS, load
+from miburi.gestures import FEELINGS, gallery, load
+from miburi.gestures.check import perform
+from miburi.gestures.pictures import Shown
 
 
 def test_the_page_shows_every_feeling_at_three_moods(robot, tmp_path, monkeypatch):
     measured = perform(robot, load("surprise"), 0.0)
 
-    def show(robot, function, mood, folder, _):
+    def show(robot, function, mood, folder, _, face):
         names = [f"{function.name}-{mood}{end}" for end in ("-strip.png", ".mp4", "-paths.png")]
         for name in names:
             (folder / name).touch()

@@ -2,9 +2,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from miburi import gesture_pictures
-from miburi.gestures import key_poses, load
-from miburi.rehearsal import rehearse
+from miburi.gestures import key_poses, load, pictures
+from miburi.gestures.rehearsal import rehearse
 
 
 @pytest.fixture(scope="module")
@@ -14,8 +13,8 @@ def surprise(robot):
 
 @pytest.fixture(scope="module")
 def strip(robot, surprise):
-    with gesture_pictures.camera_on(robot) as camera:
-        return gesture_pictures.strip(camera, surprise)
+    with pictures.camera_on(robot) as camera:
+        return pictures.strip(camera, surprise)
 
 
 def test_a_strip_shows_six_moments_and_the_whole_robot(strip):
@@ -35,15 +34,15 @@ def test_a_moment_has_a_trail_only_where_something_moves(strip):
 
 
 def test_paths_are_drawn(surprise, tmp_path):
-    file = gesture_pictures.paths(surprise, tmp_path / "paths.png")
+    file = pictures.paths(surprise, tmp_path / "paths.png")
     pixels = np.array(Image.open(file).convert("RGB")).reshape(-1, 3).astype(int)
     assert (np.abs(pixels - [217, 85, 63]).sum(axis=1) < 20).sum() > 50  # the right hand's colour
 
 
 def test_showing_a_gesture_writes_what_it_names(robot, tmp_path, monkeypatch):
-    monkeypatch.setattr(gesture_pictures, "write_film", lambda _, scenes, path, **size: path)
-    monkeypatch.setattr(gesture_pictures, "strip", lambda *_: np.zeros((2, 12, 3), np.uint8))
-    shown = gesture_pictures.show(robot, load("surprise"), 0.3, tmp_path, None)
+    monkeypatch.setattr(pictures, "write_film", lambda _, scenes, path, **size: path)
+    monkeypatch.setattr(pictures, "strip", lambda *_: np.zeros((2, 12, 3), np.uint8))
+    shown = pictures.show(robot, load("surprise"), 0.3, tmp_path, None)
     assert (shown.strip, shown.paths) == ("surprise-0.3-strip.png", "surprise-0.3-paths.png")
     assert shown.film == "surprise-0.3.mp4"
     assert {file.name for file in tmp_path.iterdir()} == {shown.strip, shown.paths}

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from miburi.gesture_check import check, moods, perform
 from miburi.gestures import FEELINGS, key_poses, load
-from miburi.rehearsal import rehearse
+from miburi.gestures.check import check, moods, perform
+from miburi.gestures.rehearsal import rehearse
 
 
 def test_moods_run_from_0_to_1():
