@@ -122,6 +122,15 @@ class Contact:
         return self.measured / self.expected if self.expected else 0.0
 
 
+@dataclass(frozen=True)
+class Window:
+    """What one look at the motors compared: travel (8,) in 1/256 steps, and who was judged."""
+
+    measured: Steps
+    expected: Steps
+    judged: Flags
+
+
 @dataclass
 class Watch:
     """The rule's view of one move; :meth:`look` at it once a period.
@@ -134,12 +143,15 @@ class Watch:
         The commanded motion of the eight motors.
     start, direction
         (8,) positions in steps when the move began; (8,) +1 or −1.
+    window
+        What the latest look compared; None before the first.
     """
 
     rule: Rule
     profile: Profile
     start: Steps
     direction: Steps
+    window: Window | None = field(init=False, default=None)
     _expected: Steps = field(init=False)
     _measured: Steps = field(init=False)
 
@@ -159,6 +171,7 @@ class Watch:
         measured = self._travel(positions)
         should, did = expected - self._expected, measured - self._measured
         judged = should >= guards.least * FINE
+        self.window = Window(did, should, judged)
         slow = judged & ((did + guards.slack * FINE) * 10_000 < should * self.rule.ratio)
         self._expected = np.where(judged, expected, self._expected)
         self._measured = np.where(judged, measured, self._measured)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from miburi.bodies.base import Phase, Stop
-from miburi.contact import Rule, Watch
+from miburi.contact import Rule, Watch, Window
 from miburi.errors import BodyError
 from miburi.motion import FINE, SECOND, Move, Profile, Steps, to_steps
 from miburi.robot import JOINTS, Robot
@@ -37,6 +37,8 @@ class Controller:
     def __post_init__(self) -> None:
         self.phase = Phase.IDLE
         self.latched: Stop | None = None
+        #: What the latest look of the rule compared; it outlives the move.
+        self.window: Window | None = None
         self._began = 0
         self._next_look = 0
         self._watch = self._plan(self.origin, self.origin, np.ones(len(JOINTS), dtype=np.int64))
@@ -102,6 +104,7 @@ class Controller:
         if elapsed >= self._next_look:
             self._next_look += self.rule.period
             contact = self._watch.look(positions, elapsed)
+            self.window = self._watch.window
             if contact is not None:
                 self._latch(
                     Stop(time / SECOND, "contact", contact.name, contact.sign.value, contact.ratio),

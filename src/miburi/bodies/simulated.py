@@ -13,7 +13,7 @@ import numpy as np
 
 from miburi.bodies.base import BodyState, Phase
 from miburi.bodies.controller import Controller
-from miburi.contact import Rule
+from miburi.contact import Rule, Window
 from miburi.errors import InputError
 from miburi.motion import FINE, SECOND, Move, Steps, to_steps
 from miburi.physics import mujoco
@@ -98,6 +98,11 @@ class Simulated:
             phase=self._controller.phase,
             stop=self._controller.latched,
         )
+
+    @property
+    def window(self) -> Window | None:
+        """What the contact rule compared at its latest look, or None before the first."""
+        return self._controller.window
 
     @property
     def configuration(self) -> tuple[Array, Array]:
