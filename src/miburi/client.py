@@ -8,7 +8,7 @@
 Expressed(feeling='happiness', mood=0.41)
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -82,7 +82,9 @@ class RemotePartner:
                 for text in socket:
                     yield State.model_validate_json(text)
         except (OSError, ConnectionClosed, InvalidHandshake) as error:
-            raise ConnectionLostError(f"{self._url}: {error or 'the connection was closed'}.") from error
+            raise ConnectionLostError(
+                f"{self._url}: {error or 'the connection was closed'}."
+            ) from error
 
     def stimulate(self, stimulus: Stimulus) -> None:
         """Let the partner feel something."""
@@ -95,13 +97,20 @@ class RemotePartner:
             },
         )
 
-    def express(self, expression: Expression, *, effort: Effort | None = None) -> None:
-        """Perform a gesture once, with its own effort or another."""
+    def express(
+        self,
+        expression: Expression,
+        *,
+        blend: Mapping[str, float] | None = None,
+        effort: Effort | None = None,
+    ) -> None:
+        """Perform a gesture once, alone or blended with others, with its own or another effort."""
         self._post(
             "/express",
             {
                 "feeling": expression.feeling,
                 "mood": expression.mood,
+                "blend": dict(blend or {}),
                 "effort": effort.model_dump() if effort else None,
             },
         )

@@ -1,7 +1,6 @@
 """The interface for programs: ``/api/v1``, described by OpenAPI at ``/api/openapi.json``."""
 
 import asyncio
-
 from concurrent.futures import Future
 from typing import Annotated, Any
 
@@ -78,33 +77,33 @@ def _router(runner: Runner) -> APIRouter:
 
 
 def _looking(router: APIRouter, runner: Runner) -> None:
-    """What can be looked at."""
+    """Add what can be looked at."""
 
     @router.get("/state", response_model=State)
     async def state() -> Response:
-        """Everything that a viewer needs, now."""
+        """Return everything that a viewer needs, now."""
         return Response(runner.snapshot.json, media_type="application/json")
 
     @router.get("/robot")
     async def robot() -> RobotOut:
-        """The robot's description: names, limits, links and solids."""
+        """Return the robot's description: names, limits, links and solids."""
         return describe(runner.robot)
 
     @router.get("/log")
     async def log(
         after: Annotated[int, Query(ge=0, le=10**9, description="The last number known.")] = 0,
     ) -> list[Entry]:
-        """What happened, the oldest first."""
+        """Return what happened, the oldest first."""
         return runner.log(after)
 
     @router.get("/samples")
     async def samples() -> list[Sample]:
-        """The last two minutes, for plots."""
+        """Return the last two minutes, for plots."""
         return runner.samples()
 
     @router.get("/gestures")
     async def all_gestures() -> list[GestureOut]:
-        """The movement functions."""
+        """Return the movement functions."""
         return [
             GestureOut(
                 name=function.name,
@@ -118,7 +117,7 @@ def _looking(router: APIRouter, runner: Runner) -> None:
 
     @router.get("/bodies")
     async def bodies() -> list[BodyOut]:
-        """The kinds of body, and which one moves."""
+        """Return the kinds of body, and which one moves."""
         return [
             BodyOut(
                 name=kind.name,
@@ -131,7 +130,7 @@ def _looking(router: APIRouter, runner: Runner) -> None:
 
 
 def _asking(router: APIRouter, runner: Runner) -> None:
-    """What can be asked for."""
+    """Add what can be asked for."""
 
     @router.post("/stimulus", status_code=_NOTHING, responses=_REFUSED)
     async def stimulus(wish: StimulusIn) -> None:
@@ -176,11 +175,11 @@ def _asking(router: APIRouter, runner: Runner) -> None:
 
 
 def _recording(router: APIRouter, runner: Runner) -> None:
-    """Recordings."""
+    """Add recordings."""
 
     @router.get("/recordings")
     async def recordings() -> list[RecordingOut]:
-        """All recordings, and the one that is being written."""
+        """Return all recordings, and the one that is being written."""
         kept = runner.recordings
         listed = [
             RecordingOut(name=name, bytes=kept.find(name).stat().st_size, whole=True)
@@ -233,12 +232,22 @@ def move_hand(runner: Runner, wish: HandIn) -> Future[None]:
 
 
 def performance(robot: Robot, wish: ExpressIn) -> list[gestures.KeyPose] | None:
-    """Return the key poses of a wish that is more than a feeling's own gesture."""
-    if wish.effort is None:
+    """Return the key poses of a wish that is more than a feeling's own gesture.
+
+    Raises
+    ------
+    InputError
+        The blend names the leading feeling again.
+    """
+    if not wish.blend and wish.effort is None:
         return None
-    effort = Effort(**wish.effort.model_dump())
-    function = gestures.load(wish.feeling).model_copy(update={"effort": effort})
-    return gestures.key_poses(robot, function, wish.mood)
+    if wish.feeling in wish.blend:
+        raise InputError(f"{wish.feeling} leads already; blend other feelings with it.")
+    lead = gestures.load(wish.feeling)
+    if wish.effort is not None:
+        lead = lead.model_copy(update={"effort": Effort(**wish.effort.model_dump())})
+    others = [(gestures.load(name), mood) for name, mood in wish.blend.items()]
+    return gestures.blend(robot, [(lead, wish.mood), *others])
 
 
 def describe(robot: Robot) -> RobotOut:

@@ -6,6 +6,7 @@ misses states, a dead one is dropped, and neither the partner nor other viewers 
 
 import asyncio
 import time
+from contextlib import suppress
 from typing import Annotated, Literal
 
 from fastapi import APIRouter, Query, WebSocket, WebSocketDisconnect
@@ -100,10 +101,9 @@ class _Viewer:
                 task.cancel()
             await asyncio.gather(*tasks, return_exceptions=True)
         code = _POLICY if self._mistakes > MISTAKES else _BYE
-        try:
+        # It may have gone already.
+        with suppress(RuntimeError, TimeoutError, OSError, WebSocketDisconnect):
             await asyncio.wait_for(self._socket.close(code), 1.0)
-        except (RuntimeError, TimeoutError, OSError, WebSocketDisconnect):
-            pass  # it has gone already
 
     async def _send_states(self) -> None:
         last = 0

@@ -1,4 +1,4 @@
-"""Recordings of a live partner: numbered MCAP files in one folder, whole under their final names."""
+"""Recordings of a live partner: numbered MCAP files, whole under their final names."""
 
 import re
 from pathlib import Path

@@ -33,6 +33,8 @@ from miburi.temperament import FEELINGS, shipped_temperament
 STEP = 0.02
 #: When the loop is further behind than this, in s, the robot's time waits instead of hurrying.
 _PATIENCE = 0.2
+#: A live partner answers sooner than the one of the experiment (ours), s.
+_PERIOD = 0.5
 #: Commands that may wait for the next step.
 _QUEUE = 256
 #: The hand goes where it was asked to at no more than this speed, m/s (ours): it cannot jump
@@ -76,6 +78,8 @@ class Runner:
         Where recordings are kept.
     port
         A card's serial port.
+    seed
+        Chooses the small variations of gestures.
     """
 
     def __init__(
@@ -86,11 +90,13 @@ class Runner:
         *,
         body: str = "simulated",
         port: str | None = None,
+        seed: int = 0,
     ) -> None:
         self.robot = robot
         self.recordings = recordings
         self.slow_steps = 0
         self._feelings = feelings
+        self._seed = seed
         self._commands: queue.Queue[tuple[Command, Future[Any]]] = queue.Queue(_QUEUE)
         self._thread: threading.Thread | None = None
         self._ending = threading.Event()
@@ -180,7 +186,7 @@ class Runner:
             if paused != self._paused:
                 self._paused = paused
                 if paused:
-                    self._partner.rest()
+                    self._partner.pause()
                 else:
                     self._partner.resume()
                 self._note("paused" if paused else "resumed")
@@ -313,7 +319,9 @@ class Runner:
         try:
             self._commands.put_nowait((command, future))
         except queue.Full:
-            raise BusyError(f"{_QUEUE} commands are waiting already; ask again in a moment.") from None
+            raise BusyError(
+                f"{_QUEUE} commands are waiting already; ask again in a moment."
+            ) from None
         return future
 
     def _run_commands(self) -> None:
@@ -331,9 +339,9 @@ class Runner:
 
     def _use(self, name: str, body: Body) -> None:
         self._body_name = name
-        self._partner = Partner(body, self._feelings)
+        self._partner = Partner(body, self._feelings, period=_PERIOD, life=self._seed)
         if self._paused:
-            self._partner.rest()
+            self._partner.pause()
         self._stop: StopOut | None = None
         self._peak, self._part = 0.0, None
         self._hand_goal = None
@@ -426,6 +434,7 @@ class Runner:
             stop=self._stop,
             force=round(touch.force, 2) if touch is not None else None,
             hand=_hand(body),
+            hand_out=self._hand_goal is not None,
             face=self._face(felt, shown),
             latest=self._number,
         )

@@ -27,7 +27,7 @@ from miburi.temperament import FEELINGS, shipped_temperament
 
 #: A partner that meets people for the first time is in this mood (ours): middling in
 #: everything, so that every feeling shows, and glad to see them.
-FIRST_MOOD = dict.fromkeys(FEELINGS, 0.5)
+FIRST_MOOD: dict[str, float] = dict.fromkeys(FEELINGS, 0.5)
 GREETING = Stimulus("happiness", 0.8)
 
 
@@ -49,6 +49,8 @@ class Wish:
         Where the token, the partner's state and recordings are kept.
     forget
         Start in the first mood, and keep none.
+    seed
+        Chooses the small variations of gestures; 0 or more.
     """
 
     body: str = "simulated"
@@ -59,6 +61,7 @@ class Wish:
     temperament: str = "playful"
     folder: Path | None = None
     forget: bool = False
+    seed: int = 0
 
 
 def own_folder() -> Path:
@@ -77,6 +80,8 @@ def serve(wish: Wish) -> None:
     OutputError
         The port is taken.
     """
+    if wish.seed < 0:
+        raise InputError(f"the seed must be 0 or more, got {wish.seed}.")
     folder = wish.folder or own_folder()
     token = None if is_loopback(wish.host) else kept_token(folder / "token")
     feelings = EmotionalModel(shipped_temperament(wish.temperament))
@@ -94,6 +99,7 @@ def serve(wish: Wish) -> None:
             Recordings(folder / "recordings"),
             body=wish.body,
             port=wish.port_of_body,
+            seed=wish.seed,
         )
         runner.start()
         try:

@@ -44,6 +44,9 @@ class ExpressIn(Message):
 
     feeling: Feeling
     mood: Share = Field(default=0.7, description="The intensity μ.")
+    blend: dict[Feeling, Share] = Field(
+        default_factory=dict, description="Other feelings' gestures to mix in, with their μ."
+    )
     effort: EffortIn | None = None
 
 
@@ -135,6 +138,7 @@ class State(BaseModel):
     stop: StopOut | None
     force: float | None = Field(description="Force on the human hand now, N; simulation only.")
     hand: Hand | None
+    hand_out: bool = Field(description="Whether the hand reaches out, or waits beside the table.")
     face: Eight = Field(description="How much of each feeling the face shows.")
     latest: int = Field(description="Number of the latest entry of the log.")
 
