@@ -14,15 +14,12 @@ from pydantic import Field, TypeAdapter, ValidationError
 
 from miburi.errors import MiburiError
 from miburi.feelings import Stimulus
-from miburi.studio.access import Allowance
 from miburi.studio.api import done, move_hand
 from miburi.studio.runner import Runner
 from miburi.studio.wire import HandIn, Message, StimulusIn
 
 #: A viewer that has not taken a state for this many seconds is gone.
 PATIENCE = 5.0
-#: Messages a second and at once that a viewer may send.
-RATE, BURST = 80.0, 160.0
 #: So many messages that make no sense, and the viewer is shown out.
 MISTAKES = 20
 #: The largest message, in characters.
@@ -88,7 +85,6 @@ class _Viewer:
         self._socket = socket
         self._period = 1 / rate
         self._sending = asyncio.Lock()
-        self._allowance = Allowance(RATE, BURST)
         self._mistakes = 0
 
     async def serve(self) -> None:
@@ -132,10 +128,10 @@ class _Viewer:
                 await self._send(TypeAdapter(dict).dump_json({"refused": _words(error)}).decode())
 
     async def _obey(self, text: str | None) -> None:
+        # Each command waits for its step, so that a flood is no faster than the loop and holds
+        # up nobody but its sender.
         if text is None or len(text) > LARGEST:
             raise ValueError(f"a message is a text of at most {LARGEST} characters.")
-        if not self._allowance.take("viewer"):
-            raise ValueError(f"at most {RATE:g} messages a second, please.")
         match _MESSAGE.validate_json(text):
             case HandMessage() as wish:
                 await done(move_hand(self._runner, wish))

@@ -100,6 +100,7 @@ class Runner:
         self._commands: queue.Queue[tuple[Command, Future[Any]]] = queue.Queue(_QUEUE)
         self._thread: threading.Thread | None = None
         self._ending = threading.Event()
+        self._patience = 0.0
         self._log: deque[Entry] = deque(maxlen=_LOG)
         self._samples: deque[Sample] = deque(maxlen=_SAMPLES)
         self._serial = self._number = 0
@@ -287,9 +288,10 @@ class Runner:
         self._thread = threading.Thread(target=self._pace, name="partner", daemon=True)
         self._thread.start()
 
-    def close(self) -> None:
-        """Bring the body home (for at most 6 s), end recording, and stop the thread."""
+    def close(self, patience: float = 6.0) -> None:
+        """Bring the body home in at most ``patience`` s, end recording, and stop the thread."""
         if self._thread is not None:
+            self._patience = patience
             self._ending.set()
             self._thread.join()
             self._thread = None
@@ -301,7 +303,7 @@ class Runner:
         while True:
             if self._ending.is_set():
                 if give_up is None:
-                    give_up = time.monotonic() + 6.0
+                    give_up = time.monotonic() + self._patience
                     self._partner.rest()
                 if self._partner.at_rest or time.monotonic() > give_up:
                     return

@@ -15,6 +15,7 @@ export default {
 
   async mounted() {
     this.renderer = new THREE.WebGLRenderer({ canvas: this.$refs.canvas, antialias: true });
+    this.full = new URLSearchParams(location.search).has("full");
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = THREE.PCFSoftShadowMap;
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
@@ -40,9 +41,11 @@ export default {
     this.blinker = new Blinker();
     this.weights = [];
     this.unlisten = listen((state) => this.take(state));
-    let last = performance.now(), faceDue = 0;
+    let last = performance.now(), faceDue = 0, frames = 0, slow = 0;
     this.renderer.setAnimationLoop((now) => {
       const dt = Math.min(0.1, (now - last) / 1000);
+      // A device that cannot keep up gets fewer pixels and no shadows.
+      if (++frames > 10 && frames < 60 && now - last > 90 && !this.full && ++slow === 12) this.lighten();
       last = now;
       // Between two states the joints go on smoothly.
       const share = 1 - Math.exp(-dt / 0.035);
@@ -226,6 +229,13 @@ export default {
       this.controls.target.set(...LOOK_AT);
       this.controls.update();
       this.fit?.();
+    },
+
+    lighten() {
+      this.renderer.shadowMap.enabled = false;
+      this.sun.castShadow = false;
+      this.renderer.setPixelRatio(0.6);
+      this.fit();
     },
 
     fit() {
