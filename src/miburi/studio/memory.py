@@ -2,6 +2,7 @@
 
 import json
 import time
+from contextlib import suppress
 from pathlib import Path
 
 from miburi.errors import InputError
@@ -27,4 +28,5 @@ def remember(path: Path, feelings: FeelingModel) -> None:
         draft.write_text(json.dumps({"when": time.time(), "feelings": feelings.save()}))
         draft.replace(path)
     except OSError:
-        draft.unlink(missing_ok=True)
+        with suppress(OSError):
+            draft.unlink()

@@ -28,6 +28,15 @@ _LOG_LINES = 60
 #: Where the hand appears, m: beside the right arm, in front.
 HAND_START = (0.05, -0.24, 0.16)
 LANGUAGE_COOKIE, DARK_COOKIE = "miburi_language", "miburi_dark"
+_TOGGLE_DARK = f"""() => {{
+    const dark = !document.body.classList.contains("body--dark");
+    Quasar.Dark.set(dark);
+    document.cookie = `{DARK_COOKIE}=${{dark ? 1 : 0}};path=/;max-age=31536000;samesite=strict`;
+}}"""
+_CHOOSE_LANGUAGE = (
+    f'document.cookie = "{LANGUAGE_COOKIE}=$;path=/;max-age=31536000;samesite=strict";'
+    "location.reload()"
+)
 
 
 def add_studio_page(runner: Runner, addresses: list[str], token: str | None) -> None:
@@ -61,7 +70,7 @@ class _Studio:
         self._runner = runner
         self._words = words
         self._language = language
-        self._dark = ui.dark_mode(dark)
+        ui.dark_mode(dark)
         self._phones = phones
         self._seen = -1
         self._updates: list[Callable[[State], None]] = []
@@ -99,8 +108,10 @@ class _Studio:
             choice = ui.select(languages, value=self._language).props(
                 f'dense outlined options-dense aria-label="{say["choose_language"]}"'
             )
-            choice.on_value_change(lambda event: _set_cookie(LANGUAGE_COOKIE, event.value, True))
-            button("◐", say["dark"]).on("click", self._toggle_dark)
+            choice.on_value_change(
+                lambda event: ui.run_javascript(_CHOOSE_LANGUAGE.replace("$", event.value))
+            )
+            button("◐", say["dark"]).on("click", js_handler=_TOGGLE_DARK)
             release = button(say["release"], say["release_hint"], "release-button")
             release.props('data-ask="/release"')
             stop = button(say["stop"], say["stop_hint"], "stop-button")
@@ -299,18 +310,7 @@ class _Studio:
     def _toggle_pause(self) -> None:
         self._runner.pause(not self._runner.snapshot.state.paused)
 
-    async def _toggle_dark(self) -> None:
-        now = await ui.run_javascript("document.body.classList.contains('body--dark')")
-        self._dark.set_value(not now)
-        _set_cookie(DARK_COOKIE, "0" if now else "1", False)
-
     def _look(self) -> None:
         state = self._runner.snapshot.state
         for update in self._updates:
             update(state)
-
-
-def _set_cookie(name: str, value: str, reload: bool) -> None:
-    """Keep a choice in the visitor's browser for a year."""
-    script = f'document.cookie = "{name}={value};path=/;max-age=31536000;samesite=strict"'
-    ui.run_javascript(script + (";location.reload()" if reload else ""))

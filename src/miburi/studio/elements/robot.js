@@ -15,7 +15,8 @@ export default {
 
   async mounted() {
     this.renderer = new THREE.WebGLRenderer({ canvas: this.$refs.canvas, antialias: true });
-    this.full = new URLSearchParams(location.search).has("full");
+    // ?quality=full or low: for pictures, and for very slow devices; else it is found out.
+    const quality = new URLSearchParams(location.search).get("quality");
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = THREE.PCFSoftShadowMap;
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
@@ -41,11 +42,13 @@ export default {
     this.blinker = new Blinker();
     this.weights = [];
     this.unlisten = listen((state) => this.take(state));
+    if (quality === "low") this.lighten();
     let last = performance.now(), faceDue = 0, frames = 0, slow = 0;
     this.renderer.setAnimationLoop((now) => {
-      const dt = Math.min(0.1, (now - last) / 1000);
-      // A device that cannot keep up gets fewer pixels and no shadows.
-      if (++frames > 10 && frames < 60 && now - last > 90 && !this.full && ++slow === 12) this.lighten();
+      if (this.light_weight && now - last < 110) return;
+      const dt = Math.min(0.15, (now - last) / 1000);
+      // A device that cannot keep up gets fewer pixels, fewer pictures, and no shadows.
+      if (++frames > 10 && frames < 60 && now - last > 90 && !quality && ++slow === 12) this.lighten();
       last = now;
       // Between two states the joints go on smoothly.
       const share = 1 - Math.exp(-dt / 0.035);
@@ -199,7 +202,9 @@ export default {
       const at = geometry.attributes.position, uv = geometry.attributes.uv;
       for (let i = 0; i < at.count; i++)
         uv.setXY(i, at.getX(i) / (2 * wide) + 0.5, at.getY(i) / (2 * high) + 0.5);
-      const plane = new THREE.Mesh(geometry, new THREE.MeshBasicMaterial({ map: this.texture }));
+      const plane = new THREE.Mesh(geometry, new THREE.MeshBasicMaterial({
+        map: this.texture, polygonOffset: true, polygonOffsetFactor: -2, polygonOffsetUnits: -2000,
+      }));
       const group = new THREE.Group();
       group.quaternion.setFromAxisAngle(new THREE.Vector3(0, -1, 0), screen.tilt);
       group.position.set(...screen.position);
@@ -232,6 +237,7 @@ export default {
     },
 
     lighten() {
+      this.light_weight = true;
       this.renderer.shadowMap.enabled = false;
       this.sun.castShadow = false;
       this.renderer.setPixelRatio(0.6);
