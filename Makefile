@@ -4,18 +4,29 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: help run test lint clean
+.PHONY: help run experiment test lint screenshots clean
 help:
-	@echo "make run    the main job: the paper's experiment, written to out/experiment"
+	@echo "make run    the main job: the live partner and its studio (Ctrl-C ends it)"
+	@echo "make experiment  the paper's experiment, written to out/experiment"
+	@echo "make screenshots  pictures of the studio and the face, in out/screenshots"
 	@echo "make test   all tests"
 	@echo "make lint   style and types"
 	@echo "make clean  remove what was built"
 
+# RUN takes options, such as RUN="--headless --port 8090".
+RUN ?=
 run: .venv/run.stamp
+	$(BIN)/miburi run $(RUN)
+
+experiment: .venv/run.stamp
 	$(BIN)/miburi experiment --seed 1 --seconds 30 --out out/experiment
 
+# The tests in a browser share one server and one browser: they stay in one process.
 test: .venv/test.stamp
-	$(BIN)/python -m pytest -n auto
+	$(BIN)/python -m pytest -n auto --dist loadgroup
+
+screenshots: .venv/test.stamp
+	$(BIN)/python tools/screenshots out/screenshots
 
 lint: .venv/test.stamp
 	$(BIN)/ruff format --check .
@@ -34,9 +45,12 @@ clean:
 .venv/run.stamp: .venv/bin/python pyproject.toml constraints.txt tools/debian-packages
 	tools/debian-packages ffmpeg libegl1 libegl-mesa0 libgl1-mesa-dri
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e .
+	@# Compile the solver now, once, so that the first start is as quick as every other.
+	$(BIN)/miburi ik --right 0.05 -0.1 0.1 --left 0.05 0.1 0.1 --head 0.03 0 0.2 >/dev/null
 	@touch $@
 
 .venv/test.stamp: .venv/run.stamp
+	tools/debian-packages chromium
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
 	@touch $@
 
