@@ -143,6 +143,11 @@ class Partner:
         return self._performance is not None and self._performance.poses is not None
 
     @property
+    def held(self) -> bool:
+        """Whether somebody has stopped the body, so that it waits for :meth:`release`."""
+        return self._held
+
+    @property
     def at_rest(self) -> bool:
         """Whether :meth:`rest` has been called and the body is back at neutral."""
         home = np.array_equal(self._angles, self.body.robot.neutral)

@@ -108,7 +108,8 @@ def test_stop_during_a_contact_stop_holds_until_release(runner: Runner) -> None:
     block(runner)
     runner.stop()
     runner.hand(None, np.array([0.0, 0.0, 1.0]))
-    assert {state.phase for state in run(runner, 30.0)} == {"stopped"}
+    assert not runner.snapshot.state.held
+    assert {(state.phase, state.held) for state in run(runner, 20.0)} == {("stopped", True)}
     runner.release()
     until(runner, lambda state: state.phase == "idle")
 

@@ -434,6 +434,7 @@ class Runner:
             extent=round(float(np.linalg.norm(hands - self._home, axis=1).max()), 4),
             ratios=self._ratios(),
             stop=self._stop,
+            held=self._partner.held,
             force=round(touch.force, 2) if touch is not None else None,
             hand=_hand(body),
             hand_out=self._hand_goal is not None,

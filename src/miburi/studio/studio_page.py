@@ -216,7 +216,7 @@ class _Studio:
             if state.latest != self._seen:
                 self._seen = state.latest
                 log.set_content(self._log())
-            now = (state.stop, state.phase)
+            now = (state.stop, state.phase, state.held)
             if now == shown:
                 return
             shown = now
@@ -234,7 +234,8 @@ class _Studio:
             going_back = state.phase == "returning"
             return say["free"], say["returning" if going_back else "free_more"]
         if stop.reason == "contact" and stop.motor is not None:
-            return say["met"].format(motor=self._words["joint"][stop.motor]), say["waits"]
+            words = say["met"].format(motor=self._words["joint"][stop.motor])
+            return words, say["held" if state.held else "waits"]
         if stop.reason == "asked":
             return say["asked"], say["held"]
         return say["failed"].format(reason=stop.reason), say["held"]

@@ -136,6 +136,7 @@ class State(BaseModel):
         description="Measured over expected travel in the latest window; null if not judged."
     )
     stop: StopOut | None
+    held: bool = Field(description="Whether a person stopped it: it waits for a release.")
     force: float | None = Field(description="Force on the human hand now, N; simulation only.")
     hand: Hand | None
     hand_out: bool = Field(description="Whether the hand reaches out, or waits beside the table.")

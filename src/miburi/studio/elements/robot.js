@@ -97,9 +97,9 @@ export default {
     },
 
     light_up(motor) {
-      // The links that hang on the motor that met something glow.
+      // The link that the motor turns glows.
       for (const mesh of this.meshes) {
-        const on = motor && this.carried[motor]?.has(mesh.userData.link);
+        const on = motor && this.turned[motor] === mesh.userData.link;
         mesh.material.emissive.setHex(on ? 0xc81e1e : 0);
         mesh.material.emissiveIntensity = on ? 0.55 : 0;
       }
@@ -146,20 +146,13 @@ export default {
       const links = { base: new THREE.Group() };
       this.scene.add(links.base);
       this.joints = Object.fromEntries(robot.joints.map((name) => [name, []]));
-      this.carried = {};
-      const parents = Object.fromEntries(robot.links.map((link) => [link.name, link.parent]));
+      this.turned = Object.fromEntries(robot.links.map((link) => [link.joint, link.name]));
       for (const link of robot.links) {
         const group = (links[link.name] = new THREE.Group());
         group.position.set(...link.position);
         const axis = new THREE.Vector3(...link.axis);
         this.joints[link.joint].push((angle) => group.quaternion.setFromAxisAngle(axis, angle));
         links[link.parent].add(group);
-      }
-      for (const link of robot.links) {
-        this.carried[link.joint] = new Set();
-        for (const other of robot.links)
-          for (let up = other.name; up; up = parents[up])
-            if (up === link.name) this.carried[link.joint].add(other.name);
       }
       this.meshes = [];
       for (const part of robot.parts) {
