@@ -82,6 +82,10 @@ class Rule:
         """Return the paper's period and ratio with the guards of the robot's servo."""
         return cls(Guards.of(robot))
 
+    def watch(self, profile: Profile, start: Steps, direction: Steps) -> "Watch":
+        """Begin to watch one move; see :class:`Watch`."""
+        return Watch(self, profile, start, direction)
+
 
 class Sign(StrEnum):
     """By what the rule knew a contact."""
@@ -142,10 +146,12 @@ class Watch:
     direction: Steps
     _expected: Steps = field(init=False)
     _measured: Steps = field(init=False)
+    _end: int = field(init=False)
 
     def __post_init__(self) -> None:
         self._expected = np.zeros_like(self.start)
         self._measured = np.zeros_like(self.start)
+        self._end = int(np.max(self.profile.total + self.rule.guards.lag))
 
     def look(self, positions: Steps, time: int) -> Contact | None:
         """Judge the motors' positions (8,) at ``time`` µs since the move began.
@@ -176,10 +182,10 @@ class Watch:
 
     def arrived(self, positions: Steps, time: int) -> bool:
         """Whether every profile has ended and every motor is at its goal."""
-        guards = self.rule.guards
-        ended = bool(np.all(time >= self.profile.total + guards.lag))
+        if time < self._end:
+            return False
         missing = np.abs(self.profile.distance * FINE - self._travel(positions))
-        return ended and bool(np.all(missing <= guards.arrival * FINE))
+        return bool(np.all(missing <= self.rule.guards.arrival * FINE))
 
     def _travel(self, positions: Steps) -> Steps:
         return (positions - self.start) * self.direction * FINE

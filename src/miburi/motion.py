@@ -128,7 +128,7 @@ class Profile:
 
     def position(self, time: Steps | int) -> Steps:
         """Travel in 1/256 steps after ``time`` µs, broadcast against the motors."""
-        t = np.clip(time, 0, self.total)
+        t = np.minimum(np.maximum(time, 0), self.total)
         left = self.total - t
         # Clipped to the ramp, a t² · 128 stays inside 64 bits for every servo allowed.
         risen = np.minimum(t, self.ramp)

@@ -28,6 +28,8 @@ class Controller:
         The description, and the contact rule with its guards.
     origin
         The goal at which the motors are held when no profile runs.
+    watch
+        The commanded profile that runs, and the rule's view of it; a new one for each.
     """
 
     robot: Robot
@@ -39,7 +41,7 @@ class Controller:
         self.latched: Stop | None = None
         self._began = 0
         self._next_look = 0
-        self._watch = self._plan(self.origin, self.origin, np.ones(len(JOINTS), dtype=np.int64))
+        self.watch = self._plan(self.origin, self.origin, np.ones(len(JOINTS), dtype=np.int64))
 
     def move(self, move: Move, positions: Steps, time: int) -> None:
         """Start ``move``.
@@ -101,39 +103,39 @@ class Controller:
         elapsed = time - self._began
         if elapsed >= self._next_look:
             self._next_look += self.rule.period
-            contact = self._watch.look(positions, elapsed)
+            contact = self.watch.look(positions, elapsed)
             if contact is not None:
                 self._latch(
                     Stop(time / SECOND, "contact", contact.name, contact.sign.value, contact.ratio),
                     positions,
                 )
                 return
-        if self._watch.arrived(positions, elapsed):
+        if self.watch.arrived(positions, elapsed):
             self.origin = self._goal
             self.phase = Phase.IDLE
-            self._watch = self._plan(self.origin, positions, np.ones_like(positions))
+            self.watch = self._plan(self.origin, positions, np.ones_like(positions))
 
     def setpoint(self, time: Steps | int) -> Steps:
         """Where the servos' profiles are, in 1/256 steps: (8,), or (n, 8) for times (n, 1)."""
-        travel = self._watch.profile.position(time - self._began)
-        return self.origin * FINE + self._watch.direction * travel
+        travel = self.watch.profile.position(time - self._began)
+        return self.origin * FINE + self.watch.direction * travel
 
     @property
     def _goal(self) -> Steps:
-        return self.origin + self._watch.direction * self._watch.profile.distance
+        return self.origin + self.watch.direction * self.watch.profile.distance
 
     def _start(self, phase: Phase, goal: Steps, speeds: Steps, positions: Steps, time: int) -> None:
         self.phase = phase
         self._began, self._next_look = time, self.rule.period
-        self._watch = self._plan(goal, positions, speeds)
+        self.watch = self._plan(goal, positions, speeds)
 
     def _plan(self, goal: Steps, positions: Steps, speeds: Steps) -> Watch:
         way = goal - self.origin
         ramp = np.full_like(way, round(self.robot.servo.acceleration / self.robot.servo.step))
         profile = Profile.plan(np.abs(way), np.maximum(speeds, 1), ramp)
-        return Watch(self.rule, profile, positions, np.where(way < 0, -1, 1))
+        return self.rule.watch(profile, positions, np.where(way < 0, -1, 1))
 
     def _latch(self, stop: Stop, positions: Steps) -> None:
         self.phase, self.latched = Phase.STOPPED, stop
         self.origin = positions
-        self._watch = self._plan(positions, positions, np.ones_like(positions))
+        self.watch = self._plan(positions, positions, np.ones_like(positions))
