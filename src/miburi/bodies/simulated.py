@@ -142,7 +142,8 @@ class Simulated:
         if plan is not self._controller.watch or row >= len(setpoints):
             plan, since, row = self._controller.watch, self._readings, 0
             times = self._clock + _SUBTIMES
-            setpoints = self._controller.setpoint(times) * (self._robot.servo.step / FINE)
+            fine = self._controller.setpoint(times)
+            setpoints = np.multiply(fine, self._robot.servo.step / FINE, dtype=np.float64)
             self._planned = (plan, since, setpoints)
         return setpoints[row : row + _SUBSTEPS]
 
