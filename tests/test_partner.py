@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from miburi import gestures
 from miburi.bodies import BodyState, Phase, Stop
 from miburi.feelings import FEELINGS, EmotionalModel, Stimulus
 from miburi.motion import Move
@@ -233,3 +234,29 @@ def test_one_remark_moves_the_body_a_little(robot: Robot) -> None:
     shown = of(GestureStarted, events)
     assert {event.expression.feeling for event in shown} == {"happiness"}
     assert shown[-1].expression.mood < 0.1
+
+
+def test_life_breathes_and_varies_and_a_seed_repeats_it(robot: Robot) -> None:
+    def lived(feelings: EmotionalModel, life: int | None) -> list[np.ndarray]:
+        body = PaperBody(robot)
+        run(Partner(body, feelings, life=life), 20.0)
+        return [move.angles for move in body.moves]
+
+    breaths = lived(EmotionalModel(), 1)
+    assert len(breaths) > 4
+    assert 0 < np.abs(np.array(breaths) - robot.neutral).max() < 0.1
+    plain, varied = lived(happy(), None), lived(happy(), 1)
+    assert any(np.allclose(plain[0], again, atol=1e-3) for again in plain[1:])
+    assert not any(np.allclose(varied[0], again, atol=1e-3) for again in varied[1:])
+    np.testing.assert_array_equal(varied, lived(happy(), 1))
+    assert not np.array_equal(varied[0], lived(happy(), 2)[0])
+
+
+def test_a_key_pose_is_held(robot: Robot) -> None:
+    """Fright freezes: the body stays in its key pose, though its move is over."""
+    feelings, body = EmotionalModel(), PaperBody(robot, move_time=0.1)
+    feelings.set_state(emotion={"fright": 1.0}, mood={"fright": 0.9}, hold=True)
+    held = max(pose.hold for pose in gestures.key_poses(robot, gestures.load("fright"), 0.9))
+    assert held > 0.2
+    sent = [event.time for event in of(MoveSent, run(Partner(body, feelings, period=60), 8.0))]
+    assert max(np.diff(sent)) >= held

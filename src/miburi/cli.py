@@ -12,6 +12,7 @@ import typer
 
 from miburi import __version__
 from miburi.errors import InputError, MiburiError
+from miburi.gestures_cli import gallery, gesture_app
 
 app = typer.Typer(
     help="Feelings that show in a small robot's whole body, and a body that is safe to touch.",
@@ -145,6 +146,9 @@ def ik(
             )
             print(f"{solution.status}; error: {misses}")
 
+
+app.add_typer(gesture_app, name="gesture")
+app.command()(gallery)
 
 feelings_app = typer.Typer(help="The emotional model.", no_args_is_help=True)
 app.add_typer(feelings_app, name="feelings")

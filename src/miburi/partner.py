@@ -73,6 +73,17 @@ class Released:
 Event = GestureStarted | MoveSent | GestureEnded | Stopped | Released
 
 
+@dataclass
+class _Performance:
+    """What is being performed, and how far; without an expression it is a breath."""
+
+    expression: Expression | None
+    variation: int | None
+    next_pose: int = 0
+    hold: float = 0.0
+    hold_until: float | None = None
+
+
 class Partner:
     """A robot partner: feelings, a body, and what happens between them.
 
@@ -87,18 +98,27 @@ class Partner:
         (Section 5: 2 s).
     solve
         The inverse kinematics: robot, target (9,) m and present angles (8,) rad to a solution.
+    life
+        A seed: it breathes while it feels nothing, and no two gestures are quite alike. None:
+        it does neither, as in the paper's experiment.
     """
 
     def __init__(
-        self, body: Body, feelings: FeelingModel, *, period: float = 2.0, solve: Solve | None = None
+        self,
+        body: Body,
+        feelings: FeelingModel,
+        *,
+        period: float = 2.0,
+        solve: Solve | None = None,
+        life: int | None = None,
     ) -> None:
         self.body = body
         self.feelings = feelings
         self._period = period
         self._solve = solve or _solve
         self._next_gesture = 0.0
-        self._gesture: Expression | None = None
-        self._next_pose = 0
+        self._life = None if life is None else np.random.default_rng(life)
+        self._performance: _Performance | None = None
         self._angles = np.array(body.robot.neutral)
         self._encounters = 0
         self._release_at: float | None = None
@@ -108,7 +128,7 @@ class Partner:
     @property
     def expression(self) -> Expression | None:
         """What is being expressed now; None between gestures."""
-        return self._gesture
+        return self._performance.expression if self._performance else None
 
     @property
     def at_rest(self) -> bool:
@@ -160,7 +180,7 @@ class Partner:
 
     def _take(self, stop: Stop, time: float) -> Iterator[Event]:
         """Take a new stop in: break off the gesture and, after a contact, lower the mood."""
-        shown = self._gesture or self.feelings.express()
+        shown = self.expression or self.feelings.express()
         before = self._mood_of(shown)
         if stop.reason == "contact":
             self.feelings.contact()
@@ -168,42 +188,65 @@ class Partner:
             self._release_at = time + pause
             self._encounters += 1
         yield Stopped(time, stop, before, self._mood_of(shown))
-        if self._gesture is not None:
-            yield GestureEnded(time, self._gesture, complete=False)
-            self._gesture = None
+        yield from self._end(time, complete=False)
 
     def _idle(self, state: BodyState) -> Iterator[Event]:
         self._known_stop = None
-        if self._gesture is None and not self._resting and state.time >= self._next_gesture - 1e-9:
+        due = state.time >= self._next_gesture - 1e-9
+        if self._performance is None and due and not self._resting:
             while self._next_gesture <= state.time + 1e-9:
                 self._next_gesture += self._period
-            self._gesture, self._next_pose = self.feelings.express(), 0
-            if self._gesture is not None:
-                yield GestureStarted(state.time, self._gesture)
-        if self._gesture is not None:
-            yield from self._go_on(self._gesture, state)
-        if self._gesture is None and self._resting:
+            yield from self._begin(state.time)
+        performance = self._performance
+        if performance is not None:
+            if performance.hold_until is None:
+                performance.hold_until = state.time + performance.hold
+            if self._resting or state.time >= performance.hold_until - 1e-9:
+                yield from self._go_on(performance, state)
+        if self._performance is None and self._resting:
             self._go_home()
 
-    def _go_on(self, expression: Expression, state: BodyState) -> Iterator[Event]:
-        """Send the next key pose at the mood of now, or end the gesture."""
+    def _begin(self, time: float) -> Iterator[Event]:
+        """Begin a gesture, or a breath of one who feels nothing."""
+        expression = self.feelings.express()
+        variation = None if self._life is None else int(self._life.integers(2**32))
+        if expression is not None:
+            self._performance = _Performance(expression, variation)
+            yield GestureStarted(time, expression)
+        elif self._life is not None:
+            self._performance = _Performance(None, variation)
+
+    def _go_on(self, performance: _Performance, state: BodyState) -> Iterator[Event]:
+        """Send the next key pose at the mood of now, or end the performance."""
         robot = self.body.robot
-        mood = self._mood_of(expression)
-        poses = gestures.key_poses(robot, _function(expression.feeling), mood)
-        while self._next_pose < len(poses) and not self._resting:
-            index, pose = self._next_pose, poses[self._next_pose]
-            self._next_pose += 1
+        poses = self._poses(performance)
+        while performance.next_pose < len(poses) and not self._resting:
+            index, pose = performance.next_pose, poses[performance.next_pose]
+            performance.next_pose += 1
             solution = self._solve(robot, pose.target, self._angles)
             move = synchronised(robot, self._angles, solution.angles, pose.duration)
             if np.max(np.abs(solution.angles - self._angles)) < robot.servo.step:
                 continue  # nowhere to go: a mood of 0 rests at neutral
             self.body.move(move)
             self._angles = solution.angles
+            performance.hold, performance.hold_until = pose.hold, None
             yield MoveSent(state.time, index, move, solution)
             return
-        self._gesture = None
-        self._encounters = 0
-        yield GestureEnded(state.time, expression, complete=self._next_pose == len(poses))
+        yield from self._end(state.time, complete=performance.next_pose == len(poses))
+
+    def _poses(self, performance: _Performance) -> list[gestures.KeyPose]:
+        robot, shown = self.body.robot, performance.expression
+        if shown is None:
+            return gestures.breath(robot, variation=performance.variation)
+        function, mood = _function(shown.feeling), self._mood_of(shown)
+        return gestures.key_poses(robot, function, mood, variation=performance.variation)
+
+    def _end(self, time: float, *, complete: bool) -> Iterator[Event]:
+        shown, self._performance = self.expression, None
+        if complete:
+            self._encounters = 0
+        if shown is not None:
+            yield GestureEnded(time, shown, complete)
 
     def _go_home(self) -> None:
         neutral = self.body.robot.neutral

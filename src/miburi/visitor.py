@@ -14,8 +14,18 @@ from miburi.robot import Array, Robot, forward
 
 #: Seconds that the hand needs to reach in; about 1 m/s (ours).
 REACH = 0.16
-#: Where the hand comes from, seen from where it blocks: outwards, forwards and up, in m (ours).
+#: How far away the hand comes from, in m, and the directions that it may choose: outwards,
+#: forwards and up, as seen from where it blocks (ours).
 _APPROACH = 0.16
+_DIRECTIONS = (
+    (1, 0, 0),
+    (1, 0.7, 0.3),
+    (0.5, 1, 0),
+    (0, 1, 0.3),
+    (0.7, 0, 0.7),
+    (0.7, 0, -0.7),
+    (0.6, -0.6, 0.3),
+)
 #: Moves shorter than this, in m, are over before a hand could get in their way.
 _WORTH_BLOCKING = 0.08
 #: Seconds that the hand waits for an arm that does not come.
@@ -92,14 +102,32 @@ class Visitor:
         arms = np.flatnonzero(travel >= 0.6 * travel.max())
         arm = int(self._rng.choice(arms))
         here, ahead = (way[3 * arm : 3 * arm + 3] for way in ways)
-        side = np.array([0.0, 1.0 if arm else -1.0, 0.0])
-        shoulder = side * self._robot.lengths.L12 + [0, 0, self._robot.lengths.L01]
+        shoulder = self._shoulder(arm)
         radial, motion = here - shoulder, ahead - here
         along = np.cross(motion, radial)
         place = shoulder + self._rng.uniform(0.75, 0.95) * radial
-        from_outside = side + np.array([0.7, 0.0, 0.3])
-        outside = place + _APPROACH * from_outside / np.linalg.norm(from_outside)
+        outside = self._free_way(angles, end, part, arm, place)
         return _Visit(place, outside, along)
+
+    def _shoulder(self, arm: int) -> Array:
+        lengths = self._robot.lengths
+        return np.array([0.0, lengths.L12 if arm else -lengths.L12, lengths.L01])
+
+    def _free_way(self, start: Array, end: Array, part: float, arm: int, place: Array) -> Array:
+        """Return where to come from so as to meet the arm at ``place`` and not on the way in."""
+        sign = 1.0 if arm else -1.0
+        poses = start + np.linspace(0.0, part - 0.2, 5)[:, None] * (end - start)
+        hands = forward(self._robot, poses)[:, 3 * arm : 3 * arm + 3]
+        arms = np.concatenate([hands, (hands + self._shoulder(arm)) / 2])
+        best, room = place, -1.0
+        for outwards, forwards, up in _DIRECTIONS:
+            direction = np.array([forwards, sign * outwards, up])
+            outside = place + _APPROACH * direction / np.linalg.norm(direction)
+            way = place + np.linspace(0.0, 1.0, 7)[:, None] * (outside - place)
+            gap = float(np.linalg.norm(way[:, None] - arms, axis=2).min(axis=1)[1:].min())
+            if gap > room:
+                best, room = outside, gap
+        return best
 
     def _move_hand(self, body: Simulated, visit: _Visit, dt: float) -> None:
         visit.age += dt
