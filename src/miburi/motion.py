@@ -139,3 +139,16 @@ class Profile:
         )
         cruising = self.speed * (2 * t - self.ramp) * (FINE // 2) // SECOND
         return np.where(t < self.ramp, rising, np.where(left <= self.ramp, falling, cruising))
+
+
+def commanded(robot: Robot, origin: Steps, goal: Steps, speeds: Steps) -> tuple[Profile, Steps]:
+    """Plan the servos' motion from ``origin`` to ``goal`` (8,) steps at ``speeds`` steps/s.
+
+    Returns
+    -------
+    The profile, and the direction of each motor: (8,) +1 or −1.
+    """
+    way = goal - origin
+    ramp = np.full_like(way, round(robot.servo.acceleration / robot.servo.step))
+    profile = Profile.plan(np.abs(way), np.maximum(speeds, 1), ramp)
+    return profile, np.where(way < 0, -1, 1)

@@ -11,7 +11,7 @@ import numpy as np
 from miburi.bodies.base import Phase, Stop
 from miburi.contact import Rule, Watch
 from miburi.errors import BodyError
-from miburi.motion import FINE, SECOND, Move, Profile, Steps, to_steps
+from miburi.motion import FINE, SECOND, Move, Steps, commanded, to_steps
 from miburi.robot import JOINTS, Robot
 
 #: Speed of the return to neutral after a stop, in rad/s of the motor with the longest way (ours).
@@ -130,10 +130,8 @@ class Controller:
         self.watch = self._plan(goal, positions, speeds)
 
     def _plan(self, goal: Steps, positions: Steps, speeds: Steps) -> Watch:
-        way = goal - self.origin
-        ramp = np.full_like(way, round(self.robot.servo.acceleration / self.robot.servo.step))
-        profile = Profile.plan(np.abs(way), np.maximum(speeds, 1), ramp)
-        return self.rule.watch(profile, positions, np.where(way < 0, -1, 1))
+        profile, direction = commanded(self.robot, self.origin, goal, speeds)
+        return self.rule.watch(profile, positions, direction)
 
     def _latch(self, stop: Stop, positions: Steps) -> None:
         self.phase, self.latched = Phase.STOPPED, stop

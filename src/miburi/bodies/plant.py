@@ -47,29 +47,30 @@ class Touch:
 
 
 class Plant:
-    """The physical robot at rest in a pose.
+    """The physical robot, at rest in neutral; :meth:`rest` begins anew.
 
     Parameters
     ----------
     robot
         The description to build from.
-    pose
-        (8,) rad, where it rests; neutral by default.
-    settle
-        s that gravity has pulled before the story begins.
+    sprung_hand
+        Whether the human hand hangs on springs, as in trials, or is where it is placed.
     """
 
-    def __init__(self, robot: Robot, pose: Array | None = None, settle: float = 0.5) -> None:
+    def __init__(self, robot: Robot, *, sprung_hand: bool = False) -> None:
         self.robot = robot
-        self.model = mujoco.MjModel.from_xml_string(to_mjcf(robot))
+        self.model = mujoco.MjModel.from_xml_string(to_mjcf(robot, sprung_hand=sprung_hand))
         self.data = mujoco.MjData(self.model)
         self.joints = np.array([self.model.joint(name).qposadr[0] for name in JOINTS])
         self._hand = self.model.geom("hand").id
-        self.rest(robot.neutral if pose is None else pose, settle)
+        self._start = 0.0
+        self.rest(robot.neutral)
 
-    def rest(self, pose: Array, settle: float) -> None:
+    def rest(self, pose: Array, settle: float = 0.5) -> None:
         """Begin anew, at rest in ``pose`` (8,) rad, after gravity has pulled for ``settle`` s."""
         mujoco.mj_resetData(self.model, self.data)
+        torque = self.robot.servo.stall_torque
+        self.model.actuator_forcerange[:] = (-torque, torque)
         self.data.qpos[self.joints] = pose
         self.data.ctrl[:] = pose
         mujoco.mj_step(self.model, self.data, nstep=round(settle / TIMESTEP))
