@@ -220,3 +220,23 @@ def is_slow_as_printed(
     """
     slow: Flags = np.abs(travel) * 10_000 * SECOND < speed * ratio * elapsed
     return slow
+
+
+class PrintedRule(Rule):
+    """The paper's rule to the letter, for comparison: it stops every free move of a real servo."""
+
+    def watch(self, profile: Profile, start: Steps, direction: Steps) -> Watch:
+        """Begin to watch one move as printed."""
+        return _PrintedWatch(self, profile, start, direction)
+
+
+class _PrintedWatch(Watch):
+    def look(self, positions: Steps, time: int) -> Contact | None:  # noqa: ARG002
+        travel = self._travel(positions)
+        did = travel - self._measured
+        self._measured = travel
+        # A motor with nowhere to go has been sent no speed.
+        sent = np.where(self.profile.distance > 0, self.profile.speed, 0)
+        slow = is_slow_as_printed(did // FINE, sent, self.rule.period, self.rule.ratio)
+        due = sent * FINE * self.rule.period // SECOND
+        return _worst(Sign.SPEED, slow, did, due) if slow.any() else None

@@ -138,7 +138,7 @@ def _variation(rng: np.random.Generator) -> Variation:
 
 def draw_person(rng: np.random.Generator, kind: HandKind) -> Person:
     """Draw somebody who may be in the way of one link or another."""
-    soft = float(np.exp(rng.uniform(np.log(300.0), np.log(3000.0))))
+    soft = float(np.exp(rng.uniform(np.log(500.0), np.log(5000.0))))
     stiffness = 75_000.0 if kind is HandKind.RIGID else soft
     damping_ratio = float(rng.uniform(0.3, 1.0))
     skin = Skin(

@@ -25,6 +25,9 @@ PATIENCE = 1.0
 SETTLED, WATCHED = 0.3, 0.2
 #: Length of the mean that is called sustained force, s.
 SUSTAINED = 0.05
+#: Somebody is in the way if a robot that does not stop presses on them with this sustained
+#: force, N (ours); what is less only brushes past.
+IN_THE_WAY = 1.0
 #: At most so often the gesture, and for each the person, are drawn again until they meet.
 _GESTURES, _PERSONS = 50, 25
 
@@ -65,6 +68,8 @@ class Outcome:
         Largest force from 0.3 s to 0.5 s after the stop; NaN without.
     right_motor
         Whether the motor named carries what was met.
+    brushes, brush_force
+        How many persons drawn before were only brushed past, and the largest peak on them.
     self_collision
         Two parts of the robot met.
     """
@@ -89,12 +94,17 @@ class Outcome:
     sustained_force: float
     push_after_stop: float
     right_motor: bool
+    brushes: int
+    brush_force: float
     self_collision: bool
 
 
 @dataclass
 class Run:
-    """What happened in a trial: traces (of :class:`Trace`), forces in N each physics step."""
+    """What happened in a trial: a trace each move, forces in N each physics step.
+
+    ``brushes`` are the peak forces, N, of what was drawn before and only brushed past.
+    """
 
     conditions: Conditions
     person: Person | None
@@ -107,6 +117,7 @@ class Run:
     traces: list[Trace] = field(default_factory=list)
     began: list[float] = field(default_factory=list)
     forces: Array = field(default_factory=lambda: np.empty(0))
+    brushes: list[float] = field(default_factory=list)
 
 
 def trial(
@@ -130,6 +141,7 @@ def run(plant: TrialPlant, rule: Rule, seed: int, kind: Kind, index: int) -> Run
         # Two moves in a row: the end of one shakes the beginning of the next.
         return _perform(plant, rule, draw(plant.robot, rng, moves=2), None, None, rng)
     hand = HandKind(np.random.default_rng(stream).choice([hand.value for hand in HandKind]))
+    brushes: list[float] = []
     for attempt in range(_GESTURES):
         rng = np.random.default_rng([*stream, attempt])
         conditions = draw(plant.robot, rng, moves=1)
@@ -139,8 +151,14 @@ def run(plant: TrialPlant, rule: Rule, seed: int, kind: Kind, index: int) -> Run
                 continue
             motors = carriers(person.link)
             # Somebody else's arm, or the stand, is no obstacle to the link that was meant.
-            if result.touched is None or carriers(result.touched)[1:2] == motors[1:2]:
-                return result
+            if result.touched is not None and carriers(result.touched)[1:2] != motors[1:2]:
+                continue
+            # Without a stop, what happened does not depend on the rule: so this choice does not.
+            if result.stop is None and sustained(result.forces) < IN_THE_WAY:
+                brushes.append(float(result.forces.max()))
+                continue
+            result.brushes = brushes
+            return result
     raise InputError(f"{kind} trial {index} of seed {seed}: nobody can be met by this robot.")
 
 
@@ -243,14 +261,17 @@ def measure(result: Run, kind: Kind, index: int, servo: int) -> Outcome:
         touched=result.touched or "",
         latency=latency,
         peak_force=float(forces.max()),
-        sustained_force=_sustained(forces),
+        sustained_force=sustained(forces),
         push_after_stop=push,
         right_motor=answered and stop is not None and stop.motor in carriers(result.touched or ""),
+        brushes=len(result.brushes),
+        brush_force=max(result.brushes, default=0.0),
         self_collision=result.self_collision,
     )
 
 
-def _sustained(forces: Array) -> float:
+def sustained(forces: Array) -> float:
+    """Return the largest mean of forces (n,), one each physics step, over 50 ms."""
     width = round(SUSTAINED / TIMESTEP)
     sums = np.cumsum(np.concatenate([[0.0], forces]))
     return float((sums[width:] - sums[:-width]).max() / width)
