@@ -79,7 +79,7 @@ class TrialPlant(Plant):
     touched_at
         s, when; None before.
     itself
-        Two parts of the robot that met, or None.
+        Two parts of the robot that met before anybody touched it, or None.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -210,7 +210,7 @@ class TrialPlant(Plant):
             mujoco.mj_step(model, data)
             x, y, z = constraint.tolist()
             forces.append(sqrt(x * x + y * y + z * z))
-            if data.ncon and (self.touched is None or self.itself is None):
+            if data.ncon and self.touched_at is None:
                 self._note_contacts()
         return Touch(max(forces[before:]), self.touched_at, self.touched, self.itself)
 

@@ -34,8 +34,8 @@ class Summary:
     """Figures of a run; s and N.
 
     ``false_stops`` are stops before any touch, in free and blocked trials. ``missed`` are people
-    pressed with 1 N or more over 50 ms whom no stop followed; ``missed_above_2N`` those of them
-    pressed with 2 N over 50 ms, ``missed_peak_above_2N`` those on whom the force reached 2 N for
+    pressed with 1 N or more over 0.1 s whom no stop followed; ``missed_above_2N`` those of them
+    pressed with 2 N over 0.1 s, ``missed_peak_above_2N`` those on whom the force reached 2 N for
     a moment. ``brushes`` are people only brushed past, in whose place others were drawn.
     Intervals are Wilson's, 95 %. Figures of no trial at all are None.
     """
@@ -52,6 +52,8 @@ class Summary:
     latency_mean: float | None
     latency_p95: float | None
     latency_max: float | None
+    latency_from_1N_p95: float | None  # noqa: N815
+    latency_from_1N_max: float | None  # noqa: N815
     peak_force_median: float | None
     peak_force_p95: float | None
     peak_force_max: float | None
@@ -76,6 +78,8 @@ def summarise(outcomes: Sequence[Outcome]) -> Summary:
     missed = [o for o in touched if not o.stopped]
     false_stops = sum(o.false_stop for o in outcomes)
     latency, push = as_array(answered, "latency"), as_array(answered, "push_after_stop")
+    firm = as_array(answered, "latency_from_1N")
+    firm = firm[np.isfinite(firm)]
     peak, sustained = as_array(touched, "peak_force"), as_array(touched, "sustained_force")
     return Summary(
         free=len(outcomes) - len(blocked),
@@ -90,6 +94,8 @@ def summarise(outcomes: Sequence[Outcome]) -> Summary:
         latency_mean=float(latency.mean()) if answered else None,
         latency_p95=_percentile(latency, 95),
         latency_max=_percentile(latency, 100),
+        latency_from_1N_p95=_percentile(firm, 95),
+        latency_from_1N_max=_percentile(firm, 100),
         peak_force_median=_percentile(peak, 50),
         peak_force_p95=_percentile(peak, 95),
         peak_force_max=_percentile(peak, 100),

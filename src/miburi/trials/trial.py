@@ -23,8 +23,8 @@ from miburi.trials.person import TrialPlant
 PATIENCE = 1.0
 #: s after a stop from which on the robot must no longer push, and for how long that is watched.
 SETTLED, WATCHED = 0.3, 0.2
-#: Length of the mean that is called sustained force, s.
-SUSTAINED = 0.05
+#: Length of the mean that is called sustained force, s: the rule's own period.
+SUSTAINED = 0.1
 #: Somebody is in the way if a robot that does not stop presses on them with this sustained
 #: force, N (ours); what is less only brushes past.
 IN_THE_WAY = 1.0
@@ -60,10 +60,11 @@ class Outcome:
         It stopped before anybody touched it.
     touched
         Part of the robot that was met first.
-    latency
-        From the first touch to the stop; NaN without.
+    latency, latency_from_1N
+        To the stop from the first touch, and from the moment at which the force reached 1 N; NaN
+        without, and 0 where the stop came before.
     peak_force, sustained_force
-        Largest force, and largest mean over 50 ms, from touch to half a second after the stop.
+        Largest force, and largest mean over 0.1 s, from touch to half a second after the stop.
     push_after_stop
         Largest force from 0.3 s to 0.5 s after the stop; NaN without.
     right_motor
@@ -71,7 +72,7 @@ class Outcome:
     brushes, brush_force
         How many persons drawn before were only brushed past, and the largest peak on them.
     self_collision
-        Two parts of the robot met.
+        Two parts of the robot met before anybody touched it.
     """
 
     kind: str
@@ -90,6 +91,7 @@ class Outcome:
     false_stop: bool
     touched: str
     latency: float
+    latency_from_1N: float  # noqa: N815  (the unit is written so)
     peak_force: float
     sustained_force: float
     push_after_stop: float
@@ -239,9 +241,12 @@ def measure(result: Run, kind: Kind, index: int, servo: int) -> Outcome:
     touched_at = result.touched_at
     false_stop = stop is not None and (touched_at is None or stop.time < touched_at)
     answered = stop is not None and touched_at is not None and not false_stop
-    forces, latency, push = result.forces, np.nan, np.nan
+    forces, latency, firm, push = result.forces, np.nan, np.nan, np.nan
     if answered and stop is not None and touched_at is not None:
         latency = stop.time - touched_at
+        reached = np.flatnonzero(forces >= IN_THE_WAY)
+        if len(reached):
+            firm = max(0.0, stop.time - float(reached[0] + 1) * TIMESTEP)
         push = float(forces[round((stop.time + SETTLED) / TIMESTEP) :].max())
     return Outcome(
         kind=kind.value,
@@ -260,6 +265,7 @@ def measure(result: Run, kind: Kind, index: int, servo: int) -> Outcome:
         false_stop=false_stop,
         touched=result.touched or "",
         latency=latency,
+        latency_from_1N=firm,
         peak_force=float(forces.max()),
         sustained_force=sustained(forces),
         push_after_stop=push,
@@ -271,7 +277,7 @@ def measure(result: Run, kind: Kind, index: int, servo: int) -> Outcome:
 
 
 def sustained(forces: Array) -> float:
-    """Return the largest mean of forces (n,), one each physics step, over 50 ms."""
+    """Return the largest mean of forces (n,), one each physics step, over 0.1 s."""
     width = round(SUSTAINED / TIMESTEP)
     sums = np.cumsum(np.concatenate([[0.0], forces]))
     return float((sums[width:] - sums[:-width]).max() / width)
