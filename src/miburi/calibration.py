@@ -17,9 +17,9 @@ from miburi.robot import JOINTS
 #: Guards are so many times what free motion needed, and an encoder step more (ours).
 MARGIN = 1.3
 #: Windows in which a motor should have moved less than this, rad, are judged later (ours).
-LEAST = 0.025
+LEAST = 0.0125
 #: Tracking and arrival are never judged more finely than this, rad (ours).
-TRACKING_FLOOR, ARRIVAL_FLOOR = 0.03, 0.02
+TRACKING_FLOOR, ARRIVAL_FLOOR = 0.03, 0.018
 _LONGEST_LAG = 120_000  # µs
 _WORTH_MEASURING = 50  # steps
 
@@ -116,6 +116,8 @@ def calibrate(
     traces: Sequence[Trace],
     step: float,
     *,
+    lag: Steps | None = None,
+    least: int | None = None,
     margin: float = MARGIN,
     period: int = PAPER_PERIOD,
     ratio: int = PAPER_RATIO,
@@ -128,6 +130,10 @@ def calibrate(
         Free moves, many and fast enough: nobody may have touched the robot.
     step
         Angle of one encoder step, rad.
+    lag
+        (8,) µs; by default :func:`measured_lag` of the traces.
+    least
+        Steps that a motor should have moved in a window that is judged; by default ``LEAST``.
     margin
         Times what was needed; and one encoder step more.
 
@@ -138,9 +144,9 @@ def calibrate(
     """
     if not traces:
         raise InputError("a calibration needs the traces of some free moves, got none.")
-    lag = measured_lag(traces)
-    least = np.full(len(JOINTS), max(round(LEAST / step), 4), dtype=np.int64)
-    found = need(traces, lag, least, period, ratio)
+    lag = measured_lag(traces) if lag is None else lag
+    judged = np.full(len(JOINTS), max(round(LEAST / step), 4) if least is None else least)
+    found = need(traces, lag, judged, period, ratio)
 
     def granted(needed: Steps, floor: float) -> Steps:
         steps: Steps = np.ceil(needed * margin / FINE).astype(np.int64) + 1
@@ -149,7 +155,7 @@ def calibrate(
     return Guards(
         lag=lag,
         slack=granted(found.slack, 0.0),
-        least=least,
+        least=judged,
         tracking=granted(found.tracking, TRACKING_FLOOR),
         arrival=granted(found.arrival, ARRIVAL_FLOOR),
     )

@@ -85,6 +85,51 @@ def calibrate(
     print(out)
 
 
+def tune(
+    out: Annotated[Path, typer.Option(help="The calibration file to write.")],
+    bound: Annotated[float, typer.Option(help="Share of false stops allowed, 0 to 1.")] = 0.001,
+    seed: Seed = 1,
+    free: Annotated[int, typer.Option(help="Free runs to record.", min=2)] = 200,
+    blocked: Annotated[int, typer.Option(help="Blocked runs to record.", min=1)] = 200,
+    robot: RobotFile = None,
+) -> None:
+    """Find the best period, ratio and guards for a robot's servos, by the project's own BMA."""
+    from miburi.calibration import calibrate as calibrate_traces
+    from miburi.calibration_file import write_calibration
+    from miburi.contact import PrintedRule, Rule
+    from miburi.files import whole_files
+    from miburi.trials.replay import record
+    from miburi.trials.tuning import assess
+    from miburi.trials.tuning import tune as search
+
+    body = _robot(robot)
+    runs = record(body, seed, free, blocked)
+    with _progress() as show:
+        found = search(runs, body.servo.step, bound, seed, lambda tried: show(tried, 150))
+    traces = [trace for run in runs if run.person is None for trace in run.traces]
+    papers = Rule(calibrate_traces(traces, body.servo.step))
+    rows = {
+        "found": found.rule,
+        "the paper's p and ratio, calibrated": papers,
+        "the paper's, as printed": PrintedRule(papers.guards),
+    }
+    print(f"{found.tried} rules tried on {free} free and {blocked} blocked runs, seed {seed}.")
+    for name, rule in rows.items():
+        does = assess(rule, runs)
+        print(
+            f"{name:36}  p {rule.period / 1e6:.2f} s  ratio {rule.ratio / 1e4:.4f}  "
+            f"false stops {does.false_stops:.2%}  missed {does.missed:.2%}  "
+            f"a person is pushed for {1e3 * does.delay:.0f} ms, with {does.force:.1f} N (median)"
+        )
+    with whole_files(out.parent) as draft:
+        note = (
+            f"Contact rule of {body.name}: tuned on {free} free and {blocked} blocked runs, "
+            f"seed {seed},\nwith at most {bound:.2%} false stops."
+        )
+        write_calibration(body, found.rule, draft / out.name, note)
+    print(out)
+
+
 def _plan(
     path: Path | None,
     calibration: Path | None,

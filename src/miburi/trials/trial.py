@@ -207,7 +207,8 @@ def _perform(
         readings: list[Steps] = [np.rint(state.angles / step).astype(np.int64)]
         result.began.append(state.time)
         body.move(move)
-        while body.state.phase is Phase.MOVING:
+        state = body.state
+        while state.phase is Phase.MOVING:
             watch(READING)
         touchable = plant.time
         if state.phase is Phase.STOPPED:
