@@ -13,7 +13,7 @@ import typer
 from miburi import __version__
 from miburi.errors import InputError, MiburiError
 from miburi.gestures_cli import gallery, gesture_app
-from miburi.trials_cli import calibrate, trials, tune
+from miburi.trials_cli import calibrate, safety_page, trials, tune
 
 app = typer.Typer(
     help="Feelings that show in a small robot's whole body, and a body that is safe to touch.",
@@ -153,6 +153,7 @@ app.command()(gallery)
 app.command()(trials)
 app.command()(calibrate)
 app.command()(tune)
+app.command()(safety_page)
 
 feelings_app = typer.Typer(help="The emotional model.", no_args_is_help=True)
 app.add_typer(feelings_app, name="feelings")

@@ -130,6 +130,28 @@ def tune(
     print(out)
 
 
+def safety_page(
+    runs: Annotated[list[Path], typer.Argument(help="Files of trials; a column each.")],
+    out: Annotated[Path, typer.Option(help="Folder for safety.md and pictures.")] = Path("docs"),
+    recorded: Annotated[int, typer.Option(help="Free, and blocked, runs to judge rules.")] = 200,
+    seed: Seed = 1,
+    robot: RobotFile = None,
+) -> None:
+    """Write the page on contact safety from files of trials; a column is named by its file."""
+    from miburi.files import whole_files
+    from miburi.trials.figures import rule_map
+    from miburi.trials.replay import record
+    from miburi.trials.runs import read_parquet
+    from miburi.trials.safety_page import write_page
+
+    outcomes = {path.stem.replace("-", " "): read_parquet(path) for path in runs}
+    body = _robot(robot)
+    points = rule_map(record(body, seed, recorded, recorded), body.servo.step)
+    with whole_files(out) as draft:
+        write_page(outcomes, points, draft)
+    print(out / "safety.md")
+
+
 def _plan(
     path: Path | None,
     calibration: Path | None,
