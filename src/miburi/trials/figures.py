@@ -50,8 +50,11 @@ def distributions(outcomes: Sequence[Outcome], path: Path) -> None:
         hard.set(xlabel="peak force (N)", xlim=(0, 30))
         fast.set(xlabel="speed of what is met (m/s)", ylabel="peak force (N)")
         fast.axhline(ISO_LIMITS["face"], color=_CORAL, linewidth=0.9, linestyle="--")
-        fast.text(0.02, ISO_LIMITS["face"] - 5, "face, 65 N", fontsize=8, color=_CORAL)
-        fast.set_ylim(0, ISO_LIMITS["face"] + 5)
+        fast.text(
+            0.03, ISO_LIMITS["face"] - 5, "face, 65 N", fontsize=8, color=_CORAL,
+            transform=fast.get_yaxis_transform(),
+        )  # fmt: skip
+        fast.set(xlim=(0, None), ylim=(0, ISO_LIMITS["face"] + 5))
         figure.savefig(path, dpi=150, metadata={"Software": "miburi"})
         plt.close(figure)
 

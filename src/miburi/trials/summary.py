@@ -26,7 +26,8 @@ def wilson(hits: int, trials: int) -> tuple[float, float]:
     share, z2 = hits / trials, _Z**2 / trials
     middle = (share + z2 / 2) / (1 + z2)
     half = _Z / (1 + z2) * sqrt(share * (1 - share) / trials + z2 / (4 * trials))
-    return max(0.0, middle - half), min(1.0, middle + half)
+    # None and all are exact; rounding would put them a hair outside.
+    return middle - half if hits else 0.0, middle + half if hits < trials else 1.0
 
 
 @dataclass(frozen=True)
