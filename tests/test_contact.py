@@ -132,11 +132,11 @@ def test_a_blocked_motor_stops_all_soon(motor: int, speed: int, when: float, bac
 
 
 def test_a_slow_motor_is_judged_over_a_longer_window() -> None:
-    """50 steps/s bring 5 steps a period: four periods make one judgement of 20 steps."""
-    w = watch(RULE, distance=400, speed=50)
+    """20 steps/s bring 2 steps a period: four periods make one judgement of 8 steps."""
+    w = watch(RULE, distance=400, speed=20)
     seen = [w.look(0 * EIGHT, k * PAPER_PERIOD) is not None for k in range(1, 8)]
     assert seen.index(True) >= 3
-    w = watch(RULE, distance=400, speed=50)
+    w = watch(RULE, distance=400, speed=20)
     lag = int(RULE.guards.lag[0])
     for k in range(1, 80):
         assert w.look(follow(w, k * PAPER_PERIOD, lag), k * PAPER_PERIOD) is None
@@ -159,18 +159,19 @@ def test_backstop_arrival_sees_a_motor_that_never_comes() -> None:
     limit = int(RULE.guards.arrival[2])
     for missing, stops in [(limit, False), (limit + 1, True)]:
         w = watch(RULE, distance=limit + 1, speed=2000)
-        end = int(w.profile.total[0]) + int(RULE.guards.lag[0])
+        end = int(w.profile.total[0]) + int(RULE.guards.lag.max())
+        late = int(w.profile.total[2]) + int(RULE.guards.lag[2]) + PAPER_PERIOD
         positions = (limit + 1) * EIGHT
         positions[2] = limit + 1 - missing
         assert w.arrived(positions, end) != stops
         w._expected = w.profile.distance * FINE  # the windows are over: only the backstop is left
-        contact = w.look(positions, end + PAPER_PERIOD)
+        contact = w.look(positions, late)
         assert (contact is not None) == stops
         if contact is not None:
             assert (contact.motor, contact.sign) == (2, Sign.ARRIVAL)
         w = watch(RULE, distance=limit + 1, speed=2000)
         w._expected = w.profile.distance * FINE
-        assert w.look(positions, end + PAPER_PERIOD - 1) is None
+        assert w.look(positions, late - 1) is None
 
 
 def test_the_motor_furthest_behind_is_named() -> None:
