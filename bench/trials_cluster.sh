@@ -10,10 +10,10 @@ run() { name=$1; shift; "$python" -m miburi trials --free "$trials" --blocked "$
 say() { "$python" -c "import json,sys; print(sys.argv[1], json.load(open(sys.argv[2]))['trials_per_second'], 'trials/s')" "$1" "$dir/$1.json"; }
 run processes --workers 2
 say processes
-$ray start --head --port 6391 --num-cpus 1 --include-dashboard false --disable-usage-stats --object-store-memory 100000000 --block > "$dir/head.log" 2>&1 & head=$!
-sleep 15
-$ray start --address 127.0.0.1:6391 --num-cpus 1 --object-store-memory 100000000 --block > "$dir/node.log" 2>&1 & node=$!
-sleep 15
+$ray start --head --node-ip-address 127.0.0.1 --port 6391 --num-cpus 1 --include-dashboard false --disable-usage-stats --object-store-memory 100000000 --block > "$dir/head.log" 2>&1 & head=$!
+sleep 25
+$ray start --address 127.0.0.1:6391 --node-ip-address 127.0.0.1 --num-cpus 1 --object-store-memory 100000000 --block > "$dir/node.log" 2>&1 & node=$!
+sleep 25
 trap 'kill $node $head 2> /dev/null || true' EXIT
 run cluster --ray 127.0.0.1:6391
 say cluster

@@ -73,7 +73,11 @@ def write_page(
     parts = [
         _METHOD,
         "## Results\n",
-        table(columns),
+        table(columns) + "\n",
+        "The paper's rule as printed compares with the nominal speed: it stops nearly every move "
+        "in its first window, before anybody can be met, so that its latencies and misses come "
+        "from the few moves that it let begin. The late stops of our rule are at slow or soft "
+        "contacts, where the motor is hardly held back; what counts against them is the force.\n",
         "\n![How late, and how hard](safety-distributions.png)\n",
         "### By what the hand does\n",
         _by_hand(first),

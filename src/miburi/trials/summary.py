@@ -16,7 +16,14 @@ MATTERS = 2.0
 #: Quasi-static limits of ISO/TS 15066 in N, as secondary sources quote them: we have not read
 #: the standard itself. Transient contact is commonly taken as twice that; none is allowed on
 #: face and head.
-ISO_LIMITS = {"face": 65, "forehead": 130, "hand and fingers": 140, "upper arm": 150, "chest": 140}
+ISO_LIMITS = {
+    "face": 65,
+    "forehead": 130,
+    "hand and fingers": 140,
+    "forearm": 160,
+    "upper arm": 150,
+    "chest": 140,
+}
 
 
 def wilson(hits: int, trials: int) -> tuple[float, float]:
