@@ -4,26 +4,52 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: help run test lint clean
+.PHONY: help run experiment test lint screenshots firmware firmware-proof clean
 help:
-	@echo "make run    the main job: the paper's experiment, written to out/experiment"
+	@echo "make run    the main job: the live partner and its studio (Ctrl-C ends it)"
+	@echo "make experiment  the paper's experiment, written to out/experiment"
+	@echo "make screenshots  pictures of the studio and the face, in out/screenshots"
 	@echo "make test   all tests"
 	@echo "make lint   style and types"
+	@echo "make firmware        the card's firmware, and the emulated card"
+	@echo "make firmware-proof  the firmware's tests with the full counts (about 20 minutes)"
+	@echo "make docs-safety     contact trials and their page (about an hour)"
+	@echo "make bench-ik        the inverse kinematics beside its peers (about 20 minutes)"
 	@echo "make clean  remove what was built"
 
+# RUN takes options, such as RUN="--headless --port 8090".
+RUN ?=
 run: .venv/run.stamp
+	$(BIN)/miburi run $(RUN)
+
+experiment: .venv/run.stamp
 	$(BIN)/miburi experiment --seed 1 --seconds 30 --out out/experiment
 
+# The tests in a browser share one server and one browser: they stay in one process.
 test: .venv/test.stamp
-	$(BIN)/python -m pytest -n auto
+	$(BIN)/python -m pytest -n auto --dist loadgroup
+
+screenshots: .venv/test.stamp
+	$(BIN)/python tools/screenshots out/screenshots
 
 lint: .venv/test.stamp
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 
+# What builds the sketch without the Arduino IDE, and runs the binary in virtual time.
+FIRMWARE_PACKAGES := make gcc g++ libc6-dev gcc-avr avr-libc binutils-avr arduino-core-avr \
+	libsimavr-dev libelf-dev
+firmware:
+	tools/debian-packages $(FIRMWARE_PACKAGES)
+	$(MAKE) --no-print-directory -C firmware
+
+firmware-proof: .venv/test.stamp
+	MIBURI_TRACES=100000 MIBURI_MOVES=2000,500 MIBURI_FUZZ=1000000 \
+		$(BIN)/python -m pytest -n auto tests/firmware
+
 clean:
-	rm -rf .venv build dist out .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	rm -rf .venv .venv-bench build dist out .mypy_cache .pytest_cache .ruff_cache .hypothesis
 
 # Python packages go into .venv, at the versions of constraints.txt. Debian packages: see tools.
 .venv/bin/python:
@@ -34,11 +60,26 @@ clean:
 .venv/run.stamp: .venv/bin/python pyproject.toml constraints.txt tools/debian-packages
 	tools/debian-packages ffmpeg libegl1 libegl-mesa0 libgl1-mesa-dri
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e .
+	@# Compile the solver now, once, so that the first start is as quick as every other.
+	$(BIN)/miburi ik --right 0.05 -0.1 0.1 --left 0.05 0.1 0.1 --head 0.03 0 0.2 >/dev/null
 	@touch $@
 
 .venv/test.stamp: .venv/run.stamp
+	tools/debian-packages chromium $(FIRMWARE_PACKAGES)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
 	@touch $@
+
+# Ten thousand trials and more: an hour on two cores. Interrupted, each goes on where it was.
+.PHONY: docs-safety
+TRIALS = $(BIN)/miburi trials --seed 1 --out $@
+out/trials/default-servo.parquet: .venv/run.stamp
+	$(TRIALS) --free 5000 --blocked 5000
+out/trials/varied-servos.parquet: .venv/run.stamp
+	$(TRIALS) --free 2000 --blocked 2000 --servos 8
+out/trials/as-printed.parquet: .venv/run.stamp
+	$(TRIALS) --free 500 --blocked 500 --rule printed
+docs-safety: $(patsubst %,out/trials/%.parquet,default-servo varied-servos as-printed)
+	$(BIN)/miburi safety-page $^ --out docs
 
 # Peers of the inverse kinematics, in an environment of their own; results in bench/ik.
 .PHONY: bench-ik reproduce-ik

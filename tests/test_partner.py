@@ -5,7 +5,7 @@ import pytest
 
 from miburi import gestures
 from miburi.bodies import BodyState, Phase, Stop
-from miburi.feelings import FEELINGS, EmotionalModel, Stimulus
+from miburi.feelings import FEELINGS, EmotionalModel, Expression, Stimulus
 from miburi.motion import Move
 from miburi.partner import (
     FIRST_PAUSE,
@@ -260,3 +260,48 @@ def test_a_key_pose_is_held(robot: Robot) -> None:
     assert held > 0.2
     sent = [event.time for event in of(MoveSent, run(Partner(body, feelings, period=60), 8.0))]
     assert max(np.diff(sent)) >= held
+
+
+def test_a_pause_waits_at_neutral_and_ends(robot: Robot) -> None:
+    body = PaperBody(robot)
+    partner = Partner(body, happy())
+    run(partner, 0.1)
+    partner.pause()
+    run(partner, 5.0)
+    np.testing.assert_array_equal(body.moves[-1].angles, robot.neutral)
+    count = len(body.moves)
+    partner.stop()
+    run(partner, 60.0)
+    assert body.phase is Phase.STOPPED
+    partner.release()
+    run(partner, 10.0)
+    assert len(body.moves) == count
+    partner.resume()
+    assert of(GestureStarted, run(partner, 4.0))
+
+
+def test_a_stop_that_was_asked_for_outlasts_a_contact(robot: Robot) -> None:
+    body = PaperBody(robot)
+    partner = Partner(body, happy())
+    run(partner, 0.1)
+    body.touch()
+    run(partner, 0.1)
+    assert not partner.held
+    partner.stop()
+    run(partner, 60.0)
+    assert partner.held
+    assert body.phase is Phase.STOPPED
+    partner.release()
+    assert not partner.held
+
+
+def test_what_is_asked_for_comes_next_and_once(robot: Robot) -> None:
+    body, feelings = PaperBody(robot), EmotionalModel()
+    partner = Partner(body, feelings)
+    run(partner, 0.1)
+    partner.perform(Expression("surprise", 0.8))
+    events = run(partner, 30.0)
+    (started,) = of(GestureStarted, events)
+    assert started.expression == Expression("surprise", 0.8)
+    assert of(MoveSent, events)
+    assert not partner.asked

@@ -8,4 +8,24 @@ Importing this package loads none of them; import the room that you need, such a
 ``miburi.robot`` or ``miburi.ik``.
 """
 
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from miburi.client import RemotePartner
+
 __version__ = "0.1.0"
+
+
+def connect(url: str, token: str | None = None) -> "RemotePartner":
+    """Return a live partner at ``url``, such as ``http://127.0.0.1:8080``.
+
+    The token is needed where the partner was started with another ``--host``.
+
+    Raises
+    ------
+    InputError
+        The address is not one.
+    """
+    from miburi.client import RemotePartner
+
+    return RemotePartner(url, token)

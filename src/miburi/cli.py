@@ -11,8 +11,11 @@ from typing import Annotated, Any
 import typer
 
 from miburi import __version__
+from miburi.card_cli import app as card_app
 from miburi.errors import InputError, MiburiError
 from miburi.gestures_cli import gallery, gesture_app
+from miburi.studio.commands import run
+from miburi.trials_cli import calibrate, safety_page, trials, tune
 
 app = typer.Typer(
     help="Feelings that show in a small robot's whole body, and a body that is safe to touch.",
@@ -80,11 +83,21 @@ def experiment(
     film: Annotated[bool, typer.Option(help="Draw the film (the longest part).")] = True,
     hand: Annotated[bool, typer.Option(help="A hand gets in the way now and then.")] = True,
     face: Annotated[bool, typer.Option(help="The phone shows its face in the film.")] = True,
+    body: Annotated[
+        str, typer.Option(help="simulated, or emulated-card: the real firmware in the loop.")
+    ] = "simulated",
 ) -> None:
     """Run the paper's experiment: happiness, mood 0.9, and a hand in the way (Section 5)."""
     from miburi.experiment_files import write_experiment
 
-    written = write_experiment(seed, seconds, out, film=film, hand=hand, face=face)
+    if body not in (known := ("simulated", "emulated-card")):
+        raise InputError(f"the body must be one of {', '.join(known)}, got {body!r}.")
+    moved = None
+    if body == "emulated-card":
+        from miburi.bodies.emulated_card import EmulatedBody
+
+        moved = EmulatedBody()
+    written = write_experiment(seed, seconds, out, film=film, hand=hand, face=face, body=moved)
     for line in written:
         print(line)
 
@@ -148,8 +161,14 @@ def ik(
             print(f"{solution.status}; error: {misses}")
 
 
+app.add_typer(card_app, name="card")
 app.add_typer(gesture_app, name="gesture")
 app.command()(gallery)
+app.command()(run)
+app.command()(trials)
+app.command()(calibrate)
+app.command()(tune)
+app.command()(safety_page)
 
 feelings_app = typer.Typer(help="The emotional model.", no_args_is_help=True)
 app.add_typer(feelings_app, name="feelings")

@@ -82,6 +82,10 @@ class Rule:
         """Return the paper's period and ratio with the guards of the robot's servo."""
         return cls(Guards.of(robot))
 
+    def watch(self, profile: Profile, start: Steps, direction: Steps) -> "Watch":
+        """Begin to watch one move; see :class:`Watch`."""
+        return Watch(self, profile, start, direction)
+
 
 class Sign(StrEnum):
     """By what the rule knew a contact."""
@@ -122,6 +126,15 @@ class Contact:
         return self.measured / self.expected if self.expected else 0.0
 
 
+@dataclass(frozen=True)
+class Window:
+    """What one look at the motors compared: travel (8,) in 1/256 steps, and who was judged."""
+
+    measured: Steps
+    expected: Steps
+    judged: Flags
+
+
 @dataclass
 class Watch:
     """The rule's view of one move; :meth:`look` at it once a period.
@@ -134,18 +147,23 @@ class Watch:
         The commanded motion of the eight motors.
     start, direction
         (8,) positions in steps when the move began; (8,) +1 or −1.
+    window
+        What the latest look compared; None before the first.
     """
 
     rule: Rule
     profile: Profile
     start: Steps
     direction: Steps
+    window: Window | None = field(init=False, default=None)
     _expected: Steps = field(init=False)
     _measured: Steps = field(init=False)
+    _end: int = field(init=False)
 
     def __post_init__(self) -> None:
         self._expected = np.zeros_like(self.start)
         self._measured = np.zeros_like(self.start)
+        self._end = int(np.max(self.profile.total + self.rule.guards.lag))
 
     def look(self, positions: Steps, time: int) -> Contact | None:
         """Judge the motors' positions (8,) at ``time`` µs since the move began.
@@ -159,6 +177,7 @@ class Watch:
         measured = self._travel(positions)
         should, did = expected - self._expected, measured - self._measured
         judged = should >= guards.least * FINE
+        self.window = Window(did, should, judged)
         slow = judged & ((did + guards.slack * FINE) * 10_000 < should * self.rule.ratio)
         self._expected = np.where(judged, expected, self._expected)
         self._measured = np.where(judged, measured, self._measured)
@@ -176,10 +195,10 @@ class Watch:
 
     def arrived(self, positions: Steps, time: int) -> bool:
         """Whether every profile has ended and every motor is at its goal."""
-        guards = self.rule.guards
-        ended = bool(np.all(time >= self.profile.total + guards.lag))
+        if time < self._end:
+            return False
         missing = np.abs(self.profile.distance * FINE - self._travel(positions))
-        return ended and bool(np.all(missing <= guards.arrival * FINE))
+        return bool(np.all(missing <= self.rule.guards.arrival * FINE))
 
     def _travel(self, positions: Steps) -> Steps:
         return (positions - self.start) * self.direction * FINE
@@ -214,3 +233,23 @@ def is_slow_as_printed(
     """
     slow: Flags = np.abs(travel) * 10_000 * SECOND < speed * ratio * elapsed
     return slow
+
+
+class PrintedRule(Rule):
+    """The paper's rule to the letter, for comparison: it stops every free move of a real servo."""
+
+    def watch(self, profile: Profile, start: Steps, direction: Steps) -> Watch:
+        """Begin to watch one move as printed."""
+        return _PrintedWatch(self, profile, start, direction)
+
+
+class _PrintedWatch(Watch):
+    def look(self, positions: Steps, time: int) -> Contact | None:  # noqa: ARG002
+        travel = self._travel(positions)
+        did = travel - self._measured
+        self._measured = travel
+        # A motor with nowhere to go has been sent no speed.
+        sent = np.where(self.profile.distance > 0, self.profile.speed, 0)
+        slow = is_slow_as_printed(did // FINE, sent, self.rule.period, self.rule.ratio)
+        due = sent * FINE * self.rule.period // SECOND
+        return _worst(Sign.SPEED, slow, did, due) if slow.any() else None

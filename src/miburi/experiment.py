@@ -12,7 +12,8 @@ from time import perf_counter
 import numpy as np
 
 from miburi import __version__, ik
-from miburi.bodies.simulated import Simulated, Touch
+from miburi.bodies.plant import Tangible, Touch
+from miburi.bodies.simulated import Simulated
 from miburi.errors import InputError
 from miburi.feelings import FEELINGS, EmotionalModel, Expression
 from miburi.partner import Event, GestureEnded, GestureStarted, Partner, Stopped
@@ -133,6 +134,7 @@ def run(
     recorder: Recorder | None = None,
     progress: Callable[[float], None] = lambda _: None,
     robot: Robot | None = None,
+    body: Tangible | None = None,
 ) -> Experiment:
     """Run the paper's experiment in simulation.
 
@@ -150,6 +152,8 @@ def run(
         Called with the robot's time after each step.
     robot
         The description; the iphonoid by default.
+    body
+        What is moved, at neutral; by default the simulated body of the robot.
 
     Raises
     ------
@@ -170,7 +174,7 @@ def run(
         result.solutions.append(solution)
         return solution
 
-    body = Simulated(robot)
+    body = body or Simulated(robot)
     feelings = EmotionalModel()
     feelings.set_state(emotion={FEELING: 1.0}, mood={FEELING: MOOD}, hold=True)
     partner = Partner(body, feelings, period=PERIOD, solve=timed_solve)
@@ -209,7 +213,7 @@ class _Observer:
         self._gesture: tuple[float, Expression] | None = None
         self._began_at = 0
 
-    def observe(self, body: Simulated, events: list[Event], feelings: EmotionalModel) -> None:
+    def observe(self, body: Tangible, events: list[Event], feelings: EmotionalModel) -> None:
         result, state = self._result, body.state
         shown = feelings.express()
         feeling = shown.feeling if shown else ""

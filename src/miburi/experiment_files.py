@@ -10,6 +10,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from miburi import experiment
 from miburi import face as faces
+from miburi.bodies.plant import Tangible
 from miburi.feelings import Expression
 from miburi.figures import experiment_figure
 from miburi.files import whole_files
@@ -19,13 +20,20 @@ from miburi.robot import Robot, iphonoid
 
 
 def write_experiment(
-    seed: int, seconds: float, out: Path, *, film: bool, hand: bool, face: bool
+    seed: int,
+    seconds: float,
+    out: Path,
+    *,
+    film: bool,
+    hand: bool,
+    face: bool,
+    body: Tangible | None = None,
 ) -> list[str]:
     """Run the experiment and write its files, all of them or none.
 
     Parameters
     ----------
-    seed, seconds, hand
+    seed, seconds, hand, body
         As for :func:`miburi.experiment.run`.
     out
         Folder for ``experiment.json``, ``timing.json``, ``experiment.png``,
@@ -56,6 +64,7 @@ def write_experiment(
                 seed,
                 seconds,
                 hand=hand,
+                body=body,
                 recorder=recorder,
                 progress=lambda time: progress.update(running, completed=time),
             )
@@ -105,7 +114,7 @@ def _write_strip(
         for moment in moments:
             index = min(range(len(scenes)), key=lambda i: abs(result.frames[i].time - moment))
             plain = replace(scenes[index], caption="")
-            upright = camera.picture(plain)[60:660, 200:760]
+            upright = camera.picture(plain)[40:700, 110:850]
             pictures.append(captioned(upright, scenes[index].caption))
     Image.fromarray(contact_sheet(pictures, 3)).save(path)
 

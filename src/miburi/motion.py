@@ -128,7 +128,7 @@ class Profile:
 
     def position(self, time: Steps | int) -> Steps:
         """Travel in 1/256 steps after ``time`` µs, broadcast against the motors."""
-        t = np.clip(time, 0, self.total)
+        t = np.minimum(np.maximum(time, 0), self.total)
         left = self.total - t
         # Clipped to the ramp, a t² · 128 stays inside 64 bits for every servo allowed.
         risen = np.minimum(t, self.ramp)
@@ -139,3 +139,16 @@ class Profile:
         )
         cruising = self.speed * (2 * t - self.ramp) * (FINE // 2) // SECOND
         return np.where(t < self.ramp, rising, np.where(left <= self.ramp, falling, cruising))
+
+
+def commanded(robot: Robot, origin: Steps, goal: Steps, speeds: Steps) -> tuple[Profile, Steps]:
+    """Plan the servos' motion from ``origin`` to ``goal`` (8,) steps at ``speeds`` steps/s.
+
+    Returns
+    -------
+    The profile, and the direction of each motor: (8,) +1 or −1.
+    """
+    way = goal - origin
+    ramp = np.full_like(way, round(robot.servo.acceleration / robot.servo.step))
+    profile = Profile.plan(np.abs(way), np.maximum(speeds, 1), ramp)
+    return profile, np.where(way < 0, -1, 1)

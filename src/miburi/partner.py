@@ -5,7 +5,7 @@ contact the partner waits, lets the body go back to neutral, and goes on with a 
 20 % (Section 4). The body has stopped by itself by then: the partner is only told.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -75,10 +75,14 @@ Event = GestureStarted | MoveSent | GestureEnded | Stopped | Released
 
 @dataclass
 class _Performance:
-    """What is being performed, and how far; without an expression it is a breath."""
+    """What is being performed, and how far; without an expression it is a breath.
+
+    ``poses`` are given where somebody asked for it; else they follow the mood of now.
+    """
 
     expression: Expression | None
     variation: int | None
+    poses: list[gestures.KeyPose] | None = None
     next_pose: int = 0
     hold: float = 0.0
     hold_until: float | None = None
@@ -119,16 +123,29 @@ class Partner:
         self._next_gesture = 0.0
         self._life = None if life is None else np.random.default_rng(life)
         self._performance: _Performance | None = None
+        self._asked: _Performance | None = None
         self._angles = np.array(body.robot.neutral)
         self._encounters = 0
         self._release_at: float | None = None
         self._known_stop: Stop | None = None
         self._resting = False
+        self._paused = False
+        self._held = False
 
     @property
     def expression(self) -> Expression | None:
         """What is being expressed now; None between gestures."""
         return self._performance.expression if self._performance else None
+
+    @property
+    def asked(self) -> bool:
+        """Whether the gesture of now was asked for by :meth:`perform`."""
+        return self._performance is not None and self._performance.poses is not None
+
+    @property
+    def held(self) -> bool:
+        """Whether somebody has stopped the body, so that it waits for :meth:`release`."""
+        return self._held
 
     @property
     def at_rest(self) -> bool:
@@ -140,9 +157,41 @@ class Partner:
         """Start no more gestures; after the present move, go to neutral and stay there."""
         self._resting = True
 
+    def pause(self) -> None:
+        """Go to neutral after the present move and wait there for :meth:`resume`.
+
+        Unlike :meth:`rest`, this does not release a body that somebody stopped.
+        """
+        self._paused = True
+
+    def resume(self) -> None:
+        """End a pause: gestures start again."""
+        self._paused = False
+
+    def perform(
+        self, expression: Expression, poses: Sequence[gestures.KeyPose] | None = None
+    ) -> None:
+        """Perform a gesture once, as soon as the body is at rest, whatever the feelings are.
+
+        Parameters
+        ----------
+        expression
+            The feeling, and the mood that stays the gesture's intensity to its end.
+        poses
+            Other key poses than the feeling's own, such as a blend.
+        """
+        if poses is None:
+            function = _function(expression.feeling)
+            poses = gestures.key_poses(self.body.robot, function, expression.mood)
+        self._asked = _Performance(expression, None, list(poses))
+
     def stop(self) -> None:
-        """Stop the body at a person's wish; it stays so until :meth:`release`."""
+        """Stop the body at a person's wish; it stays so until :meth:`release`.
+
+        A body that a contact has stopped is not released by itself any more.
+        """
         self.body.stop()
+        self._held = True
 
     def release(self) -> None:
         """Let a stopped body go back to neutral, and then go on.
@@ -153,7 +202,7 @@ class Partner:
             The body is not stopped.
         """
         self.body.release()
-        self._release_at = None
+        self._release_at, self._held = None, False
         self._angles = np.array(self.body.robot.neutral)
 
     def step(self, dt: float) -> list[Event]:
@@ -172,9 +221,10 @@ class Partner:
         if state.stop is not None and state.stop != self._known_stop:
             self._known_stop = state.stop
             yield from self._take(state.stop, state.time)
-        if self._resting and self._release_at is None:
-            self._release_at = state.time
-        if self._release_at is not None and state.time >= self._release_at:
+        if self._resting:
+            self._release_at, self._held = self._release_at or state.time, False
+        due = self._release_at is not None and state.time >= self._release_at
+        if due and not self._held:
             self.release()
             yield Released(state.time)
 
@@ -192,8 +242,8 @@ class Partner:
 
     def _idle(self, state: BodyState) -> Iterator[Event]:
         self._known_stop = None
-        due = state.time >= self._next_gesture - 1e-9
-        if self._performance is None and due and not self._resting:
+        due = state.time >= self._next_gesture - 1e-9 or self._asked is not None
+        if self._performance is None and due and not self._quiet:
             while self._next_gesture <= state.time + 1e-9:
                 self._next_gesture += self._period
             yield from self._begin(state.time)
@@ -201,13 +251,18 @@ class Partner:
         if performance is not None:
             if performance.hold_until is None:
                 performance.hold_until = state.time + performance.hold
-            if self._resting or state.time >= performance.hold_until - 1e-9:
+            if self._quiet or state.time >= performance.hold_until - 1e-9:
                 yield from self._go_on(performance, state)
-        if self._performance is None and self._resting:
+        if self._performance is None and self._quiet:
             self._go_home()
 
     def _begin(self, time: float) -> Iterator[Event]:
-        """Begin a gesture, or a breath of one who feels nothing."""
+        """Begin what was asked for, a gesture, or a breath of one who feels nothing."""
+        asked = self._asked
+        if asked is not None and asked.expression is not None:
+            self._performance, self._asked = asked, None
+            yield GestureStarted(time, asked.expression)
+            return
         expression = self.feelings.express()
         variation = None if self._life is None else int(self._life.integers(2**32))
         if expression is not None:
@@ -219,8 +274,12 @@ class Partner:
     def _go_on(self, performance: _Performance, state: BodyState) -> Iterator[Event]:
         """Send the next key pose at the mood of now, or end the performance."""
         robot = self.body.robot
+        # A breath gives way to a gesture.
+        if performance.expression is None and (self._asked or self.feelings.express()):
+            yield from self._end(state.time, complete=False)
+            return
         poses = self._poses(performance)
-        while performance.next_pose < len(poses) and not self._resting:
+        while performance.next_pose < len(poses) and not self._quiet:
             index, pose = performance.next_pose, poses[performance.next_pose]
             performance.next_pose += 1
             solution = self._solve(robot, pose.target, self._angles)
@@ -236,6 +295,8 @@ class Partner:
 
     def _poses(self, performance: _Performance) -> list[gestures.KeyPose]:
         robot, shown = self.body.robot, performance.expression
+        if performance.poses is not None:
+            return performance.poses
         if shown is None:
             return gestures.breath(robot, variation=performance.variation)
         function, mood = _function(shown.feeling), self._mood_of(shown)
@@ -247,6 +308,10 @@ class Partner:
             self._encounters = 0
         if shown is not None:
             yield GestureEnded(time, shown, complete)
+
+    @property
+    def _quiet(self) -> bool:
+        return self._resting or self._paused
 
     def _go_home(self) -> None:
         neutral = self.body.robot.neutral

@@ -152,7 +152,7 @@ def load_temperament(path: Path | str) -> Temperament:
 
 
 #: The temperaments that ship with Miburi.
-TEMPERAMENTS: tuple[str, ...] = ("default", "calm", "lively")
+TEMPERAMENTS: tuple[str, ...] = ("default", "calm", "lively", "playful")
 
 
 def shipped_temperament(name: str = "default") -> Temperament:

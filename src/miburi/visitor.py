@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from miburi.bodies.simulated import Simulated
+from miburi.bodies.plant import Tangible
 from miburi.partner import Event, GestureStarted, MoveSent, Stopped
 from miburi.robot import Array, Robot, forward
 
@@ -59,7 +59,7 @@ class Visitor:
         self._key_pose = 0
         self._visit: _Visit | None = None
 
-    def step(self, body: Simulated, events: list[Event], dt: float) -> None:
+    def step(self, body: Tangible, events: list[Event], dt: float) -> None:
         """Let ``dt`` seconds pass; move the hand according to what the partner did."""
         for event in events:
             match event:
@@ -129,7 +129,7 @@ class Visitor:
                 best, room = outside, gap
         return best
 
-    def _move_hand(self, body: Simulated, visit: _Visit, dt: float) -> None:
+    def _move_hand(self, body: Tangible, visit: _Visit, dt: float) -> None:
         visit.age += dt
         inside = min(visit.age / REACH, 1.0, 1.0 - (visit.age - visit.leaves_at) / REACH)
         if inside <= 0.0 and visit.age > visit.leaves_at:

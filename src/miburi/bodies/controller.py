@@ -9,13 +9,37 @@ from dataclasses import dataclass
 import numpy as np
 
 from miburi.bodies.base import Phase, Stop
-from miburi.contact import Rule, Watch
+from miburi.contact import Rule, Watch, Window
 from miburi.errors import BodyError
-from miburi.motion import FINE, SECOND, Move, Profile, Steps, to_steps
+from miburi.motion import FINE, SECOND, Move, Steps, commanded, to_steps
 from miburi.robot import JOINTS, Robot
 
 #: Speed of the return to neutral after a stop, in rad/s of the motor with the longest way (ours).
 RETURN_SPEED = 0.8
+
+
+def check_move(robot: Robot, phase: Phase, move: Move) -> None:
+    """Refuse what no body may do.
+
+    Raises
+    ------
+    BodyError
+        The body is not idle, a joint limit is left, or a speed is above the servo's.
+    """
+    if phase is not Phase.IDLE:
+        raise BodyError(f"The body is {phase}; only an idle body takes a move.")
+    half_step = robot.servo.step / 2
+    outside = (move.angles < robot.lower - half_step) | (move.angles > robot.upper + half_step)
+    for motor in np.flatnonzero(outside):
+        raise BodyError(
+            f"{JOINTS[motor]} cannot go to {move.angles[motor]:.4f} rad; allowed is "
+            f"{robot.lower[motor]} to {robot.upper[motor]}."
+        )
+    for motor in np.flatnonzero(move.speeds > robot.servo.max_speed):
+        raise BodyError(
+            f"{JOINTS[motor]} cannot turn at {move.speeds[motor]:.3f} rad/s; at most "
+            f"{robot.servo.max_speed} is allowed."
+        )
 
 
 @dataclass
@@ -28,6 +52,8 @@ class Controller:
         The description, and the contact rule with its guards.
     origin
         The goal at which the motors are held when no profile runs.
+    watch
+        The commanded profile that runs, and the rule's view of it; a new one for each.
     """
 
     robot: Robot
@@ -37,9 +63,11 @@ class Controller:
     def __post_init__(self) -> None:
         self.phase = Phase.IDLE
         self.latched: Stop | None = None
+        #: What the latest look of the rule compared; it outlives the move.
+        self.window: Window | None = None
         self._began = 0
         self._next_look = 0
-        self._watch = self._plan(self.origin, self.origin, np.ones(len(JOINTS), dtype=np.int64))
+        self.watch = self._plan(self.origin, self.origin, np.ones(len(JOINTS), dtype=np.int64))
 
     def move(self, move: Move, positions: Steps, time: int) -> None:
         """Start ``move``.
@@ -49,20 +77,8 @@ class Controller:
         BodyError
             The body is not idle, a joint limit is left, or a speed is above the servo's.
         """
-        if self.phase is not Phase.IDLE:
-            raise BodyError(f"The body is {self.phase}; only an idle body takes a move.")
-        robot, half_step = self.robot, self.robot.servo.step / 2
-        outside = (move.angles < robot.lower - half_step) | (move.angles > robot.upper + half_step)
-        for motor in np.flatnonzero(outside):
-            raise BodyError(
-                f"{JOINTS[motor]} cannot go to {move.angles[motor]:.4f} rad; allowed is "
-                f"{robot.lower[motor]} to {robot.upper[motor]}."
-            )
-        for motor in np.flatnonzero(move.speeds > robot.servo.max_speed):
-            raise BodyError(
-                f"{JOINTS[motor]} cannot turn at {move.speeds[motor]:.3f} rad/s; at most "
-                f"{robot.servo.max_speed} is allowed."
-            )
+        check_move(self.robot, self.phase, move)
+        robot = self.robot
         self._start(
             Phase.MOVING,
             to_steps(robot, move.angles),
@@ -101,39 +117,38 @@ class Controller:
         elapsed = time - self._began
         if elapsed >= self._next_look:
             self._next_look += self.rule.period
-            contact = self._watch.look(positions, elapsed)
+            contact = self.watch.look(positions, elapsed)
+            self.window = self.watch.window
             if contact is not None:
                 self._latch(
                     Stop(time / SECOND, "contact", contact.name, contact.sign.value, contact.ratio),
                     positions,
                 )
                 return
-        if self._watch.arrived(positions, elapsed):
+        if self.watch.arrived(positions, elapsed):
             self.origin = self._goal
             self.phase = Phase.IDLE
-            self._watch = self._plan(self.origin, positions, np.ones_like(positions))
+            self.watch = self._plan(self.origin, positions, np.ones_like(positions))
 
     def setpoint(self, time: Steps | int) -> Steps:
         """Where the servos' profiles are, in 1/256 steps: (8,), or (n, 8) for times (n, 1)."""
-        travel = self._watch.profile.position(time - self._began)
-        return self.origin * FINE + self._watch.direction * travel
+        travel = self.watch.profile.position(time - self._began)
+        return self.origin * FINE + self.watch.direction * travel
 
     @property
     def _goal(self) -> Steps:
-        return self.origin + self._watch.direction * self._watch.profile.distance
+        return self.origin + self.watch.direction * self.watch.profile.distance
 
     def _start(self, phase: Phase, goal: Steps, speeds: Steps, positions: Steps, time: int) -> None:
         self.phase = phase
         self._began, self._next_look = time, self.rule.period
-        self._watch = self._plan(goal, positions, speeds)
+        self.watch = self._plan(goal, positions, speeds)
 
     def _plan(self, goal: Steps, positions: Steps, speeds: Steps) -> Watch:
-        way = goal - self.origin
-        ramp = np.full_like(way, round(self.robot.servo.acceleration / self.robot.servo.step))
-        profile = Profile.plan(np.abs(way), np.maximum(speeds, 1), ramp)
-        return Watch(self.rule, profile, positions, np.where(way < 0, -1, 1))
+        profile, direction = commanded(self.robot, self.origin, goal, speeds)
+        return self.rule.watch(profile, positions, direction)
 
     def _latch(self, stop: Stop, positions: Steps) -> None:
         self.phase, self.latched = Phase.STOPPED, stop
         self.origin = positions
-        self._watch = self._plan(positions, positions, np.ones_like(positions))
+        self.watch = self._plan(positions, positions, np.ones_like(positions))

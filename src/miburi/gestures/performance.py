@@ -163,7 +163,18 @@ def _key_pose(robot: Robot, offset: Array, duration: float, hold: float) -> KeyP
 
 def _offsets(robot: Robot, function: MovementFunction) -> Array:
     """Return how far from neutral the written poses are, (k, 8) rad."""
-    return np.array([angles(robot, pose) for pose in function.pose]) - robot.neutral
+    # Worked out once for each robot and function; both are frozen, and kept so that ids last.
+    key = (id(robot), id(function))
+    if key not in _known:
+        if len(_known) >= _MOST_KNOWN:
+            _known.clear()
+        poses = np.array([angles(robot, pose) for pose in function.pose])
+        _known[key] = (robot, function, poses - robot.neutral)
+    return _known[key][2]
+
+
+_known: dict[tuple[int, int], tuple[Robot, MovementFunction, Array]] = {}
+_MOST_KNOWN = 256
 
 
 def _at(robot: Robot, function: MovementFunction, phases: Array) -> Array:

@@ -16,17 +16,21 @@ FACE_PIXELS = 192
 HAND_AWAY = (0.45, -0.35, 0.10)
 #: The human hand is a capsule of this radius and half length (a finger or two), m.
 HAND_SIZE = (0.016, 0.045)
+#: Its mass where it is moved by what it meets, kg: the hand's in ISO/TS 15066's body model.
+HAND_MASS = 0.6
 #: The wall behind the table: warm and light.
 _WALL = (0.93, 0.90, 0.86, 1.0)
 
 
-def to_mjcf(robot: Robot, *, face: bool = False) -> str:
+def to_mjcf(robot: Robot, *, face: bool = False, sprung_hand: bool = False) -> str:
     """Return the robot on a table, with position servos and a movable human hand, as MJCF.
 
     Joints, actuators and the free indices follow ``JOINTS``' names; sites ``right``, ``left``
     and ``head`` mark the extremities. Every pair of parts that a joint does not join can
-    collide. The mocap body ``hand`` collides with the robot only. With ``face`` the screen
-    carries a square of the material ``face``, whose texture can be drawn on.
+    collide. The mocap body ``hand`` collides with the robot only; a ``sprung_hand`` has mass,
+    hangs on a spring along each axis (joints ``hand_x``, ``hand_y``, ``hand_z``) and can grasp,
+    by the equality ``grasp``. With ``face`` the screen carries a square of the material
+    ``face``, whose texture can be drawn on.
     """
     root = ET.Element("mujoco", model=robot.name)
     ET.SubElement(root, "compiler", angle="radian", autolimits="true")
@@ -78,7 +82,10 @@ def to_mjcf(robot: Robot, *, face: bool = False) -> str:
         ET.SubElement(
             bodies[link_name], "site", name=name, pos=_text(point), size="0.002", group="4"
         )
-    _hand(world)
+    if sprung_hand:
+        _sprung_hand(root, world)
+    else:
+        _hand(world)
     if face:
         _face(robot, asset, bodies["head"])
     # MuJoCo leaves out the pairs that a joint joins, except at the world.
@@ -122,12 +129,32 @@ def _geom(body: ET.Element, part: Part) -> None:
 
 
 def _hand(world: ET.Element) -> None:
-    """Add the human hand: the fingers can touch, the back of the hand is only seen."""
+    """Add the human hand where somebody puts it."""
     hand = ET.SubElement(world, "body", name="hand", mocap="true", pos=_text(HAND_AWAY))
+    _fingers(hand, {})
+
+
+def _sprung_hand(root: ET.Element, world: ET.Element) -> None:
+    """Add the human hand on springs, as an arm holds it; its joints' positions are the world's."""
+    hand = ET.SubElement(world, "body", name="hand", gravcomp="1", pos=_text(HAND_AWAY))
+    for name, axis, away in zip("xyz", np.eye(3), HAND_AWAY, strict=True):
+        ET.SubElement(
+            hand, "joint", name=f"hand_{name}", type="slide", axis=_text(tuple(axis)),
+            ref=str(away), springref=str(away), stiffness="1000", damping="30",
+        )  # fmt: skip
+    _fingers(hand, {"mass": str(HAND_MASS), "priority": "1"})
+    ET.SubElement(
+        ET.SubElement(root, "equality"), "connect", name="grasp", body1="hand",
+        body2="right_forearm", anchor="0 0 0", active="false", solref="0.004 1",
+    )  # fmt: skip
+
+
+def _fingers(hand: ET.Element, attributes: dict[str, str]) -> None:
+    """Add what of a hand can touch."""
     radius, half = HAND_SIZE
     ET.SubElement(
-        hand, "geom", name="hand", type="capsule", material="skin", size=_text((radius, half)),
-        contype="2", conaffinity="1",
+        hand, "geom", attributes, name="hand", type="capsule", material="skin",
+        size=_text((radius, half)), contype="2", conaffinity="1",
     )  # fmt: skip
 
 

@@ -1,0 +1,55 @@
+// Little-endian numbers in byte arrays, read and written in order; out of room is remembered.
+#pragma once
+
+#include <stdint.h>
+
+namespace miburi {
+
+inline uint16_t u16_at(const uint8_t* bytes) {
+  return static_cast<uint16_t>(bytes[0] | static_cast<uint16_t>(bytes[1]) << 8);
+}
+
+class Writer {
+ public:
+  Writer(uint8_t* bytes, uint8_t room) : bytes_(bytes), room_(room) {}
+
+  Writer& put(uint64_t value, uint8_t width) {
+    for (uint8_t i = 0; i < width && count_ < room_; i++) {
+      bytes_[count_++] = static_cast<uint8_t>(value >> (8 * i));
+    }
+    return *this;
+  }
+  uint8_t count() const { return count_; }
+
+ private:
+  uint8_t* bytes_;
+  uint8_t room_;
+  uint8_t count_ = 0;
+};
+
+class Reader {
+ public:
+  Reader(const uint8_t* bytes, uint8_t count) : bytes_(bytes), count_(count) {}
+
+  uint8_t u8() { return static_cast<uint8_t>(take(1)); }
+  uint16_t u16() { return static_cast<uint16_t>(take(2)); }
+  uint32_t u32() { return static_cast<uint32_t>(take(4)); }
+  int8_t i8() { return static_cast<int8_t>(u8()); }
+  int16_t i16() { return static_cast<int16_t>(u16()); }
+  int32_t i32() { return static_cast<int32_t>(u32()); }
+
+ private:
+  uint32_t take(uint8_t width) {
+    uint32_t value = 0;
+    for (uint8_t i = 0; i < width && at_ < count_; i++) {
+      value |= static_cast<uint32_t>(bytes_[at_++]) << (8 * i);
+    }
+    return value;
+  }
+
+  const uint8_t* bytes_;
+  uint8_t count_;
+  uint8_t at_ = 0;
+};
+
+}  // namespace miburi

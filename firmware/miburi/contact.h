@@ -1,0 +1,114 @@
+// The contact rule of Section 2 of the paper: always on, one motor stops all.
+//
+// The twin of miburi/contact.py, decision for decision. Positions are encoder steps, travels
+// 1/256 steps, times µs.
+#pragma once
+
+#include "profile.h"
+
+namespace miburi {
+
+const int64_t WHOLE_RATIO = 10000;  // ratio is counted in parts of this
+
+// What the rule grants a motor; found by calibration.
+struct Guards {
+  int32_t lag;       // µs that it follows behind its profile
+  int16_t slack;     // steps that may always be missing
+  int16_t least;     // steps expected before it is judged
+  int16_t tracking;  // steps that it may be off its profile
+  int16_t arrival;   // steps that it may be off its goal at the end
+};
+
+struct Rule {
+  Guards guards[MOTORS];
+  int32_t period;  // Eq. 1
+  int32_t ratio;   // Eq. 2
+};
+
+enum class Sign : uint8_t { none, speed, tracking, arrival };
+
+struct Contact {
+  Sign sign;
+  uint8_t motor;
+  int32_t measured;
+  int32_t expected;
+};
+
+// The rule's view of one move.
+struct Watch {
+  Profile profile[MOTORS];
+  int16_t start[MOTORS];
+  int8_t direction[MOTORS];  // +1 or -1
+  int32_t expected[MOTORS];  // when the motor was last judged
+  int32_t measured[MOTORS];
+};
+
+inline int32_t distance_between(int32_t a, int32_t b) { return a < b ? b - a : a - b; }
+
+inline int32_t travelled(const Watch& watch, uint8_t motor, const int16_t* positions) {
+  return (static_cast<int32_t>(positions[motor]) - watch.start[motor]) * watch.direction[motor] *
+         static_cast<int32_t>(FINE);
+}
+
+// Keeps the suspect that fell furthest behind; of equals, the first.
+inline void suspect(Contact& worst, Sign sign, uint8_t motor, int32_t measured, int32_t expected) {
+  if (worst.sign == Sign::none ||
+      distance_between(measured, expected) > distance_between(worst.measured, worst.expected)) {
+    worst = Contact{sign, motor, measured, expected};
+  }
+}
+
+// Judge the motors' positions `time` µs after the move began; once a period.
+inline Contact look(Watch& watch, const Rule& rule, const int16_t* positions, int64_t time) {
+  const int32_t fine = static_cast<int32_t>(FINE);
+  Contact slow = {Sign::none, 0, 0, 0};
+  Contact astray = slow;
+  Contact missing = slow;
+  for (uint8_t motor = 0; motor < MOTORS; motor++) {
+    const Guards& guards = rule.guards[motor];
+    const Profile& profile = watch.profile[motor];
+    const int32_t expected = static_cast<int32_t>(travel(profile, time - guards.lag));
+    const int32_t measured = travelled(watch, motor, positions);
+    const int32_t should = expected - watch.expected[motor];
+    const int32_t did = measured - watch.measured[motor];
+    if (should >= guards.least * fine) {
+      watch.expected[motor] = expected;
+      watch.measured[motor] = measured;
+      if ((did + guards.slack * fine) * WHOLE_RATIO < static_cast<int64_t>(should) * rule.ratio) {
+        suspect(slow, Sign::speed, motor, did, should);
+      }
+    }
+    if (distance_between(expected, measured) > guards.tracking * fine) {
+      suspect(astray, Sign::tracking, motor, measured, expected);
+    }
+    const int32_t goal = profile.distance * fine;
+    if (time >= profile.total + guards.lag + rule.period &&
+        distance_between(goal, measured) > guards.arrival * fine) {
+      suspect(missing, Sign::arrival, motor, measured, goal);
+    }
+  }
+  if (slow.sign != Sign::none) {
+    return slow;
+  }
+  if (astray.sign != Sign::none) {
+    return astray;
+  }
+  return missing;
+}
+
+// Whether every profile has ended and every motor is at its goal.
+inline bool arrived(const Watch& watch, const Rule& rule, const int16_t* positions, int64_t time) {
+  const int32_t fine = static_cast<int32_t>(FINE);
+  for (uint8_t motor = 0; motor < MOTORS; motor++) {
+    const Guards& guards = rule.guards[motor];
+    const Profile& profile = watch.profile[motor];
+    if (time < profile.total + guards.lag ||
+        distance_between(profile.distance * fine, travelled(watch, motor, positions)) >
+            guards.arrival * fine) {
+      return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace miburi

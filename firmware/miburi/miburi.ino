@@ -1,0 +1,79 @@
+// Miburi's card: an Arduino Mega 2560 with eight DYNAMIXEL XL330.
+//
+// Serial (USB, or a Bluetooth serial module): the host, 115200 baud.
+// Serial1: the servo bus, 1 Mbit/s, half duplex; pin 2 is high while the card sends.
+//
+// docs/card.md has the parts, the wiring and the first move.
+#include <avr/eeprom.h>
+#include <avr/sleep.h>
+#include <avr/wdt.h>
+
+#include "card.h"
+
+namespace {
+
+const uint8_t SENDING = 2;
+
+struct Board {
+  uint32_t micros() { return ::micros(); }
+
+  uint16_t byte_time;  // µs
+
+  void bus_speed(uint32_t baud) {
+    UCSR1B = 0;  // Serial1.end() would wait like flush()
+    Serial1.begin(baud);
+    byte_time = static_cast<uint16_t>(10000000 / baud);
+  }
+  void bus_write(const uint8_t* bytes, uint8_t count) {
+    digitalWrite(SENDING, HIGH);
+    const uint32_t start = micros();
+    const uint32_t longest = static_cast<uint32_t>(byte_time) * count + 200;
+    Serial1.write(bytes, count);
+    // Serial1.flush() would wait for the flag for ever, should it be missed.
+    while ((UCSR1B & (1 << UDRIE1)) || !(UCSR1A & (1 << TXC1))) {
+      if (micros() - start > longest) {
+        break;
+      }
+    }
+    digitalWrite(SENDING, LOW);
+  }
+  int bus_read() { return Serial1.read(); }
+
+  int host_read() { return Serial.read(); }
+  void host_write(const uint8_t* bytes, uint8_t count) { Serial.write(bytes, count); }
+
+  bool eeprom_ready() { return eeprom_is_ready(); }
+  uint8_t eeprom_read(uint16_t address) {
+    return eeprom_read_byte(reinterpret_cast<const uint8_t*>(address));
+  }
+  void eeprom_write(uint16_t address, uint8_t byte) {
+    eeprom_update_byte(reinterpret_cast<uint8_t*>(address), byte);
+  }
+
+  // Until the next byte, or the next tick of the clock (1 ms) at the latest.
+  void rest() {
+    set_sleep_mode(SLEEP_MODE_IDLE);
+    sleep_mode();
+  }
+};
+
+Board board;
+miburi::Card<Board> card(board);
+
+}  // namespace
+
+void setup() {
+  MCUSR = 0;
+  wdt_enable(WDTO_500MS);
+  // The core starts every timer for PWM, which nothing here uses; timer 0 is the clock.
+  TCCR1B = TCCR2B = TCCR3B = TCCR4B = TCCR5B = 0;
+  pinMode(SENDING, OUTPUT);
+  Serial.begin(115200);
+  board.bus_speed(miburi::Xl330<Board>::BUS_SPEED);
+  card.begin();
+}
+
+void loop() {
+  wdt_reset();
+  card.work();
+}

@@ -1,0 +1,323 @@
+// The servo layer: eight DYNAMIXEL XL330 on one half-duplex bus, protocol 2.0.
+//
+// Another servo family is another header with the same public functions. Positions here are the
+// servo's own, in steps; registers and units are those of the XL330-M288-T's control table.
+//
+// `Io` gives the bus: bus_write(bytes, count) returns when the last bit is out; bus_read() gives a
+// byte or -1; bus_speed(baud); micros(); rest() sleeps until something may have happened, and may
+// look after the host meanwhile.
+#pragma once
+
+#include "protocol2.h"
+#include "settings.h"
+
+namespace miburi {
+
+const uint8_t ALL = 0xff;  // a bit per motor
+
+struct Motion {
+  int32_t position;
+  int16_t speed;  // steps/s
+  bool alert;     // the servo reports a hardware error
+};
+
+struct Health {
+  uint8_t voltage;      // 0.1 V
+  uint8_t temperature;  // °C
+};
+
+// What one servo is to do; speed and acceleration 0 mean: at once.
+struct Order {
+  uint16_t current;       // mA, the limit
+  uint16_t speed;         // steps/s
+  uint16_t acceleration;  // steps/s²
+  int32_t goal;
+};
+
+template <class Io>
+class Xl330 {
+ public:
+  static const uint32_t BUS_SPEED = 1000000;
+  static const uint32_t FACTORY_SPEED = 57600;
+
+  // The servo counts speed in 0.229 turns/min and acceleration in 214.577 turns/min²: what it
+  // really does when asked for these steps/s (at least 1 unit; 0 would mean no limit).
+  static uint16_t real_speed(uint16_t speed) {
+    return static_cast<uint16_t>((speed_units(speed) * 15633L + 500) / 1000);
+  }
+  static uint16_t real_acceleration(uint16_t acceleration) {
+    return static_cast<uint16_t>((acceleration_units(acceleration) * 244141L + 500) / 1000);
+  }
+
+  explicit Xl330(Io& io) : io_(io) {}
+
+  // Each returns a bit per motor that answered.
+  uint8_t read_motion(const Joint* joints, Motion* motion) {
+    uint8_t heard = sync_read(joints, SPEED_AND_POSITION, 8);
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      // After a servo that is missing, the others wait in vain for their turn: ask them alone.
+      if (!(heard & (1u << i)) && read(joints[i].id, SPEED_AND_POSITION, 8)) {
+        answers_[i] = answer_;
+        heard = static_cast<uint8_t>(heard | (1u << i));
+      }
+      if (heard & (1u << i)) {
+        Reader in(answers_[i].parameters, 8);
+        motion[i].speed = static_cast<int16_t>(in.i32() * 1563L / 100);
+        motion[i].position = in.i32();
+        motion[i].alert = (answers_[i].error & protocol2::ALERT) != 0;
+      }
+    }
+    return heard;
+  }
+
+  uint8_t read_health(const Joint* joints, Health* health) {
+    const uint8_t heard = sync_read(joints, VOLTAGE_AND_TEMPERATURE, 3);
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      if (heard & (1u << i)) {
+        Reader in(answers_[i].parameters, 3);
+        health[i].voltage = static_cast<uint8_t>(in.u16());
+        health[i].temperature = in.u8();
+      }
+    }
+    return heard;
+  }
+
+  // One packet for all of `motors`, so that they leave together.
+  void command(const Joint* joints, const Order* orders, uint8_t motors = ALL) {
+    protocol2::Instruction packet(protocol2::BROADCAST, protocol2::SYNC_WRITE);
+    packet.put(GOAL_CURRENT, 2).put(18, 2);
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      if (!(motors & (1u << i))) {
+        continue;
+      }
+      const Order& o = orders[i];
+      packet.put(joints[i].id, 1).put(o.current, 2).put(0, 4);
+      packet.put(o.acceleration ? acceleration_units(o.acceleration) : 0, 4);
+      packet.put(o.speed ? speed_units(o.speed) : 0, 4).put(static_cast<uint32_t>(o.goal), 4);
+    }
+    send(packet);
+  }
+
+  // The motors that have not taken these orders.
+  uint8_t deaf(const Joint* joints, const Order* orders) {
+    uint8_t deaf = static_cast<uint8_t>(~sync_read(joints, PROFILE_SPEED_AND_GOAL, 8));
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      Reader in(answers_[i].parameters, 8);
+      const uint32_t speed = in.u32();
+      const int32_t goal = in.i32();
+      if (goal != orders[i].goal || speed != (orders[i].speed ? speed_units(orders[i].speed) : 0)) {
+        deaf = static_cast<uint8_t>(deaf | (1u << i));
+      }
+    }
+    return deaf;
+  }
+
+  // Without a packet for 0.2 s the servos stop by themselves; 0 also ends such a stop.
+  void set_bus_watchdog(const Joint* joints, bool on) {
+    write_all(joints, BUS_WATCHDOG, on ? 10 : 0);
+  }
+
+  void set_torque(const Joint* joints, bool on) { write_all(joints, TORQUE_ENABLE, on); }
+
+  // The motors whose torque is not on.
+  uint8_t limp(const Joint* joints) {
+    uint8_t limp = static_cast<uint8_t>(~sync_read(joints, TORQUE_ENABLE, 1));
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      if (answers_[i].parameters[0] != 1) {
+        limp = static_cast<uint8_t>(limp | (1u << i));
+      }
+    }
+    return limp;
+  }
+
+  // Makes sure that a servo works in the mode that this layer needs; torque goes off where not.
+  bool set_mode(uint8_t id) {
+    if (!read(id, RETURN_DELAY, 3)) {
+      return false;
+    }
+    const uint8_t* mode = answer_.parameters;
+    if (mode[0] == DELAY && mode[1] == SPEED_PROFILES && mode[2] == CURRENT_AND_POSITION) {
+      return true;
+    }
+    return write(id, TORQUE_ENABLE, 0) && write(id, RETURN_DELAY, DELAY) &&
+           write(id, DRIVE_MODE, SPEED_PROFILES) &&
+           write(id, OPERATING_MODE, CURRENT_AND_POSITION);
+  }
+
+  // A servo that switched itself off after an error starts anew only so.
+  void reboot(uint8_t id) {
+    protocol2::Instruction packet(id, protocol2::REBOOT);
+    send(packet);
+    answered(id, 0);
+  }
+
+  // Gives the only servo on the bus, new or not, an id and our bus speed.
+  bool identify(uint8_t old_id, uint8_t new_id) {
+    const uint32_t speeds[] = {FACTORY_SPEED, BUS_SPEED};
+    for (uint8_t i = 0; i < 2; i++) {
+      io_.bus_speed(speeds[i]);
+      if (write(old_id, TORQUE_ENABLE, 0) && (old_id == new_id || write(old_id, ID, new_id))) {
+        write(new_id, BAUD_RATE, ONE_MBPS);
+        break;
+      }
+    }
+    io_.bus_speed(BUS_SPEED);
+    return set_mode(new_id);
+  }
+
+ private:
+  static const uint8_t ID = 7;
+  static const uint8_t BAUD_RATE = 8;
+  static const uint8_t RETURN_DELAY = 9;  // then drive mode and operating mode
+  static const uint8_t DRIVE_MODE = 10;
+  static const uint8_t OPERATING_MODE = 11;
+  static const uint8_t TORQUE_ENABLE = 64;
+  static const uint8_t BUS_WATCHDOG = 98;
+  static const uint8_t GOAL_CURRENT = 102;  // goal speed, profile acceleration, speed, goal follow
+  static const uint8_t PROFILE_SPEED_AND_GOAL = 112;
+  static const uint8_t SPEED_AND_POSITION = 128;
+  static const uint8_t VOLTAGE_AND_TEMPERATURE = 144;
+
+  static const uint8_t ONE_MBPS = 3;
+  static const uint8_t DELAY = 25;  // in 2 µs: time for us to turn from sending to listening
+  static const uint8_t SPEED_PROFILES = 0;
+  static const uint8_t CURRENT_AND_POSITION = 5;
+  static const uint16_t PATIENCE = 2000;  // µs of silence after which no answer will come
+  static const uint16_t LONGEST = 12000;  // µs that listening may take on a noisy bus
+
+  static uint16_t speed_units(uint16_t speed) {
+    const uint32_t units = (speed * 1000UL + 7816) / 15633;
+    return static_cast<uint16_t>(units ? units : 1);
+  }
+  static uint16_t acceleration_units(uint16_t acceleration) {
+    const uint32_t units = (acceleration * 1000UL + 122070) / 244141UL;
+    return static_cast<uint16_t>(units ? units : 1);
+  }
+
+  void send(protocol2::Instruction& packet) {
+    while (io_.bus_read() >= 0) {
+    }
+    const uint8_t* bytes = packet.finish();
+    io_.bus_write(bytes, packet.count());
+  }
+
+  static uint8_t length_of_answers(uint8_t packets, uint8_t width) {
+    return static_cast<uint8_t>(packets * (protocol2::OVERHEAD + 1 + width));
+  }
+
+  void listen() {
+    received_ = 0;
+    since_ = heard_at_ = io_.micros();
+  }
+
+  // Collects what the servos say; false when they have fallen silent before `enough` bytes.
+  bool receive(uint8_t enough) {
+    while (received_ < enough) {
+      int byte;
+      while (received_ < sizeof buffer_ && (byte = io_.bus_read()) >= 0) {
+        buffer_[received_++] = static_cast<uint8_t>(byte);
+        heard_at_ = io_.micros();
+      }
+      const uint32_t time = io_.micros();
+      if (received_ == sizeof buffer_ || time - heard_at_ > PATIENCE || time - since_ > LONGEST) {
+        return false;
+      }
+      if (received_ < enough) {
+        io_.rest();
+      }
+    }
+    return true;
+  }
+
+  // Asks all; answers_ has what those said whose bit is in the result.
+  uint8_t sync_read(const Joint* joints, uint8_t address, uint8_t width) {
+    protocol2::Instruction packet(protocol2::BROADCAST, protocol2::SYNC_READ);
+    packet.put(address, 2).put(width, 2);
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      packet.put(joints[i].id, 1);
+    }
+    send(packet);
+    listen();
+    uint8_t heard = 0;
+    bool more = receive(length_of_answers(MOTORS, width));
+    for (;;) {
+      protocol2::Status status;
+      for (uint8_t at = 0; protocol2::next_status(buffer_, received_, at, status);) {
+        for (uint8_t i = 0; i < MOTORS; i++) {
+          if (status.id == joints[i].id && status.count == width) {
+            answers_[i] = Answer(status);
+            heard = static_cast<uint8_t>(heard | (1u << i));
+          }
+        }
+      }
+      // Stuffing or noise makes it longer than it should be.
+      if (heard == ALL || !more) {
+        return heard;
+      }
+      more = receive(static_cast<uint8_t>(received_ + 1));
+    }
+  }
+
+  bool read(uint8_t id, uint8_t address, uint8_t width) {
+    protocol2::Instruction packet(id, protocol2::READ);
+    packet.put(address, 2).put(width, 2);
+    send(packet);
+    return answered(id, width);
+  }
+
+  bool write(uint8_t id, uint8_t address, uint8_t value) {
+    protocol2::Instruction packet(id, protocol2::WRITE);
+    packet.put(address, 2).put(value, 1);
+    send(packet);
+    return answered(id, 0) && (answer_.error & ~protocol2::ALERT) == 0;
+  }
+
+  bool answered(uint8_t id, uint8_t width) {
+    listen();
+    bool more = receive(length_of_answers(1, width));
+    for (;;) {
+      protocol2::Status status;
+      for (uint8_t at = 0; protocol2::next_status(buffer_, received_, at, status);) {
+        if (status.id == id && status.count == width) {
+          answer_ = Answer(status);
+          return true;
+        }
+      }
+      if (!more) {
+        return false;
+      }
+      more = receive(static_cast<uint8_t>(received_ + 1));
+    }
+  }
+
+  void write_all(const Joint* joints, uint8_t address, uint8_t value) {
+    protocol2::Instruction packet(protocol2::BROADCAST, protocol2::SYNC_WRITE);
+    packet.put(address, 2).put(1, 2);
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      packet.put(joints[i].id, 1).put(value, 1);
+    }
+    send(packet);
+  }
+
+  struct Answer {
+    uint8_t error;
+    uint8_t parameters[8];
+
+    Answer() : error(0), parameters() {}
+    explicit Answer(const protocol2::Status& status) : error(status.error), parameters() {
+      for (uint8_t i = 0; i < status.count && i < sizeof parameters; i++) {
+        parameters[i] = status.parameters[i];
+      }
+    }
+  };
+
+  Io& io_;
+  uint8_t buffer_[224];
+  uint8_t received_ = 0;
+  uint32_t since_ = 0;     // when listening began
+  uint32_t heard_at_ = 0;  // when the latest byte came
+  Answer answers_[MOTORS];
+  Answer answer_;
+};
+
+}  // namespace miburi

@@ -1,0 +1,188 @@
+// What the card must be told before anything moves: the rule's figures, limits, and each joint's
+// servo. Every value has a safe range; a value outside is refused, so none can switch the rule off.
+#pragma once
+
+#include "bytes.h"
+#include "contact.h"
+#include "crc.h"
+
+namespace miburi {
+
+struct Joint {
+  uint8_t id;
+  int8_t direction;  // +1 or -1: the sign of joint angle against servo angle
+  uint16_t zero;     // the servo's position at joint angle 0
+  int16_t min;
+  int16_t max;
+  int16_t neutral;
+  Guards guards;
+};
+
+struct Settings {
+  int32_t period;
+  uint16_t ratio;
+  uint16_t acceleration;  // steps/s²
+  uint16_t max_speed;     // steps/s
+  uint16_t return_speed;  // steps/s
+  uint16_t move_current;  // mA
+  uint16_t hold_current;  // mA, of a stopped body
+  uint8_t hottest;        // °C
+  uint8_t lowest;         // 0.1 V
+};
+
+const uint8_t SETTINGS_SIZE = 18;
+const uint8_t JOINT_SIZE = 22;
+const uint16_t STEPS_PER_TURN = 4096;
+const uint8_t IN_RANGE = 0xff;
+
+inline bool within(int32_t value, int32_t least, int32_t most) {
+  return least <= value && value <= most;
+}
+
+// The index of the first value that is out of its safe range, or IN_RANGE.
+inline uint8_t out_of_range(const Settings& s) {
+  const bool good[] = {
+      within(s.period, 20000, 200000),  within(s.ratio, 8000, 10000),
+      within(s.acceleration, 244, 40000), within(s.max_speed, 16, 6957),
+      within(s.return_speed, 16, 1304), within(s.move_current, 50, 1750),
+      within(s.hold_current, 0, 700),   within(s.hottest, 40, 75),
+      within(s.lowest, 35, 60),
+  };
+  for (uint8_t i = 0; i < sizeof good; i++) {
+    if (!good[i]) {
+      return i;
+    }
+  }
+  return IN_RANGE;
+}
+
+inline uint8_t out_of_range(const Joint& j) {
+  // After power-on a servo knows its angle within one turn only: no joint may cross the seam.
+  const int32_t one_end = static_cast<int32_t>(j.zero) + j.direction * j.min;
+  const int32_t other_end = static_cast<int32_t>(j.zero) + j.direction * j.max;
+  const int32_t last = STEPS_PER_TURN - 1;
+  const bool good[] = {
+      within(j.id, 0, 252),
+      j.direction == 1 || j.direction == -1,
+      within(j.zero, 0, last),
+      within(j.min, -last, j.max) && within(one_end, 0, last),
+      within(j.max, j.min, last) && within(other_end, 0, last),
+      within(j.neutral, j.min, j.max),
+      within(j.guards.lag, 0, 100000),
+      within(j.guards.slack, 0, 40),
+      within(j.guards.least, 1, 100),
+      within(j.guards.tracking, 1, 300),
+      within(j.guards.arrival, 1, 150),
+  };
+  for (uint8_t i = 0; i < sizeof good; i++) {
+    if (!good[i]) {
+      return i;
+    }
+  }
+  return IN_RANGE;
+}
+
+inline Settings read_settings(Reader& in) {
+  Settings s;
+  s.period = in.i32();
+  s.ratio = in.u16();
+  s.acceleration = in.u16();
+  s.max_speed = in.u16();
+  s.return_speed = in.u16();
+  s.move_current = in.u16();
+  s.hold_current = in.u16();
+  s.hottest = in.u8();
+  s.lowest = in.u8();
+  return s;
+}
+
+inline void write_settings(const Settings& s, Writer& out) {
+  out.put(static_cast<uint32_t>(s.period), 4).put(s.ratio, 2).put(s.acceleration, 2);
+  out.put(s.max_speed, 2).put(s.return_speed, 2).put(s.move_current, 2).put(s.hold_current, 2);
+  out.put(s.hottest, 1).put(s.lowest, 1);
+}
+
+inline Joint read_joint(Reader& in) {
+  Joint j;
+  j.id = in.u8();
+  j.direction = in.i8();
+  j.zero = in.u16();
+  j.min = in.i16();
+  j.max = in.i16();
+  j.neutral = in.i16();
+  j.guards.lag = in.i32();
+  j.guards.slack = in.i16();
+  j.guards.least = in.i16();
+  j.guards.tracking = in.i16();
+  j.guards.arrival = in.i16();
+  return j;
+}
+
+inline void write_joint(const Joint& j, Writer& out) {
+  out.put(j.id, 1).put(static_cast<uint8_t>(j.direction), 1).put(j.zero, 2);
+  out.put(static_cast<uint16_t>(j.min), 2).put(static_cast<uint16_t>(j.max), 2);
+  out.put(static_cast<uint16_t>(j.neutral), 2);
+  out.put(static_cast<uint32_t>(j.guards.lag), 4);
+  out.put(static_cast<uint16_t>(j.guards.slack), 2).put(static_cast<uint16_t>(j.guards.least), 2);
+  out.put(static_cast<uint16_t>(j.guards.tracking), 2);
+  out.put(static_cast<uint16_t>(j.guards.arrival), 2);
+}
+
+// Settings and joints as they stand in EEPROM, and on the link piece by piece.
+const uint8_t TABLE_SIZE = SETTINGS_SIZE + MOTORS * JOINT_SIZE;
+const uint8_t TABLE_WHOLE = 9;  // pieces: eight joints, then the settings
+
+struct Table {
+  Settings settings;
+  Joint joints[MOTORS];
+  uint16_t given;  // bit per piece
+
+  bool complete() const { return given == (1u << TABLE_WHOLE) - 1; }
+
+  void write(uint8_t* bytes) const {
+    Writer out(bytes, TABLE_SIZE);
+    write_settings(settings, out);
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      write_joint(joints[i], out);
+    }
+  }
+
+  // What was stored comes into force whole, or not at all.
+  void read(const uint8_t* bytes) {
+    Reader in(bytes, TABLE_SIZE);
+    Table stored;
+    stored.settings = read_settings(in);
+    bool good = out_of_range(stored.settings) == IN_RANGE;
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      stored.joints[i] = read_joint(in);
+      good = good && out_of_range(stored.joints[i]) == IN_RANGE;
+    }
+    stored.given = (1u << TABLE_WHOLE) - 1;
+    if (good && stored.ids_differ()) {
+      *this = stored;
+    }
+  }
+
+  bool ids_differ() const {
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      for (uint8_t j = 0; j < i; j++) {
+        if (joints[i].id == joints[j].id) {
+          return false;
+        }
+      }
+    }
+    return true;
+  }
+
+  Rule rule() const {
+    Rule rule;
+    rule.period = settings.period;
+    rule.ratio = settings.ratio;
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      rule.guards[i] = joints[i].guards;
+    }
+    return rule;
+  }
+};
+
+}  // namespace miburi

@@ -1,0 +1,509 @@
+"""The robot on a card: an Arduino with the firmware, at the end of a serial line.
+
+The card decides all that is about safety; this side asks, listens, and says in words what the
+card said. It never resumes a motion by itself: after any loss the body is stopped, until released.
+"""
+
+import struct
+from collections import deque
+from collections.abc import Callable
+from contextlib import suppress
+from time import monotonic, sleep
+from typing import Protocol
+
+import numpy as np
+
+from miburi.bodies.base import BodyState, Phase, Stop
+from miburi.bodies.card_settings import GENERAL_NAMES, JOINT_NAMES, CardSettings, General
+from miburi.bodies.card_settings import JointSettings as JointPiece
+from miburi.bodies.controller import check_move
+from miburi.bodies.link import (
+    ANSWER,
+    VERSION,
+    Frame,
+    FrameError,
+    Kind,
+    Reason,
+    Receiver,
+    Report,
+    Result,
+    encode,
+)
+from miburi.errors import BodyError
+from miburi.motion import SECOND, Move, to_steps
+from miburi.robot import JOINTS, Robot, iphonoid
+
+BAUD = 115_200
+#: Seconds to wait for an answer, and how often to ask.
+_PATIENCE, _TRIES = 0.25, 3
+#: Seconds until a card that has just been reset by the opened line answers.
+_START_UP = 4.0
+#: Seconds without a report after which the card is asked whether it is still there.
+_SILENCE = 0.5
+#: Seconds between two attempts to reach a lost card.
+_RETRY = 1.0
+#: ms between two reports.
+_REPORT_PERIOD = 20
+#: Reports over which velocities are measured: 60 ms.
+_VELOCITY_REPORTS = 4
+_SETTINGS_PIECE = len(JOINTS)
+_PHASES = (Phase.IDLE, Phase.MOVING, Phase.STOPPED, Phase.RETURNING)
+_SIGNS = (None, "speed", "tracking", "arrival")
+
+#: Why the body stopped, in the words of :class:`~miburi.bodies.Stop`.
+REASONS = {
+    Reason.NONE: "",
+    Reason.STARTED: "the card has just started",
+    Reason.ASKED: "asked",
+    Reason.CONTACT: "contact",
+    Reason.SILENT: "servo does not answer",
+    Reason.DEAF: "servo does not take orders",
+    Reason.FAULTY: "servo reports a hardware error",
+    Reason.HOT: "servo is too hot",
+    Reason.LOW_VOLTAGE: "supply voltage is too low",
+}
+LINE_LOST = "the connection to the card was lost"
+
+
+class Line(Protocol):
+    """A serial line to a card; it raises OSError when it is broken."""
+
+    def now(self) -> float:
+        """Return the time in s, on the line's clock."""
+
+    def read(self, until: float) -> bytes:
+        """Return what has come, as soon as something has, or nothing at the time ``until``."""
+
+    def write(self, data: bytes) -> None:
+        """Send."""
+
+    def wait(self, until: float) -> None:
+        """Let time pass until ``until``, even on a broken line."""
+
+    def close(self) -> None:
+        """Let go of the line."""
+
+
+class SerialLine:
+    """A serial port as a :class:`Line`; its clock is the computer's."""
+
+    def __init__(self, port: str) -> None:
+        import serial
+
+        # exclusive: two programs that command one robot would be one too many.
+        self._port = serial.Serial(port, BAUD, timeout=0, write_timeout=1, exclusive=True)
+
+    def now(self) -> float:
+        """Return the time in s."""
+        return monotonic()
+
+    def read(self, until: float) -> bytes:
+        """Return what has come; see :class:`Line`."""
+        self._port.timeout = max(until - monotonic(), 0.0)
+        first = self._port.read(1)
+        return bytes(first + self._port.read(self._port.in_waiting)) if first else b""
+
+    def write(self, data: bytes) -> None:
+        """Send."""
+        self._port.write(data)
+
+    def wait(self, until: float) -> None:
+        """Sleep until then."""
+        sleep(max(until - monotonic(), 0.0))
+
+    def close(self) -> None:
+        """Let go of the port."""
+        self._port.close()
+
+
+class Card:
+    """A body on a card; a :class:`~miburi.bodies.Body`.
+
+    Parameters
+    ----------
+    port
+        The serial port's name, or a function that opens a :class:`Line`.
+    robot
+        The description; the iphonoid by default. Its limits and speeds are the card's.
+    settings
+        What the card is to know; by default its servos and guards are those that the card has
+        stored, or else :meth:`CardSettings.of` the robot.
+
+    Raises
+    ------
+    BodyError
+        No card answers, or it speaks another version of the link.
+    """
+
+    def __init__(
+        self,
+        port: str | Callable[[], Line],
+        robot: Robot | None = None,
+        settings: CardSettings | None = None,
+    ) -> None:
+        self._open: Callable[[], Line] = (
+            (lambda: SerialLine(port)) if isinstance(port, str) else port
+        )
+        self._robot = robot or iphonoid()
+        self._asked_settings = settings
+        self._receiver = Receiver()
+        self._sequence = 0
+        self._answers: list[Frame] = []
+        self._history: deque[Report] = deque(maxlen=_VELOCITY_REPORTS)
+        self._own_stop: Stop | None = None
+        self._offset = 0.0
+        #: Where the latest move or return goes, steps, and when it began, µs on the card's clock.
+        self.goals: tuple[int, ...] = ()
+        self.move_began = 0
+        self._connected = self._fresh = False
+        #: Called with every report, for recorders and tests.
+        self.on_report: Callable[[Report], None] = lambda _: None
+        try:
+            self._line = self._open()
+            self._began = self._due = self._heard = self._line.now()
+            self._greet(_START_UP)
+        except OSError as error:
+            raise BodyError(f"The card cannot be reached: {error}.") from error
+
+    @property
+    def robot(self) -> Robot:
+        """The description."""
+        return self._robot
+
+    @property
+    def settings(self) -> CardSettings:
+        """What the card knows of the body."""
+        return self._settings
+
+    @property
+    def report(self) -> Report:
+        """The card's latest report, with temperatures and voltages."""
+        return self._history[-1]
+
+    @property
+    def state(self) -> BodyState:
+        """The latest state; a card that cannot be reached is a stopped body."""
+        latest, first = self._history[-1], self._history[0]
+        step = self._robot.servo.step
+        span = (latest.time - first.time) / SECOND
+        moved = np.subtract(latest.positions, first.positions) * step
+        phase, stop = _PHASES[latest.phase], self._stop_of(latest)
+        if self._own_stop is not None:
+            phase, stop = Phase.STOPPED, self._own_stop
+        return BodyState(
+            time=self._time_of(latest.time),
+            angles=np.multiply(latest.positions, step, dtype=np.float64),
+            velocities=moved / span if span > 0 else np.zeros(len(JOINTS)),
+            phase=phase,
+            stop=stop,
+        )
+
+    def move(self, move: Move) -> None:
+        """Start a move; see :meth:`miburi.bodies.Body.move`."""
+        check_move(self._robot, self.state.phase, move)
+        lower, upper = (
+            to_steps(self._robot, self._robot.lower),
+            to_steps(self._robot, self._robot.upper),
+        )
+        goals = np.clip(to_steps(self._robot, move.angles), lower, upper)
+        speeds = np.minimum(to_steps(self._robot, move.speeds), self._settings.general.max_speed)
+        answer = self._ask(Kind.MOVE, struct.pack("<8h8H", *goals.tolist(), *speeds.tolist()))
+        self.goals, self.move_began = tuple(goals.tolist()), struct.unpack("<q", answer)[0]
+        self._await_phase()
+
+    def stop(self) -> None:
+        """Stop all motors and hold softly until released."""
+        if self._connected:
+            self._ask(Kind.STOP)
+            self._await_phase()
+
+    def release(self) -> None:
+        """End a stop; see :meth:`miburi.bodies.Body.release`. Torque goes on here, if it was off.
+
+        Raises
+        ------
+        BodyError
+            The body is not stopped, the card is not there, or a servo is not ready.
+        """
+        phase = self.state.phase
+        if phase is not Phase.STOPPED:
+            raise BodyError(f"The body is {phase}; only a stopped body can be released.")
+        answer = self._ask(Kind.RELEASE)
+        self._own_stop = None
+        self.goals = tuple(joint.neutral for joint in self._settings.joints)
+        self.move_began = struct.unpack("<q", answer)[0]
+        self._await_phase()
+
+    def wake(self) -> None:
+        """Release a stopped body and wait until it rests at neutral.
+
+        Raises
+        ------
+        BodyError
+            It did not get there; the message says why.
+        """
+        self.release()
+        while self.state.phase is Phase.RETURNING:
+            self.step(0.02)
+        if self.state.phase is not Phase.IDLE:
+            stop = self.state.stop
+            said = "" if stop is None else f": {stop.reason}, {stop.motor or 'no single motor'}"
+            raise BodyError(f"The body did not reach neutral{said}. Look what is in its way.")
+
+    def relax(self) -> None:
+        """Take torque off a stopped body, to move it by hand."""
+        self._ask(Kind.RELAX)
+
+    def identify(self, old: int, new: int) -> None:
+        """Give the only servo on the bus another id, and the bus's speed and mode."""
+        self._ask(Kind.IDENTIFY, bytes((old, new)), patience=1.0)
+
+    def configure(self, settings: CardSettings) -> None:
+        """Tell a stopped card what it must know.
+
+        Raises
+        ------
+        BodyError
+            The card is not stopped, or a value is outside its safe range.
+        """
+        pieces: list[JointPiece | General] = [*settings.joints, settings.general]
+        # Ids may change places: send the joints twice where the first time two were alike.
+        for _ in range(2):
+            for piece, value in enumerate(pieces):
+                index = b"" if isinstance(value, General) else bytes((piece,))
+                kind = Kind.SETTINGS if isinstance(value, General) else Kind.JOINT
+                self._ask(kind, index + value.pack())
+            if self._hello()[0] == settings.crc:
+                break
+        self._settings = settings
+
+    def save(self) -> None:
+        """Store the settings in the card's EEPROM; takes about 4 s."""
+        self._ask(Kind.SAVE)
+        for _ in range(50):
+            self.step(0.2)
+            if self._hello()[2]:
+                return
+        raise BodyError("The card did not store its settings; try again.")
+
+    def step(self, dt: float) -> BodyState:
+        """Wait ``dt`` seconds, listening; a lost card is looked for again."""
+        # Time that a conversation took is made up for; a long sleep is not.
+        self._due = max(self._due + dt, self._line.now() - _SILENCE)
+        if self._connected:
+            self._hear(self._line.now())
+        while self._line.now() < self._due:
+            if self._connected:
+                self._hear(self._due)
+            else:
+                self._find_again()
+        return self.state
+
+    def close(self) -> None:
+        """Stop, if the card is there, and let go of the line."""
+        with suppress(BodyError):
+            self.stop()
+        self._line.close()
+
+    # --- the conversation ------------------------------------------------------------------------
+
+    def _greet(self, patience: float) -> None:
+        """Say hello, make sure that the card knows the body, and that it is stopped."""
+        self._receiver = Receiver()
+        until = self._line.now() + patience
+        while True:
+            try:
+                crc, complete, _ = self._hello()
+                break
+            except _NoAnswerError:
+                if self._line.now() >= until:
+                    raise
+        self._ask(Kind.STOP)
+        wanted = self._asked_settings or self._wanted_settings(complete)
+        self._settings = wanted
+        if crc != wanted.crc or not complete:
+            self.configure(wanted)
+        self._ask(Kind.STATUS, struct.pack("<H", _REPORT_PERIOD))
+        self._fresh = self._connected = True
+        self._heard = self._line.now()
+        self._await_phase()
+
+    def _wanted_settings(self, complete: bool) -> CardSettings:
+        of_robot = CardSettings.of(self._robot)
+        if not complete:
+            return of_robot
+        joints = [JointPiece.unpack(self._read_piece(i)) for i in range(len(JOINTS))]
+        general = General.unpack(self._read_piece(_SETTINGS_PIECE))
+        return of_robot.with_servos(CardSettings(general, tuple(joints)))
+
+    def _read_piece(self, piece: int) -> bytes:
+        return self._ask(Kind.READ, bytes((piece,)))
+
+    def _hello(self) -> tuple[int, bool, bool]:
+        """Return the check sum of the card's settings, whether complete, whether stored."""
+        answer = self._ask(Kind.HELLO)
+        version, *_, motors, complete, stored, crc = struct.unpack("<7BH", answer)
+        if version != VERSION or motors != len(JOINTS):
+            raise BodyError(
+                f"The card's firmware speaks version {version} of the link and has {motors} "
+                f"motors; {VERSION} and {len(JOINTS)} are needed. Upload this version's firmware "
+                "(miburi card upload)."
+            )
+        return crc, bool(complete), bool(stored)
+
+    def _ask(self, kind: Kind, payload: bytes = b"", patience: float = _PATIENCE) -> bytes:
+        """Send a request until it is answered; return the answer, or raise what it says."""
+        self._sequence = self._sequence % 255 + 1
+        data = encode(Frame(kind, self._sequence, payload))
+        for _ in range(_TRIES):
+            self._answers.clear()
+            try:
+                self._line.write(data)
+                until = self._line.now() + patience
+                while self._line.now() < until:
+                    self._listen(until)
+                    for answer in self._answers:
+                        if answer.kind == kind + ANSWER and answer.sequence == self._sequence:
+                            return self._result(kind, answer)
+                        if answer.kind == Kind.REFUSED + ANSWER and answer.payload[:1] == bytes(
+                            (Result.VERSION,)
+                        ):
+                            return self._result(kind, answer)
+                    self._answers.clear()
+            except OSError as error:
+                self._lose(LINE_LOST)
+                raise _NoAnswerError(f"The line to the card is broken: {error}.") from error
+        raise _NoAnswerError(
+            "The card does not answer. Check cable and power, and that it has Miburi's firmware "
+            "(miburi card upload)."
+        )
+
+    def _result(self, kind: Kind, answer: Frame) -> bytes:
+        result, detail = answer.payload[0], answer.payload[1:]
+        match result:
+            case Result.OK:
+                return detail
+            case Result.PHASE:
+                phase = _PHASES[detail[0]]
+                raise BodyError(f"The card is {phase}; it does not take {kind.name.lower()} now.")
+            case Result.SERVO:
+                motor = JOINTS[detail[0]] if detail[0] < len(JOINTS) else "the servo"
+                raise BodyError(
+                    f"{motor}: {REASONS[Reason(detail[1])]}. See the errors in docs/card.md."
+                )
+            case Result.RANGE:
+                raise BodyError(f"The card refuses {_value_name(kind, detail[0])}: out of range.")
+            case Result.SETTINGS:
+                raise BodyError("The card has not been told all that it must know of the body.")
+            case Result.VERSION:
+                raise BodyError(
+                    f"The card's firmware speaks version {detail[0]} of the link, this side "
+                    f"{VERSION}. Upload this version's firmware (miburi card upload)."
+                )
+            case _:
+                raise BodyError(f"The card did not understand {kind.name.lower()} ({result}).")
+
+    def _listen(self, until: float) -> None:
+        """Take in what the card says next; reports are noted, answers kept. May raise OSError."""
+        for frame in self._receiver.add(self._line.read(until)):
+            if frame.kind != Kind.REPORT:
+                self._answers.append(frame)
+                continue
+            try:
+                report = Report.of(frame.payload)
+            except FrameError:
+                continue
+            self._heard = self._line.now()
+            if self._fresh:
+                # Its clock may have begun anew: the body's goes on.
+                self._fresh = False
+                self._history.clear()
+                self._offset = self._heard - self._began - report.time / SECOND
+            self._history.append(report)
+            self.on_report(report)
+
+    def _hear(self, until: float) -> None:
+        """Listen; a broken line, or a long silence, is a lost card."""
+        try:
+            self._listen(until)
+        except OSError:
+            self._lose(LINE_LOST)
+        if self._line.now() - self._heard > _SILENCE:
+            self._lose(LINE_LOST)
+
+    def _await_phase(self) -> None:
+        """Wait for a report from after the latest answer."""
+        before = self._history[-1].time if self._history else None
+        until = self._line.now() + _SILENCE
+        while self._connected and self._line.now() < until:
+            self._hear(until)
+            if self._history and self._history[-1].time != before:
+                return
+        if not self._history:
+            raise BodyError("The card sends no reports; press its reset button and try again.")
+
+    # --- a lost card -----------------------------------------------------------------------------
+
+    def _lose(self, reason: str) -> None:
+        if self._connected:
+            self._connected = False
+            self._retry_at = self._line.now()
+            self._own_stop = Stop(self._line.now() - self._began, reason)
+
+    def _find_again(self) -> None:
+        """Try once in a while to reach the card; then it is stopped, and says so."""
+        if self._line.now() < self._retry_at:
+            self._line.wait(min(self._retry_at, self._due))
+            return
+        self._retry_at = self._line.now() + _RETRY
+        try:
+            self._greet(0.0)
+            if self.report.reason == Reason.STARTED:
+                self._own_stop = None  # the card says so itself
+        except BodyError:
+            try:
+                self._line.close()
+                self._line = self._open()
+            except OSError:
+                pass
+
+    def _stop_of(self, report: Report) -> Stop | None:
+        if not report.reason:
+            return None
+        contact = report.reason == Reason.CONTACT
+        return Stop(
+            time=self._time_of(report.stop_time),
+            reason=REASONS[Reason(report.reason)],
+            motor=JOINTS[report.motor] if report.motor < len(JOINTS) else None,
+            sign=_SIGNS[report.sign] if contact else None,
+            ratio=(report.measured / report.expected if report.expected else 0.0)
+            if contact
+            else None,
+        )
+
+    def _begin_clock(self) -> None:
+        """Let the body's clock begin at 0 now."""
+        now = self._line.now()
+        self._offset -= now - self._began
+        self._began = self._due = now
+
+    @property
+    def _epoch(self) -> float:
+        """The line's time at which the body's clock began, s."""
+        return self._began
+
+    def _time_of(self, micros: int) -> float:
+        return micros / SECOND + self._offset
+
+
+class _NoAnswerError(BodyError):
+    """Nothing came back."""
+
+
+def _value_name(kind: Kind, index: int) -> str:
+    names = {
+        Kind.SETTINGS: GENERAL_NAMES,
+        Kind.JOINT: JOINT_NAMES,
+        Kind.MOVE: tuple(f"the {what} of {j}" for what in ("goal", "speed") for j in JOINTS),
+    }.get(kind, ())
+    return names[index] if index < len(names) else f"value {index}"

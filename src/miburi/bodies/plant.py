@@ -1,0 +1,183 @@
+"""Robot, servos and a human hand in MuJoCo: what moves, and knows no rule.
+
+A servo follows its setpoint with limited torque and tells its angle in encoder steps. All else
+that happens, such as forces, only a simulation can know; it is told apart, in :class:`Touch`.
+"""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from miburi.bodies.base import Body
+from miburi.errors import InputError
+from miburi.motion import Steps, to_steps
+from miburi.physics import mujoco
+from miburi.robot import JOINTS, Array, Robot
+from miburi.robot.mjcf import HAND_AWAY, TIMESTEP, to_mjcf
+
+
+@dataclass(frozen=True)
+class Touch:
+    """What happened to the body during the latest step; known to the simulation alone.
+
+    Attributes
+    ----------
+    force
+        Largest force between human hand and robot, N.
+    began
+        First moment of that contact in the step, s; None without one.
+    part
+        The robot's part that was touched last; None without a contact.
+    itself
+        Two parts of the robot that met, or None.
+    """
+
+    force: float = 0.0
+    began: float | None = None
+    part: str | None = None
+    itself: tuple[str, str] | None = None
+
+    def then(self, later: "Touch") -> "Touch":
+        """Return this and a later step's touch as one."""
+        return Touch(
+            max(self.force, later.force),
+            later.began if self.began is None else self.began,
+            later.part or self.part,
+            self.itself or later.itself,
+        )
+
+
+class Tangible(Body, Protocol):
+    """A body in a simulation: a hand can be put in its way, and what happened is known."""
+
+    @property
+    def touch(self) -> Touch:
+        """What happened to the body during the latest step."""
+
+    @property
+    def configuration(self) -> tuple[Array, Array]:
+        """True joint angles (8,) rad, and the human hand's pose (7,): m and quaternion."""
+
+    def place_hand(self, position: Array, along: Array) -> None:
+        """Put the human hand somewhere; see :meth:`Plant.place_hand`."""
+
+    def remove_hand(self) -> None:
+        """Take the human hand away."""
+
+
+class Plant:
+    """The physical robot, at rest in neutral; :meth:`rest` begins anew.
+
+    Parameters
+    ----------
+    robot
+        The description to build from.
+    sprung_hand
+        Whether the human hand hangs on springs, as in trials, or is where it is placed.
+    """
+
+    def __init__(self, robot: Robot, *, sprung_hand: bool = False) -> None:
+        self.robot = robot
+        self.model = mujoco.MjModel.from_xml_string(to_mjcf(robot, sprung_hand=sprung_hand))
+        self.data = mujoco.MjData(self.model)
+        self.joints = np.array([self.model.joint(name).qposadr[0] for name in JOINTS])
+        self._dofs = np.array([self.model.joint(name).dofadr[0] for name in JOINTS])
+        self._hand = self.model.geom("hand").id
+        self._start = 0.0
+        self.rest(robot.neutral)
+
+    def rest(self, pose: Array, settle: float = 0.5) -> None:
+        """Begin anew, at rest in ``pose`` (8,) rad, after gravity has pulled for ``settle`` s."""
+        mujoco.mj_resetData(self.model, self.data)
+        self.limit(self.robot.servo.stall_torque)
+        self.data.qpos[self.joints] = pose
+        self.data.ctrl[:] = pose
+        mujoco.mj_step(self.model, self.data, nstep=round(settle / TIMESTEP))
+        self._start = self.data.time
+
+    @property
+    def time(self) -> float:
+        """Time since the story began, in s."""
+        return float(self.data.time - self._start)
+
+    @property
+    def angles(self) -> Array:
+        """True joint angles, (8,) rad."""
+        angles: Array = self.data.qpos[self.joints]
+        return angles
+
+    @property
+    def velocities(self) -> Array:
+        """True joint velocities, (8,) rad/s."""
+        velocities: Array = self.data.qvel[self._dofs]
+        return velocities
+
+    @property
+    def hand(self) -> Array:
+        """The human hand's pose, (7,): m and quaternion."""
+        return np.concatenate([self.data.mocap_pos[0], self.data.mocap_quat[0]])
+
+    def encoders(self) -> Steps:
+        """Return the encoders' counts, (8,) steps."""
+        return to_steps(self.robot, self.angles)
+
+    def place_hand(self, position: Array, along: Array) -> None:
+        """Put the human hand's middle at ``position`` (3,) m, its fingers ``along`` (3,).
+
+        Raises
+        ------
+        InputError
+            A value is not finite, or ``along`` has no length.
+        """
+        length = float(np.linalg.norm(along))
+        if not (np.all(np.isfinite(position)) and np.isfinite(length) and length > 0):
+            raise InputError(
+                f"a hand needs a finite position and direction, got {position}, {along}."
+            )
+        self.data.mocap_pos[0] = position
+        mujoco.mju_quatZ2Vec(self.data.mocap_quat[0], np.asarray(along, dtype=np.float64) / length)
+
+    def remove_hand(self) -> None:
+        """Take the human hand away."""
+        self.data.mocap_pos[0] = HAND_AWAY
+
+    def limit(self, torque: Array | float) -> None:
+        """Limit the servos' torque to (8,) N·m, or the same for all."""
+        self.model.actuator_forcerange[:, 0] = np.negative(torque)
+        self.model.actuator_forcerange[:, 1] = torque
+
+    def advance(self, setpoints: Array, torque: Array | float) -> Touch:
+        """Let the servos follow ``setpoints`` (n, 8) rad, one each physics step.
+
+        ``torque`` in N·m is the most that a servo gives: for each, (8,), or for all.
+        """
+        model, data = self.model, self.data
+        force, began, part, itself = 0.0, None, None, None
+        self.limit(torque)
+        control = data.ctrl
+        for setpoint in setpoints:
+            control[:] = setpoint
+            mujoco.mj_step(model, data)
+            if data.ncon:
+                now, touched, met = self._touched()
+                itself = itself or met
+                if touched is not None:
+                    began = self.time if began is None else began
+                    part, force = touched, max(force, now)
+        return Touch(force, began, part, itself)
+
+    def _touched(self) -> tuple[float, str | None, tuple[str, str] | None]:
+        """Force on the hand (N) and the part it met; and a pair of the robot's own parts."""
+        total, part, itself = np.zeros(3), None, None
+        wrench = np.zeros(6)
+        for index, contact in enumerate(self.data.contact):
+            pair = (contact.geom1, contact.geom2)
+            if self._hand in pair:
+                mujoco.mj_contactForce(self.model, self.data, index, wrench)
+                sign = 1.0 if pair[0] == self._hand else -1.0
+                total += sign * (contact.frame.reshape(3, 3).T @ wrench[:3])
+                part = self.model.geom(pair[0] if pair[1] == self._hand else pair[1]).name
+            else:
+                itself = (self.model.geom(pair[0]).name, self.model.geom(pair[1]).name)
+        return float(np.linalg.norm(total)), part, itself

@@ -1,0 +1,62 @@
+"""An emulated card on a pseudo-terminal: for people without hardware, a port like any other."""
+
+import os
+import pty
+import tty
+from collections.abc import Callable
+from contextlib import suppress
+from time import monotonic, sleep
+
+from miburi.bodies.card_settings import CardSettings
+from miburi.bodies.emulated import EmulatedCard
+from miburi.bodies.servos import Bus, Servo
+from miburi.robot import Robot, iphonoid
+
+#: Seconds that card and clock on the wall may be apart.
+_TICK = 0.005
+
+
+def servos(robot: Robot) -> list[Servo]:
+    """Return eight servos at neutral, as :meth:`CardSettings.of` the robot expects them."""
+    joints = CardSettings.of(robot).joints
+    return [Servo.new(j.servo, j.zero + j.direction * j.neutral) for j in joints]
+
+
+def serve(seconds: float, tell: Callable[[str], None]) -> None:
+    """Run a card in real time on a pseudo-terminal; ``tell`` is given its name.
+
+    Parameters
+    ----------
+    seconds
+        How long; 0 for ever.
+
+    Raises
+    ------
+    BodyError
+        The firmware or the emulated processor has not been built.
+    """
+    card = EmulatedCard(Bus(servos(iphonoid())))
+    ours, theirs = pty.openpty()
+    try:
+        tty.setraw(theirs)
+        os.set_blocking(ours, False)
+        tell(f"The card is at {os.ttyname(theirs)}")
+        began = monotonic()
+        while not seconds or monotonic() - began < seconds:
+            pump(card, ours, monotonic() - began)
+            sleep(_TICK)
+    finally:
+        os.close(ours)
+        os.close(theirs)
+        card.close()
+
+
+def pump(card: EmulatedCard, port: int, until: float) -> None:
+    """Let the card run until ``until`` s, and carry bytes between it and a file descriptor."""
+    with suppress(BlockingIOError):
+        card.write(os.read(port, 4096))
+    card.wait(until)
+    said = card.read(until)
+    if said:
+        with suppress(BlockingIOError):  # nobody reads: as on a real line, it is lost
+            os.write(port, said)

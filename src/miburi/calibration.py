@@ -1,0 +1,161 @@
+"""From free motion to guards: what the contact rule must grant the servos of one robot (ours).
+
+A calibration needs only what a card sees: encoder readings beside the commanded profile of each
+move. So the same code serves the simulated servos and those on a bench.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from miburi.contact import PAPER_PERIOD, PAPER_RATIO, Guards
+from miburi.errors import InputError
+from miburi.motion import FINE, SECOND, Profile, Steps
+from miburi.robot import JOINTS
+
+#: Guards are so many times what free motion needed, and an encoder step more (ours).
+MARGIN = 1.3
+#: Windows in which a motor should have moved less than this, rad, are judged later (ours).
+LEAST = 0.0125
+#: Tracking and arrival are never judged more finely than this, rad (ours).
+TRACKING_FLOOR, ARRIVAL_FLOOR = 0.03, 0.018
+_LONGEST_LAG = 120_000  # µs
+_WORTH_MEASURING = 50  # steps
+
+
+@dataclass(frozen=True)
+class Trace:
+    """One move as the card saw it.
+
+    Attributes
+    ----------
+    profile, start, direction
+        As :class:`miburi.contact.Watch` takes them.
+    positions
+        (n, 8) steps, the encoders at the move's start and every ``interval`` after it.
+    interval
+        µs.
+    """
+
+    profile: Profile
+    start: Steps
+    direction: Steps
+    positions: Steps
+    interval: int = SECOND // 100
+
+    @property
+    def travel(self) -> Steps:
+        """Travel of each motor at each reading, (n, 8) in 1/256 steps."""
+        travel: Steps = (self.positions - self.start) * self.direction * FINE
+        return travel
+
+    def expected(self, lag: Steps) -> Steps:
+        """Travel that the profile, ``lag`` (8,) µs late, commanded at each reading, (n, 8)."""
+        times = np.arange(len(self.positions), dtype=np.int64)[:, None] * self.interval
+        return self.profile.position(times - lag)
+
+
+@dataclass(frozen=True)
+class Need:
+    """What free motion needed of the rule: the largest over all traces, (8,) in 1/256 steps.
+
+    ``slack``: travel that was missing beyond the ratio in a window; ``tracking``: distance from
+    the delayed profile; ``arrival``: distance from the goal one period after the profile ended.
+    """
+
+    slack: Steps
+    tracking: Steps
+    arrival: Steps
+
+
+def need(traces: Iterable[Trace], lag: Steps, least: Steps, period: int, ratio: int) -> Need:
+    """Look at free motion as :class:`miburi.contact.Watch` does, and grant nothing."""
+    zero = np.zeros(len(JOINTS), dtype=np.int64)
+    slack, tracking, arrival = zero, zero, zero
+    for trace in traces:
+        expected, travel = trace.expected(lag), trace.travel
+        judged_expected, judged_travel = zero, zero
+        for row in range(period // trace.interval, len(travel), period // trace.interval):
+            should, did = expected[row] - judged_expected, travel[row] - judged_travel
+            judged = should >= least * FINE
+            # Rounded up: so much, in whole parts, would have been enough.
+            missing = -((did * 10_000 - should * ratio) // 10_000)
+            slack = np.where(judged, np.maximum(slack, missing), slack)
+            judged_expected = np.where(judged, expected[row], judged_expected)
+            judged_travel = np.where(judged, travel[row], judged_travel)
+            error = np.abs(expected[row] - travel[row])
+            tracking = np.maximum(tracking, error)
+            late = row * trace.interval >= trace.profile.total + lag + period
+            away = np.abs(trace.profile.distance * FINE - travel[row])
+            arrival = np.where(late, np.maximum(arrival, away), arrival)
+    return Need(slack, tracking, arrival)
+
+
+def measured_lag(traces: Sequence[Trace]) -> Steps:
+    """Return by how much each motor follows its profile late, (8,) µs, to the millisecond.
+
+    It is the delay at which the profile is nearest to the motion, in the sum of squares; a motor
+    that never moved is given the others' median.
+    """
+    candidates = np.arange(0, _LONGEST_LAG + 1, 1000)
+    errors = np.zeros((len(candidates), len(JOINTS)))
+    moved = np.zeros(len(JOINTS), dtype=np.bool_)
+    for trace in traces:
+        travel = trace.travel
+        moved |= trace.profile.distance >= _WORTH_MEASURING
+        for row, candidate in enumerate(candidates):
+            difference = trace.expected(np.full(len(JOINTS), candidate)) - travel
+            errors[row] += (difference.astype(np.float64) ** 2).sum(axis=0)
+    best = candidates[errors.argmin(axis=0)]
+    others = int(np.median(best[moved])) if moved.any() else 0
+    return np.where(moved, best, others).astype(np.int64)
+
+
+def calibrate(
+    traces: Sequence[Trace],
+    step: float,
+    *,
+    lag: Steps | None = None,
+    least: int | None = None,
+    margin: float = MARGIN,
+    period: int = PAPER_PERIOD,
+    ratio: int = PAPER_RATIO,
+) -> Guards:
+    """Return the guards that free motion needs, with a margin.
+
+    Parameters
+    ----------
+    traces
+        Free moves, many and fast enough: nobody may have touched the robot.
+    step
+        Angle of one encoder step, rad.
+    lag
+        (8,) µs; by default :func:`measured_lag` of the traces.
+    least
+        Steps that a motor should have moved in a window that is judged; by default ``LEAST``.
+    margin
+        Times what was needed; and one encoder step more.
+
+    Raises
+    ------
+    InputError
+        There is no trace.
+    """
+    if not traces:
+        raise InputError("a calibration needs the traces of some free moves, got none.")
+    lag = measured_lag(traces) if lag is None else lag
+    judged = np.full(len(JOINTS), max(round(LEAST / step), 4) if least is None else least)
+    found = need(traces, lag, judged, period, ratio)
+
+    def granted(needed: Steps, floor: float) -> Steps:
+        steps: Steps = np.ceil(needed * margin / FINE).astype(np.int64) + 1
+        return np.maximum(steps, round(floor / step))
+
+    return Guards(
+        lag=lag,
+        slack=granted(found.slack, 0.0),
+        least=judged,
+        tracking=granted(found.tracking, TRACKING_FLOOR),
+        arrival=granted(found.arrival, ARRIVAL_FLOOR),
+    )

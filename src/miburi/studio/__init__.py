@@ -1,0 +1,1 @@
+"""What people see and touch: the live partner's pages, and its interface for programs."""

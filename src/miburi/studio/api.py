@@ -1,0 +1,308 @@
+"""The interface for programs: ``/api/v1``, described by OpenAPI at ``/api/openapi.json``."""
+
+import asyncio
+from concurrent.futures import Future
+from typing import Annotated, Any
+
+import numpy as np
+from fastapi import APIRouter, FastAPI, Path, Query, Request, Response
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import FileResponse, JSONResponse
+
+from miburi import __version__, gestures
+from miburi.bodies.registry import KINDS
+from miburi.contact import PAPER_RATIO
+from miburi.errors import BodyError, InputError, MiburiError
+from miburi.feelings import Expression, Stimulus
+from miburi.laban import Effort
+from miburi.robot import JOINTS, Robot
+from miburi.robot.mjcf import HAND_AWAY, HAND_SIZE
+from miburi.robot.shape import COLOURS, links, parts
+from miburi.studio.runner import BusyError, Runner
+from miburi.studio.wire import (
+    BodyIn,
+    BodyOut,
+    EffortIn,
+    Entry,
+    ExpressIn,
+    GestureOut,
+    HandIn,
+    LinkOut,
+    PartOut,
+    PauseIn,
+    RecordingIn,
+    RecordingOut,
+    Refusal,
+    RobotOut,
+    Sample,
+    State,
+    StimulusIn,
+    TemperamentIn,
+)
+from miburi.temperament import FEELINGS, SOURCES, TEMPERAMENTS
+
+#: A command that no step has taken up within this many seconds has failed.
+_PATIENCE = 5.0
+_NOTHING = 204
+Refusals = dict[int | str, dict[str, Any]]
+_REFUSED: Refusals = {
+    400: {"model": Refusal, "description": "A value is not allowed."},
+    409: {"model": Refusal, "description": "The body cannot do that now."},
+    503: {"model": Refusal, "description": "Too much at once."},
+}
+
+
+def make_api(runner: Runner) -> FastAPI:
+    """Return the interface to a live partner, without pages."""
+    app = FastAPI(
+        title="Miburi",
+        version=__version__,
+        description="A robot partner: what it feels, what it shows, and how to talk to it.",
+        openapi_url="/api/openapi.json",
+        docs_url=None,
+        redoc_url=None,
+    )
+    app.include_router(_router(runner))
+    app.add_exception_handler(MiburiError, _say)
+    app.add_exception_handler(RequestValidationError, _say_what_is_allowed)
+    return app
+
+
+def _router(runner: Runner) -> APIRouter:
+    router = APIRouter(prefix="/api/v1", responses={422: {"model": Refusal}})
+    _looking(router, runner)
+    _asking(router, runner)
+    _recording(router, runner)
+    return router
+
+
+def _looking(router: APIRouter, runner: Runner) -> None:
+    """Add what can be looked at."""
+
+    @router.get("/state", response_model=State)
+    async def state() -> Response:
+        """Return everything that a viewer needs, now."""
+        return Response(runner.snapshot.json, media_type="application/json")
+
+    @router.get("/robot")
+    async def robot() -> RobotOut:
+        """Return the robot's description: names, limits, links and solids."""
+        return describe(runner.robot)
+
+    @router.get("/log")
+    async def log(
+        after: Annotated[int, Query(ge=0, le=10**9, description="The last number known.")] = 0,
+    ) -> list[Entry]:
+        """Return what happened, the oldest first."""
+        return runner.log(after)
+
+    @router.get("/samples")
+    async def samples() -> list[Sample]:
+        """Return the last two minutes, for plots."""
+        return runner.samples()
+
+    @router.get("/gestures")
+    async def all_gestures() -> list[GestureOut]:
+        """Return the movement functions."""
+        return [
+            GestureOut(
+                name=function.name,
+                feeling=feeling,
+                duration=function.duration,
+                effort=EffortIn.model_validate(function.effort.model_dump()),
+            )
+            for feeling in FEELINGS
+            for function in [gestures.load(feeling)]
+        ]
+
+    @router.get("/bodies")
+    async def bodies() -> list[BodyOut]:
+        """Return the kinds of body, and which one moves."""
+        return [
+            BodyOut(
+                name=kind.name,
+                available=kind.available,
+                needs_port=kind.needs_port,
+                chosen=kind.name == runner.body_name,
+            )
+            for kind in KINDS.values()
+        ]
+
+
+def _asking(router: APIRouter, runner: Runner) -> None:
+    """Add what can be asked for."""
+
+    @router.post("/stimulus", status_code=_NOTHING, responses=_REFUSED)
+    async def stimulus(wish: StimulusIn) -> None:
+        """Let the partner feel something."""
+        await done(runner.stimulate(Stimulus(wish.feeling, wish.strength, wish.source)))
+
+    @router.post("/express", status_code=_NOTHING, responses=_REFUSED)
+    async def express(wish: ExpressIn) -> None:
+        """Perform a gesture once, whatever the feelings are."""
+        poses = await asyncio.to_thread(performance, runner.robot, wish)
+        await done(runner.perform(Expression(wish.feeling, wish.mood), poses))
+
+    @router.post("/stop", status_code=_NOTHING, responses=_REFUSED)
+    async def stop() -> None:
+        """Stop all motors until they are released."""
+        await done(runner.stop())
+
+    @router.post("/release", status_code=_NOTHING, responses=_REFUSED)
+    async def release() -> None:
+        """Let a stopped body go back to neutral, and go on."""
+        await done(runner.release())
+
+    @router.post("/pause", status_code=_NOTHING, responses=_REFUSED)
+    async def pause(wish: PauseIn) -> None:
+        """Rest at neutral, or go on."""
+        await done(runner.pause(wish.paused))
+
+    @router.post("/hand", status_code=_NOTHING, responses=_REFUSED)
+    async def hand(wish: HandIn) -> None:
+        """Move the simulated human hand; it can get in the robot's way."""
+        await done(move_hand(runner, wish))
+
+    @router.post("/temperament", status_code=_NOTHING, responses=_REFUSED)
+    async def temperament(wish: TemperamentIn) -> None:
+        """Go on with another temperament."""
+        await done(runner.temperament(wish.name))
+
+    @router.post("/bodies", status_code=_NOTHING, responses=_REFUSED)
+    async def body(wish: BodyIn) -> None:
+        """Move another body from now on."""
+        await done(await asyncio.to_thread(runner.use, wish.name, wish.port))
+
+
+def _recording(router: APIRouter, runner: Runner) -> None:
+    """Add recordings."""
+
+    @router.get("/recordings")
+    async def recordings() -> list[RecordingOut]:
+        """Return all recordings, and the one that is being written."""
+        kept = runner.recordings
+        listed = [
+            RecordingOut(name=name, bytes=kept.find(name).stat().st_size, whole=True)
+            for name in kept.names()
+        ]
+        if kept.current is not None:
+            listed.append(RecordingOut(name=kept.current, bytes=0, whole=False))
+        return listed
+
+    @router.post("/recordings", status_code=_NOTHING, responses=_REFUSED)
+    async def record(wish: RecordingIn) -> None:
+        """Start or end a recording."""
+        await done(runner.record(wish.on))
+
+    @router.get(
+        "/recordings/{name}",
+        response_class=FileResponse,
+        responses={
+            404: {"model": Refusal, "description": "There is none of that name."},
+            200: {"content": {"application/octet-stream": {}}, "description": "An MCAP file."},
+        },
+    )
+    async def recording(name: Annotated[str, Path(max_length=60)]) -> Response:
+        """Download a recording (MCAP)."""
+        try:
+            path = runner.recordings.find(name)
+        except InputError as error:
+            return JSONResponse({"detail": str(error)}, 404)
+        return FileResponse(path, filename=name, media_type="application/octet-stream")
+
+
+async def done(future: Future[None]) -> None:
+    """Wait until the loop has taken a command up; its refusal is raised here.
+
+    Raises
+    ------
+    BusyError
+        No step has taken it up in time.
+    """
+    try:
+        await asyncio.wait_for(asyncio.wrap_future(future), _PATIENCE)
+    except TimeoutError:
+        raise BusyError("the partner did not answer in time; look at its log.") from None
+
+
+def move_hand(runner: Runner, wish: HandIn) -> Future[None]:
+    """Pass a wish for the hand on."""
+    position = None if wish.position is None else np.array(wish.position)
+    return runner.hand(position, np.array(wish.along))
+
+
+def performance(robot: Robot, wish: ExpressIn) -> list[gestures.KeyPose] | None:
+    """Return the key poses of a wish that is more than a feeling's own gesture.
+
+    Raises
+    ------
+    InputError
+        The blend names the leading feeling again.
+    """
+    if not wish.blend and wish.effort is None:
+        return None
+    if wish.feeling in wish.blend:
+        raise InputError(f"{wish.feeling} leads already; blend other feelings with it.")
+    lead = gestures.load(wish.feeling)
+    if wish.effort is not None:
+        lead = lead.model_copy(update={"effort": Effort(**wish.effort.model_dump())})
+    others = [(gestures.load(name), mood) for name, mood in wish.blend.items()]
+    return gestures.blend(robot, [(lead, wish.mood), *others])
+
+
+def describe(robot: Robot) -> RobotOut:
+    """Return what the scene is built from."""
+    return RobotOut(
+        name=robot.name,
+        joints=list(JOINTS),
+        feelings=list(FEELINGS),
+        sources=list(SOURCES),
+        temperaments=list(TEMPERAMENTS),
+        neutral=np.asarray(robot.neutral).tolist(),
+        lower=np.asarray(robot.lower).tolist(),
+        upper=np.asarray(robot.upper).tolist(),
+        floor=-robot.shape.pedestal_height,
+        threshold=PAPER_RATIO / 10_000,
+        hand=list(HAND_SIZE),
+        hand_away=list(HAND_AWAY),
+        links=[
+            LinkOut(
+                name=link.name,
+                parent=link.parent,
+                joint=link.joint,
+                position=list(link.position),
+                axis=list(link.axis),
+            )
+            for link in links(robot)
+        ],
+        parts=[
+            PartOut(
+                link=part.link,
+                name=part.name,
+                kind=part.kind,
+                size=list(part.size),
+                position=list(part.position),
+                end=None if part.end is None else list(part.end),
+                tilt=part.tilt,
+                colour=list(COLOURS[part.colour]),
+            )
+            for part in parts(robot)
+        ],
+    )
+
+
+async def _say(_request: Request, error: Exception) -> JSONResponse:
+    """Turn what Miburi refuses into a status and its words."""
+    statuses: dict[type[Exception], int] = {BodyError: 409, InputError: 400, BusyError: 503}
+    status = statuses.get(type(error), 500)
+    return JSONResponse({"detail": str(error)}, status)
+
+
+async def _say_what_is_allowed(_request: Request, error: Exception) -> JSONResponse:
+    """Say which value is wrong, without sending it back."""
+    errors = error.errors() if isinstance(error, RequestValidationError) else []
+    words = [
+        f"{'.'.join(str(part) for part in item['loc'][1:]) or 'the request'}: {item['msg']}"
+        for item in errors
+    ]
+    return JSONResponse({"detail": "; ".join(words)[:1000]}, 422)

@@ -1,0 +1,49 @@
+"""The parts of the pages that the browser draws itself, from the live WebSocket."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import nicegui
+from nicegui.element import Element
+
+_SCENE = Path(nicegui.__file__).parent / "elements" / "scene" / "dist"
+
+
+class RobotView(Element, component="robot.js", esm={"nicegui-scene": str(_SCENE)}):
+    """The robot in 3D, and a hand that can be dragged."""
+
+    def __init__(self, robot: Mapping[str, Any], label: str) -> None:
+        super().__init__()
+        self._props |= {"robot": dict(robot), "label": label}
+
+    def reset(self) -> None:
+        """Look at the robot as at the beginning."""
+        self.run_method("reset")
+
+
+class Levels(Element, component="levels.js"):
+    """Eight buttons with faces, and the three levels of each feeling."""
+
+    def __init__(self, words: Mapping[str, Any], strength: float) -> None:
+        super().__init__()
+        self._props |= {"words": dict(words), "strength": strength}
+
+    def set_strength(self, strength: float) -> None:
+        """Set how strong a short press is, 0 to 1."""
+        self._props["strength"] = strength
+
+
+class Plots(Element, component="plots.js"):
+    """Moods, hands and speed ratios over the last minute."""
+
+    def __init__(
+        self, words: Mapping[str, str], threshold: float, feelings: list[str], joints: list[str]
+    ) -> None:
+        super().__init__()
+        self._props |= {
+            "words": dict(words),
+            "threshold": threshold,
+            "feelings": feelings,
+            "joints": joints,
+        }

@@ -1,0 +1,495 @@
+"""The one clock of a live partner.
+
+A thread paces the partner's deterministic steps. Commands come in through a bounded queue and
+run between two steps; viewers read the latest snapshot, which is never changed, and so cannot
+make the loop wait.
+"""
+
+import queue
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from concurrent.futures import Future
+from functools import cached_property
+from typing import Any, TypeVar
+
+import numpy as np
+
+from miburi.bodies import Body, Phase
+from miburi.bodies.registry import make_body
+from miburi.contact import PAPER_PERIOD
+from miburi.errors import BodyError, InputError, MiburiError
+from miburi.feelings import Expression, FeelingModel, Stimulus
+from miburi.gestures import KeyPose
+from miburi.motion import FINE, SECOND
+from miburi.partner import Event, GestureStarted, Partner, Released, Stopped
+from miburi.robot import JOINTS, Array, Robot, forward
+from miburi.studio.recordings import Recordings
+from miburi.studio.wire import Entry, Expressed, Hand, Sample, State, StopOut
+from miburi.temperament import FEELINGS, shipped_temperament
+
+#: The loop's period in s; the encoders are read twice in it.
+STEP = 0.02
+#: When the loop is further behind than this, in s, the robot's time waits instead of hurrying.
+_PATIENCE = 0.2
+#: A live partner answers sooner than the one of the experiment (ours), s.
+_PERIOD = 0.5
+#: Commands that may wait for the next step.
+_QUEUE = 256
+#: The hand goes where it was asked to at no more than this speed, m/s (ours): it cannot jump
+#: into the robot.
+_HAND_SPEED = 1.2
+_LOG, _SAMPLES = 300, 1200
+_STEPS_PER_SAMPLE = 5
+
+Result = TypeVar("Result")
+Command = Callable[[], Any]
+
+
+class Snapshot:
+    """One state, and its JSON, which is written once however many viewers there are."""
+
+    def __init__(self, state: State) -> None:
+        self.state = state
+
+    @cached_property
+    def json(self) -> str:
+        """The state as JSON."""
+        return self.state.model_dump_json()
+
+
+class BusyError(MiburiError):
+    """More commands are waiting than the loop takes."""
+
+
+class Runner:
+    """A live partner; all methods but :meth:`tick` may be called from any thread.
+
+    Parameters
+    ----------
+    robot
+        The description.
+    feelings
+        The emotional model.
+    body
+        The kind of body to begin with.
+    recordings
+        Where recordings are kept.
+    port
+        A card's serial port.
+    seed
+        Chooses the small variations of gestures.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        feelings: FeelingModel,
+        recordings: Recordings,
+        *,
+        body: str = "simulated",
+        port: str | None = None,
+        seed: int = 0,
+    ) -> None:
+        self.robot = robot
+        self.recordings = recordings
+        self.slow_steps = 0
+        self._feelings = feelings
+        self._seed = seed
+        self._commands: queue.Queue[tuple[Command, Future[Any]]] = queue.Queue(_QUEUE)
+        self._thread: threading.Thread | None = None
+        self._ending = threading.Event()
+        self._patience = 0.0
+        self._log: deque[Entry] = deque(maxlen=_LOG)
+        self._samples: deque[Sample] = deque(maxlen=_SAMPLES)
+        self._serial = self._number = 0
+        self._paused = False
+        self._hand_goal: Array | None = None
+        self._hand_along = np.array([0.0, 0.0, 1.0])
+        self._home = forward(robot, robot.neutral)[:6].reshape(2, 3)
+        self._hands = self._home
+        self._use(body, make_body(body, robot, port))
+        self._snapshot = Snapshot(self._observe(0.0))
+
+    # What viewers read.
+
+    @property
+    def snapshot(self) -> Snapshot:
+        """The latest state."""
+        return self._snapshot
+
+    @property
+    def body_name(self) -> str:
+        """The kind of body that moves now."""
+        return self._body_name
+
+    @property
+    def body(self) -> Body:
+        """The body that moves now."""
+        return self._partner.body
+
+    def log(self, after: int = 0) -> list[Entry]:
+        """Return the latest entries whose number is above ``after``."""
+        return [entry for entry in self._log.copy() if entry.number > after]
+
+    def samples(self) -> list[Sample]:
+        """Return the last two minutes, ten samples a second."""
+        return list(self._samples.copy())
+
+    # What the outside asks for: each runs between two steps.
+
+    def stimulate(self, stimulus: Stimulus) -> Future[None]:
+        """Let the partner feel something."""
+
+        def run() -> None:
+            self._feelings.stimulate(stimulus)
+            self._note(
+                "stimulus",
+                feeling=stimulus.feeling,
+                strength=stimulus.strength,
+                source=stimulus.source,
+            )
+
+        return self._call(run)
+
+    def perform(self, expression: Expression, poses: list[KeyPose] | None = None) -> Future[None]:
+        """Perform a gesture once; refused while the partner rests."""
+
+        def run() -> None:
+            if self._paused:
+                raise BodyError("the partner is paused; resume it first.")
+            self._partner.perform(expression, poses)
+
+        return self._call(run)
+
+    def stop(self) -> Future[None]:
+        """Stop the body until :meth:`release`."""
+
+        def run() -> None:
+            self._partner.stop()
+
+        return self._call(run)
+
+    def release(self) -> Future[None]:
+        """Let a stopped body go back to neutral, and go on."""
+
+        def run() -> None:
+            self._partner.release()
+            self._note("released")
+
+        return self._call(run)
+
+    def pause(self, paused: bool) -> Future[None]:
+        """Rest at neutral, or go on."""
+
+        def run() -> None:
+            if paused != self._paused:
+                self._paused = paused
+                if paused:
+                    self._partner.pause()
+                else:
+                    self._partner.resume()
+                self._note("paused" if paused else "resumed")
+
+        return self._call(run)
+
+    def hand(self, position: Array | None, along: Array) -> Future[None]:
+        """Let the simulated human hand go somewhere, or away (None).
+
+        Raises
+        ------
+        BodyError
+            The body is not a simulated one.
+        InputError
+            The direction has no length.
+        """
+
+        def run() -> None:
+            body: Any = self._partner.body
+            if not hasattr(body, "place_hand"):
+                raise BodyError("only the simulated body has a hand to move.")
+            if float(np.linalg.norm(along)) < 1e-6:
+                raise InputError("along must have a length.")
+            self._hand_along = along
+            if position is None:
+                body.remove_hand()
+            self._hand_goal = position
+
+        return self._call(run)
+
+    def temperament(self, name: str) -> Future[None]:
+        """Go on with another of the temperaments that ship with Miburi."""
+        chosen = shipped_temperament(name)
+
+        def run() -> None:
+            self._feelings.temperament = chosen
+            self._note("temperament", name=name)
+
+        return self._call(run)
+
+    def record(self, on: bool) -> Future[None]:
+        """Start or end a recording."""
+
+        def run() -> None:
+            if on and self.recordings.current is None:
+                self._note("recording", name=self.recordings.start())
+            elif not on and self.recordings.current is not None:
+                self.recordings.end()
+                self._note("recorded", name=self.recordings.names()[-1])
+
+        return self._call(run)
+
+    def use(self, name: str, port: str | None = None) -> Future[None]:
+        """Move another body from now on; it is made in the caller's thread.
+
+        Raises
+        ------
+        InputError, BodyError
+            There is no such body here; see :func:`miburi.bodies.registry.make_body`.
+        """
+        body = make_body(name, self.robot, port)
+
+        def run() -> None:
+            self._partner.body.stop()
+            self._use(name, body)
+            self._note("body", name=name)
+
+        return self._call(run)
+
+    # The loop.
+
+    def tick(self) -> None:
+        """Run the waiting commands, then let one step pass."""
+        self._run_commands()
+        self._move_hand()
+        events = self._partner.step(STEP)
+        for event in events:
+            self._take(event)
+        state = self._observe(STEP)
+        if self._serial % _STEPS_PER_SAMPLE == 0:
+            self._samples.append(
+                Sample(
+                    time=state.time,
+                    mood=state.mood,
+                    hand_speed=state.hand_speed,
+                    extent=state.extent,
+                    ratios=state.ratios,
+                    stopped=state.stop is not None,
+                )
+            )
+        self.recordings.write(
+            self._partner.body.state, self._feelings, events, self._serial % _STEPS_PER_SAMPLE == 0
+        )
+        self._snapshot = Snapshot(state)
+
+    def start(self) -> None:
+        """Start the thread that paces the steps."""
+        self._thread = threading.Thread(target=self._pace, name="partner", daemon=True)
+        self._thread.start()
+
+    def close(self, patience: float = 6.0) -> None:
+        """Bring the body home in at most ``patience`` s, end recording, and stop the thread."""
+        if self._thread is not None:
+            self._patience = patience
+            self._ending.set()
+            self._thread.join()
+            self._thread = None
+        self.recordings.end()
+
+    def _pace(self) -> None:
+        due = time.monotonic()
+        give_up = None
+        while True:
+            if self._ending.is_set():
+                if give_up is None:
+                    give_up = time.monotonic() + self._patience
+                    self._partner.rest()
+                if self._partner.at_rest or time.monotonic() > give_up:
+                    return
+            self.tick()
+            due += STEP
+            ahead = due - time.monotonic()
+            if ahead > 0:
+                time.sleep(ahead)
+            elif ahead < -_PATIENCE:
+                self.slow_steps += 1
+                due = time.monotonic()
+
+    def _call(self, command: Callable[[], Result]) -> Future[Result]:
+        future: Future[Result] = Future()
+        try:
+            self._commands.put_nowait((command, future))
+        except queue.Full:
+            raise BusyError(
+                f"{_QUEUE} commands are waiting already; ask again in a moment."
+            ) from None
+        return future
+
+    def _run_commands(self) -> None:
+        for _ in range(_QUEUE):
+            try:
+                command, future = self._commands.get_nowait()
+            except queue.Empty:
+                return
+            if not future.set_running_or_notify_cancel():
+                continue
+            try:
+                future.set_result(command())
+            except Exception as error:  # it is the asker's, not the loop's
+                future.set_exception(error)
+
+    def _use(self, name: str, body: Body) -> None:
+        self._body_name = name
+        self._partner = Partner(body, self._feelings, period=_PERIOD, life=self._seed)
+        if self._paused:
+            self._partner.pause()
+        self._stop: StopOut | None = None
+        self._peak, self._part = 0.0, None
+        self._hand_goal = None
+
+    def _move_hand(self) -> None:
+        """Bring the hand nearer to where it was asked to, never faster than a person's."""
+        if self._hand_goal is None:
+            return
+        body: Any = self._partner.body
+        here = body.configuration[1][:3]
+        way = self._hand_goal - here
+        length = float(np.linalg.norm(way))
+        reach = min(1.0, _HAND_SPEED * STEP / length) if length > 0 else 1.0
+        body.place_hand(here + reach * way, self._hand_along)
+
+    def _take(self, event: Event) -> None:
+        match event:
+            case GestureStarted(_, expression):
+                self._note("gesture", feeling=expression.feeling, mood=expression.mood)
+            case Stopped():
+                self._stop = self._explain(event)
+                self._note("stopped", stop=self._stop)
+            case Released():
+                self._note("released")
+            case _:
+                pass
+
+    def _explain(self, event: Stopped) -> StopOut:
+        """Say what is known about a stop: speeds from the rule's window, force from the physics."""
+        stop = event.stop
+        window = getattr(self._partner.body, "window", None)
+        measured = expected = None
+        if stop.sign == "speed" and stop.motor is not None and window is not None:
+            motor = JOINTS.index(stop.motor)
+            per_second = self.robot.servo.step / FINE / (PAPER_PERIOD / SECOND)
+            measured = round(float(window.measured[motor]) * per_second, 4)
+            expected = round(float(window.expected[motor]) * per_second, 4)
+        touched = hasattr(self._partner.body, "touch")
+        return StopOut(
+            time=stop.time,
+            reason=stop.reason,
+            motor=stop.motor,
+            sign=stop.sign,
+            ratio=None if stop.ratio is None else round(stop.ratio, 4),
+            measured=measured,
+            expected=expected,
+            force=round(self._peak, 2) if touched else None,
+            part=self._part,
+            mood_before=event.mood_before,
+            mood_after=event.mood_after,
+        )
+
+    def _observe(self, dt: float) -> State:
+        body, feelings = self._partner.body, self._feelings
+        state = body.state
+        touch = getattr(body, "touch", None)
+        if touch is not None:
+            if touch.force > 0:
+                self._peak, self._part = max(self._peak, touch.force), touch.part
+            elif state.phase is not Phase.STOPPED:
+                self._peak *= 0.9  # a touch that no stop followed is forgotten within a second
+        if state.phase is not Phase.STOPPED:
+            self._stop = None
+        elif self._stop is not None and touch is not None and self._peak > (self._stop.force or 0):
+            self._stop = self._stop.model_copy(update={"force": round(self._peak, 2)})
+        hands = forward(self.robot, state.angles)[:6].reshape(2, 3)
+        speed = float(np.linalg.norm(hands - self._hands, axis=1).mean() / dt) if dt else 0.0
+        self._hands = hands
+        self._serial += 1
+        felt, shown = feelings.express(), self._partner.expression
+        return State(
+            serial=self._serial,
+            time=round(state.time, 3),
+            body=self._body_name,
+            phase=state.phase.value,
+            paused=self._paused,
+            temperament=feelings.temperament.name,
+            recording=self.recordings.current,
+            angles=state.angles.round(4).tolist(),
+            velocities=state.velocities.round(3).tolist(),
+            emotion=feelings.emotion.round(4).tolist(),
+            feeling=feelings.feeling.round(4).tolist(),
+            mood=feelings.mood.round(5).tolist(),
+            felt=_expressed(felt),
+            expressed=_expressed(self._current(shown)),
+            asked=self._partner.asked,
+            hand_speed=round(speed, 4),
+            extent=round(float(np.linalg.norm(hands - self._home, axis=1).max()), 4),
+            ratios=self._ratios(),
+            stop=self._stop,
+            held=self._partner.held,
+            force=round(touch.force, 2) if touch is not None else None,
+            hand=_hand(body),
+            hand_out=self._hand_goal is not None,
+            face=self._face(felt, shown),
+            latest=self._number,
+        )
+
+    def _current(self, shown: Expression | None) -> Expression | None:
+        """Return what is shown; unless it was asked for, it is as strong as the mood of now."""
+        if shown is None or self._partner.asked:
+            return shown
+        return Expression(shown.feeling, float(self._feelings.mood[FEELINGS.index(shown.feeling)]))
+
+    def _face(self, felt: Expression | None, shown: Expression | None) -> list[float]:
+        """Return how much of each feeling the face shows.
+
+        What was asked for, alone; else the strongest emotion as strong as its mood, and each
+        other emotion's mood in the measure in which it is as strong as that one.
+        """
+        weights = np.zeros(len(FEELINGS))
+        if shown is not None and self._partner.asked:
+            weights[FEELINGS.index(shown.feeling)] = shown.mood
+        elif felt is not None:
+            emotion = self._feelings.emotion
+            weights = self._feelings.mood * (emotion / emotion.max()) ** 2
+        return [float(weight) for weight in weights.round(3)]
+
+    def _ratios(self) -> list[float | None]:
+        window = getattr(self._partner.body, "window", None)
+        if window is None:
+            return [None] * len(JOINTS)
+        return [
+            round(float(did) / float(should), 4) if judged else None
+            for did, should, judged in zip(
+                window.measured, window.expected, window.judged, strict=True
+            )
+        ]
+
+    def _note(self, kind: str, **content: Any) -> None:
+        self._number += 1
+        time = round(self._partner.body.state.time, 2)
+        entry = {"number": self._number, "time": time, "kind": kind, **content}
+        self._log.append(Entry.model_validate(entry))
+
+
+def _expressed(expression: Expression | None) -> Expressed | None:
+    if expression is None:
+        return None
+    return Expressed.model_validate(
+        {"feeling": expression.feeling, "mood": round(expression.mood, 5)}
+    )
+
+
+def _hand(body: Any) -> Hand | None:
+    if not hasattr(body, "place_hand"):
+        return None
+    pose = body.configuration[1].round(4).tolist()
+    return Hand(position=pose[:3], quaternion=pose[3:])

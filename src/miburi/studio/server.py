@@ -1,0 +1,229 @@
+"""Start the live partner and its server, and bring both to a good end."""
+
+import os
+import signal
+import socket
+import sys
+import threading
+import time
+import webbrowser
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from types import FrameType
+
+import uvicorn
+
+from miburi.bodies.registry import KINDS
+from miburi.errors import InputError, OutputError
+from miburi.feelings import EmotionalModel, Stimulus
+from miburi.robot import iphonoid
+from miburi.studio.access import LARGEST, Gate, is_loopback, kept_token
+from miburi.studio.memory import remember, remembered
+from miburi.studio.recordings import Recordings
+from miburi.studio.runner import Runner
+from miburi.temperament import FEELINGS, shipped_temperament
+
+#: A partner that meets people for the first time is in this mood (ours): middling in
+#: everything, so that every feeling shows, and glad to see them.
+FIRST_MOOD: dict[str, float] = dict.fromkeys(FEELINGS, 0.5)
+GREETING = Stimulus("happiness", 0.8)
+
+
+@dataclass(frozen=True)
+class Wish:
+    """How the server shall be started.
+
+    Attributes
+    ----------
+    body, port_of_body
+        The kind of body, and a card's serial port.
+    host, port
+        Where to listen; port 0 takes any that is free.
+    headless
+        Open no browser.
+    temperament
+        One that ships with Miburi.
+    folder
+        Where the token, the partner's state and recordings are kept.
+    forget
+        Start in the first mood, and keep none.
+    seed
+        Chooses the small variations of gestures; 0 or more.
+    """
+
+    body: str = "simulated"
+    port_of_body: str | None = None
+    host: str = "127.0.0.1"
+    port: int = 8080
+    headless: bool = False
+    temperament: str = "playful"
+    folder: Path | None = None
+    forget: bool = False
+    seed: int = 0
+
+
+def own_folder() -> Path:
+    """Return where a user's programs keep their state (XDG_STATE_HOME), with our name."""
+    base = os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state"
+    return Path(base) / "miburi"
+
+
+def serve(wish: Wish) -> None:
+    """Run the live partner and its server until SIGINT or SIGTERM; then bring the body home.
+
+    Raises
+    ------
+    InputError
+        The host, the port, the body or the temperament is not one.
+    OutputError
+        The port is taken.
+    """
+    if wish.seed < 0:
+        raise InputError(f"the seed must be 0 or more, got {wish.seed}.")
+    folder = wish.folder or own_folder()
+    token = None if is_loopback(wish.host) else kept_token(folder / "token")
+    feelings = EmotionalModel(shipped_temperament(wish.temperament))
+    if wish.body not in KINDS:
+        raise InputError(f"the body must be one of {', '.join(KINDS)}, got {wish.body!r}.")
+    with _listening(wish.host, wish.port) as listener:
+        kept = None if wish.forget else remembered(folder / "feelings.json", feelings.temperament)
+        feelings = kept or feelings
+        if kept is None:
+            feelings.set_state(mood=FIRST_MOOD)
+        feelings.stimulate(GREETING)
+        runner = Runner(
+            iphonoid(),
+            feelings,
+            Recordings(folder / "recordings"),
+            body=wish.body,
+            port=wish.port_of_body,
+            seed=wish.seed,
+        )
+        runner.start()
+        try:
+            # NiceGUI takes a second to load: the robot moves already.
+            from miburi.studio.app import make_app
+
+            app = Gate(make_app(runner, _addresses(listener, wish.host), token), token)
+            _run(app, listener, lambda url: _announce(url, token, wish.headless), wish.host)
+        finally:
+            runner.close()
+            if not wish.forget:
+                remember(folder / "feelings.json", feelings)
+
+
+def _run(app: Gate, listener: socket.socket, ready: object, host: str) -> None:
+    config = uvicorn.Config(
+        app,
+        log_level="warning",
+        lifespan="on",
+        ws="websockets-sansio",
+        ws_max_size=LARGEST,
+        timeout_graceful_shutdown=2,
+        server_header=False,
+    )
+    server = _Server(config)
+    threading.Thread(
+        target=_when_started, args=(server, ready, _url(listener, host)), daemon=True
+    ).start()
+    server.run(sockets=[listener])
+
+
+def _when_started(server: uvicorn.Server, ready: object, url: str) -> None:
+    while not (server.started or server.should_exit):
+        time.sleep(0.02)
+    if server.started and callable(ready):
+        ready(url)
+
+
+class _Server(uvicorn.Server):
+    """Ends at SIGINT and SIGTERM, and leaves it at that: both are a good end."""
+
+    @contextmanager
+    def capture_signals(self) -> Iterator[None]:
+        """Take the signals while the server runs."""
+        if threading.current_thread() is not threading.main_thread():
+            yield
+            return
+        kept = {number: signal.signal(number, self._end) for number in _ENDING}
+        try:
+            yield
+        finally:
+            for number, handler in kept.items():
+                signal.signal(number, handler)
+
+    def _end(self, number: int, frame: FrameType | None) -> None:
+        self.handle_exit(number, frame)
+
+
+_ENDING = (signal.SIGINT, signal.SIGTERM)
+
+
+@contextmanager
+def _listening(host: str, port: int) -> Iterator[socket.socket]:
+    """Take the port before anything else is done."""
+    if not 0 <= port <= 65_535:
+        raise InputError(f"the port must be from 0 to 65535, got {port}.")
+    try:
+        family, kind, *_, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
+    except (OSError, UnicodeError) as error:
+        raise InputError(f"{host!r} is not an address of this computer: {error}.") from error
+    listener = socket.socket(family, kind)
+    try:
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            listener.bind(address)
+            listener.listen(256)
+        except OSError as error:
+            raise OutputError(
+                f"cannot listen on {host} port {port}: {error.strerror}. If another Miburi is "
+                "running, use its page or end it; or choose another port with --port, 0 for any "
+                "that is free."
+            ) from error
+        listener.setblocking(False)
+        yield listener
+    finally:
+        listener.close()
+
+
+def _url(listener: socket.socket, host: str) -> str:
+    shown = f"[{host}]" if ":" in host else host
+    if host in ("0.0.0.0", "::", ""):  # noqa: S104
+        shown = "127.0.0.1"
+    return f"http://{shown}:{listener.getsockname()[1]}"
+
+
+def _addresses(listener: socket.socket, host: str) -> list[str]:
+    """Return the addresses under which other devices reach us, the likeliest first."""
+    if is_loopback(host):
+        return []
+    port = listener.getsockname()[1]
+    if host not in ("0.0.0.0", "::", ""):  # noqa: S104
+        return [_url(listener, host)]
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect(("192.0.2.1", 9))  # sends nothing: asks which interface leads outside
+            name = probe.getsockname()[0]
+        except OSError:
+            name = socket.gethostname()
+    return [f"http://{name}:{port}"]
+
+
+def _announce(url: str, token: str | None, headless: bool) -> None:
+    """Say where the studio is; open it unless told otherwise."""
+    from miburi.studio.pairing import pairing_url, qr_for_terminal
+
+    shown = url if token is None else pairing_url(url, token)
+    print(f"Miburi is awake. Studio: {shown}   face: {url}/face   (end with Ctrl-C)", flush=True)
+    if token is not None:
+        print(f"Token for programs and other devices: {token}")
+        print(qr_for_terminal(shown), flush=True)
+    if headless:
+        return
+    can_show = sys.platform == "darwin" or any(
+        os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY")
+    )
+    if not (can_show and webbrowser.open(shown)):
+        print("No browser could be opened here; open the address above in one.", flush=True)

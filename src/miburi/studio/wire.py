@@ -1,0 +1,246 @@
+"""What goes over the wire: checked at the door, described by OpenAPI, the same for every client.
+
+Nothing here can name, and so nothing that comes over the net can change, any part of the
+contact rule.
+"""
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from miburi.temperament import Feeling, Source
+
+Share = Annotated[float, Field(ge=0, le=1)]
+Eight = Annotated[list[float], Field(min_length=8, max_length=8)]
+Point = Annotated[list[Annotated[float, Field(ge=-2, le=2)]], Field(min_length=3, max_length=3)]
+Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,39}$")]
+
+
+class Message(BaseModel):
+    """What a client sends: no unknown keys, no NaN, no silent conversions."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+
+
+class StimulusIn(Message):
+    """Somebody said, showed or did something."""
+
+    feeling: Feeling
+    strength: Share = 0.7
+    source: Source = "application"
+
+
+class EffortIn(Message):
+    """Laban's effort, to perform a gesture otherwise than it is written."""
+
+    space: Share
+    weight: Share
+    time: Share
+    flow: Share
+
+
+class ExpressIn(Message):
+    """A gesture to perform once, whatever the feelings are."""
+
+    feeling: Feeling
+    mood: Share = Field(default=0.7, description="The intensity μ.")
+    blend: dict[Feeling, Share] = Field(
+        default_factory=dict, description="Other feelings' gestures to mix in, with their μ."
+    )
+    effort: EffortIn | None = None
+
+
+class HandIn(Message):
+    """Where the simulated human hand goes; null takes it away."""
+
+    position: Point | None = Field(description="The middle of the fingers, m in the base frame.")
+    along: Point = Field(default=[0.0, 0.0, 1.0], description="The direction of the fingers.")
+
+
+class BodyIn(Message):
+    """The body to move from now on."""
+
+    name: Name
+    port: Annotated[str, Field(max_length=200)] | None = None
+
+
+class PauseIn(Message):
+    """Whether the partner rests at neutral; it still feels, and still stops when touched."""
+
+    paused: bool
+
+
+class TemperamentIn(Message):
+    """The character to go on with."""
+
+    name: Name
+
+
+class RecordingIn(Message):
+    """Whether to record."""
+
+    on: bool
+
+
+class Expressed(BaseModel):
+    """What the body shows, with the mood as its intensity μ."""
+
+    feeling: Feeling
+    mood: Share
+
+
+class StopOut(BaseModel):
+    """A stop that holds now, and what is known about it."""
+
+    time: float = Field(description="s on the body's clock.")
+    reason: str = Field(description="contact, asked, or what failed.")
+    motor: str | None = Field(description="The motor that met something.")
+    sign: str | None = Field(description="speed, tracking or arrival: what gave the contact away.")
+    ratio: float | None = Field(description="Measured over expected travel; the limit is 0.9372.")
+    measured: float | None = Field(description="Speed in the judged window, rad/s.")
+    expected: float | None = Field(description="Speed that was commanded for it, rad/s.")
+    force: float | None = Field(description="Largest force on the human hand, N; simulation only.")
+    part: str | None = Field(description="The part that was touched; simulation only.")
+    mood_before: Share
+    mood_after: Share
+
+
+class Hand(BaseModel):
+    """The simulated human hand's pose."""
+
+    position: list[float]
+    quaternion: list[float]
+
+
+class State(BaseModel):
+    """Everything that a viewer needs at one moment; arrays follow the order of ``GET /robot``."""
+
+    serial: int = Field(description="Counts up by one at each step.")
+    time: float = Field(description="s on the body's clock.")
+    body: str
+    phase: Literal["idle", "moving", "stopped", "returning"]
+    paused: bool
+    temperament: str
+    recording: str | None = Field(description="The file that is being written.")
+    angles: Eight = Field(description="rad")
+    velocities: Eight = Field(description="rad/s")
+    emotion: Eight
+    feeling: Eight
+    mood: Eight
+    felt: Expressed | None = Field(description="The strongest emotion, with its mood.")
+    expressed: Expressed | None = Field(description="The gesture of now; null between gestures.")
+    asked: bool = Field(description="Whether somebody asked for that gesture.")
+    hand_speed: float = Field(description="Mean speed of both hands, m/s.")
+    extent: float = Field(description="Distance of the further hand from its neutral place, m.")
+    ratios: list[float | None] = Field(
+        description="Measured over expected travel in the latest window; null if not judged."
+    )
+    stop: StopOut | None
+    held: bool = Field(description="Whether a person stopped it: it waits for a release.")
+    force: float | None = Field(description="Force on the human hand now, N; simulation only.")
+    hand: Hand | None
+    hand_out: bool = Field(description="Whether the hand reaches out, or waits beside the table.")
+    face: Eight = Field(description="How much of each feeling the face shows.")
+    latest: int = Field(description="Number of the latest entry of the log.")
+
+
+class Entry(BaseModel):
+    """One line of the log; only what belongs to its kind is given."""
+
+    number: int
+    time: float
+    kind: Literal[
+        "stimulus", "gesture", "stopped", "released", "body", "paused", "resumed", "temperament",
+        "recording", "recorded",
+    ]  # fmt: skip
+    feeling: str | None = None
+    mood: float | None = None
+    strength: float | None = None
+    source: str | None = None
+    name: str | None = None
+    stop: StopOut | None = None
+
+
+class Sample(BaseModel):
+    """A moment of the last minutes, for plots."""
+
+    time: float
+    mood: Eight
+    hand_speed: float
+    extent: float
+    ratios: list[float | None]
+    stopped: bool
+
+
+class GestureOut(BaseModel):
+    """A movement function."""
+
+    name: str
+    feeling: Feeling
+    duration: float = Field(description="s at tempo 1, repeats not counted.")
+    effort: EffortIn
+
+
+class BodyOut(BaseModel):
+    """A kind of body."""
+
+    name: str
+    available: bool
+    needs_port: bool
+    chosen: bool
+
+
+class RecordingOut(BaseModel):
+    """A recording that is whole, or is being written."""
+
+    name: str
+    bytes: int
+    whole: bool
+
+
+class LinkOut(BaseModel):
+    """A rigid link: its parent, and the joint that turns it."""
+
+    name: str
+    parent: str
+    joint: str
+    position: list[float]
+    axis: list[float]
+
+
+class PartOut(BaseModel):
+    """A solid on a link."""
+
+    link: str
+    name: str
+    kind: str
+    size: list[float]
+    position: list[float]
+    end: list[float] | None
+    tilt: float
+    colour: list[float]
+
+
+class RobotOut(BaseModel):
+    """The description that the scene is built from."""
+
+    name: str
+    joints: list[str]
+    feelings: list[str]
+    sources: list[str]
+    temperaments: list[str]
+    neutral: Eight
+    lower: Eight
+    upper: Eight
+    floor: float = Field(description="Height of the table, m.")
+    threshold: float = Field(description="The contact rule's limit on measured over expected.")
+    hand: list[float] = Field(description="The human hand: radius and half length, m.")
+    hand_away: list[float]
+    links: list[LinkOut]
+    parts: list[PartOut]
+
+
+class Refusal(BaseModel):
+    """Why something was not done, in words."""
+
+    detail: str

@@ -1,0 +1,1 @@
+"""Contact safety in numbers: thousands of simulated people getting in the robot's way."""

@@ -1,0 +1,201 @@
+"""The command line of contact trials: ``miburi trials``, ``miburi calibrate``, ``miburi tune``."""
+
+import json
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from miburi.errors import InputError
+
+if TYPE_CHECKING:
+    from miburi.robot import Robot
+    from miburi.trials.runs import Plan
+
+RobotFile = Annotated[
+    Path | None, typer.Option("--robot", help="A robot description; default: the iphonoid.")
+]
+Calibration = Annotated[
+    Path | None, typer.Option(help="Guards from miburi calibrate or miburi tune.")
+]
+Workers = Annotated[int, typer.Option(help="Processes on this machine.", min=1)]
+Seed = Annotated[int, typer.Option(help="0 or more.", min=0)]
+
+
+def trials(
+    free: Annotated[int, typer.Option(help="Trials with nobody in the way.", min=0)] = 1000,
+    blocked: Annotated[int, typer.Option(help="Trials with somebody in the way.", min=0)] = 1000,
+    seed: Seed = 1,
+    workers: Workers = 1,
+    out: Annotated[Path | None, typer.Option(help="Parquet file, a row each trial.")] = None,
+    servos: Annotated[
+        int, typer.Option(help="0: the servo described; N: N varied ones, each calibrated.", min=0)
+    ] = 0,
+    rule: Annotated[str, typer.Option(help="miburi, or the paper's as printed.")] = "miburi",
+    calibration: Calibration = None,
+    ray: Annotated[str | None, typer.Option(help="Address of a Ray cluster.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Answer as JSON.")] = False,
+    robot: RobotFile = None,
+) -> None:
+    """Let simulated people get in the robot's way, and count what the contact rule does."""
+    from miburi.trials.runs import run
+    from miburi.trials.summary import summarise
+
+    plan = _plan(robot, calibration, rule, servos, seed, free, blocked)
+    counts: list[int] = []
+    began = perf_counter()
+    with _progress() as show:
+
+        def progress(done: int, total: int) -> None:
+            counts.append(done)
+            show(done, total)
+
+        outcomes = run(plan, out, workers=workers, ray=ray, progress=progress)
+    # What a broken-off run had done before is not this one's speed.
+    rate = (counts[-1] - counts[0]) / (perf_counter() - began)
+    found = summarise(outcomes)
+    if as_json:
+        print(json.dumps({**found.as_json(), "trials_per_second": round(rate, 2)}))
+        return
+    from miburi.trials.report import in_words
+
+    print(in_words(found))
+    print(f"{rate:.1f} trials/s" + (f"; written to {out}" if out else ""))
+
+
+def calibrate(
+    out: Annotated[Path, typer.Option(help="The calibration file to write.")],
+    seed: Seed = 1,
+    moves: Annotated[int, typer.Option(help="Free moves to measure.", min=2)] = 120,
+    robot: RobotFile = None,
+) -> None:
+    """Measure the simulated servos of a robot in free motion, and write their guards."""
+    from miburi.calibration_file import write_calibration
+    from miburi.files import whole_files
+    from miburi.trials.replay import calibrated
+
+    body = _robot(robot)
+    rule = calibrated(body, seed, moves)
+    with whole_files(out.parent) as draft:
+        note = f"Contact rule of {body.name}: calibrated from {moves} free moves, seed {seed}."
+        write_calibration(body, rule, draft / out.name, note)
+    print(out)
+
+
+def tune(
+    out: Annotated[Path, typer.Option(help="The calibration file to write.")],
+    bound: Annotated[float, typer.Option(help="Share of false stops allowed, 0 to 1.")] = 0.001,
+    seed: Seed = 1,
+    free: Annotated[int, typer.Option(help="Free runs to record.", min=2)] = 200,
+    blocked: Annotated[int, typer.Option(help="Blocked runs to record.", min=1)] = 200,
+    robot: RobotFile = None,
+) -> None:
+    """Find the best period, ratio and guards for a robot's servos, by the project's own BMA."""
+    from miburi.calibration import calibrate as calibrate_traces
+    from miburi.calibration_file import write_calibration
+    from miburi.contact import PrintedRule, Rule
+    from miburi.files import whole_files
+    from miburi.trials.replay import record
+    from miburi.trials.tuning import assess
+    from miburi.trials.tuning import tune as search
+
+    body = _robot(robot)
+    runs = record(body, seed, free, blocked)
+    with _progress() as show:
+        found = search(runs, body.servo.step, bound, seed, lambda tried: show(tried, 150))
+    traces = [trace for run in runs if run.person is None for trace in run.traces]
+    papers = Rule(calibrate_traces(traces, body.servo.step))
+    rows = {
+        "found": found.rule,
+        "the paper's p and ratio, calibrated": papers,
+        "the paper's, as printed": PrintedRule(papers.guards),
+    }
+    print(f"{found.tried} rules tried on {free} free and {blocked} blocked runs, seed {seed}.")
+    for name, rule in rows.items():
+        does = assess(rule, runs)
+        print(
+            f"{name:36}  p {rule.period / 1e6:.2f} s  ratio {rule.ratio / 1e4:.4f}  "
+            f"false stops {does.false_stops:.2%}  missed {does.missed:.2%}  "
+            f"a person is pushed for {1e3 * does.delay:.0f} ms, with {does.force:.1f} N (median)"
+        )
+    with whole_files(out.parent) as draft:
+        note = (
+            f"Contact rule of {body.name}: tuned on {free} free and {blocked} blocked runs, "
+            f"seed {seed},\nwith at most {bound:.2%} false stops."
+        )
+        write_calibration(body, found.rule, draft / out.name, note)
+    print(out)
+
+
+def safety_page(
+    runs: Annotated[list[Path], typer.Argument(help="Files of trials; a column each.")],
+    out: Annotated[Path, typer.Option(help="Folder for safety.md and pictures.")] = Path("docs"),
+    recorded: Annotated[int, typer.Option(help="Free, and blocked, runs to judge rules.")] = 200,
+    seed: Seed = 1,
+    robot: RobotFile = None,
+) -> None:
+    """Write the page on contact safety from files of trials; a column is named by its file."""
+    from miburi.files import whole_files
+    from miburi.trials.figures import rule_map
+    from miburi.trials.replay import record
+    from miburi.trials.runs import read_parquet
+    from miburi.trials.safety_page import write_page
+
+    outcomes = {path.stem.replace("-", " "): read_parquet(path) for path in runs}
+    body = _robot(robot)
+    points = rule_map(record(body, seed, recorded, recorded), body.servo.step)
+    with whole_files(out) as draft:
+        write_page(outcomes, points, draft)
+    print(out / "safety.md")
+
+
+def _plan(
+    path: Path | None,
+    calibration: Path | None,
+    rule_name: str,
+    servos: int,
+    seed: int,
+    free: int,
+    blocked: int,
+) -> "Plan":
+    from miburi.calibration_file import read_calibration
+    from miburi.contact import PrintedRule, Rule
+    from miburi.trials.conditions import varied_servos
+    from miburi.trials.replay import calibrated
+    from miburi.trials.runs import Plan
+
+    if rule_name not in ("miburi", "printed"):
+        raise InputError(f'--rule must be "miburi" or "printed", got {rule_name!r}.')
+    if calibration is not None and servos:
+        raise InputError("--servos calibrates each servo itself: leave out --calibration.")
+    body = _robot(path)
+    if servos:
+        watched = [(one, calibrated(one, seed)) for one in varied_servos(body, seed, servos)]
+    elif calibration is not None:
+        watched = [read_calibration(body, calibration)]
+    else:
+        watched = [(body, Rule.of(body))]
+    if rule_name == "printed":
+        watched = [(one, PrintedRule(rule.guards)) for one, rule in watched]
+    return Plan(tuple(watched), seed, free, blocked)
+
+
+def _robot(path: Path | None) -> "Robot":
+    from miburi.robot import iphonoid, load_robot
+
+    return iphonoid() if path is None else load_robot(path)
+
+
+@contextmanager
+def _progress() -> Iterator[Callable[[int, int], None]]:
+    """Show how far a run is, on standard error, where somebody looks."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
+
+    columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("trials", total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)

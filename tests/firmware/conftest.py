@@ -1,0 +1,40 @@
+"""Builds what these tests run."""
+
+from pathlib import Path
+
+import pytest
+from toolchain import BUILD, HERE, NATIVE, ROOT, SANITIZED, SKETCH, building, need, run
+
+
+@pytest.fixture(scope="session")
+def native() -> Path:
+    """The rule, natively, under the sanitizers."""
+    need("g++", "g++")
+    with building():
+        run(*NATIVE, *SANITIZED, HERE / "traces_native.cpp", "-o", BUILD / "traces_native")
+    return BUILD / "traces_native"
+
+
+@pytest.fixture(scope="session")
+def firmware() -> Path:
+    """The folder with the binary that would be flashed, and the emulated processor."""
+    need("avr-g++", "gcc-avr")
+    need("/usr/share/arduino/hardware/arduino/avr", "arduino-core-avr")
+    need("/usr/lib/avr/include/avr/io.h", "avr-libc")
+    need("/usr/include/simavr/sim_avr.h", "libsimavr-dev")
+    need("/usr/include/libelf.h", "libelf-dev")
+    with building():
+        run("make", "-C", ROOT / "firmware")
+    return BUILD
+
+
+@pytest.fixture(scope="session")
+def rule_on_avr(firmware: Path) -> Path:
+    """The rule alone, for the card's processor."""
+    elf = BUILD / "traces_avr.elf"
+    with building():
+        run(
+            "avr-g++", "-mmcu=atmega2560", "-DF_CPU=16000000L", "-Os", "-std=gnu++11",
+            "-Wall", "-Wextra", "-Werror", f"-I{SKETCH}", HERE / "traces_avr.cpp", "-o", elf,
+        )  # fmt: skip
+    return elf

@@ -1,0 +1,187 @@
+"""A card with eight emulated servos, the host's body on it, and the controller's Python twin."""
+
+import copy
+import struct
+
+import numpy as np
+
+from miburi.bodies import Phase
+from miburi.bodies.card import Card
+from miburi.bodies.card_settings import CardSettings, real_acceleration, real_speed
+from miburi.bodies.controller import Controller
+from miburi.bodies.emulated import EmulatedCard
+from miburi.bodies.link import Kind, Report
+from miburi.bodies.servos import Bus, Servo
+from miburi.contact import Sign
+from miburi.motion import SECOND, Move, synchronised, to_steps
+from miburi.robot import JOINTS, Robot, iphonoid
+from miburi.robot.description import Guards
+
+#: What these servos need, which carry loads and turn at every speed and from every angle; the
+#: description's guards are the simulated body's.
+GUARDS = Guards(
+    lag=[0.03] * 8,
+    slack=[0.02] + [0.008] * 7,
+    least=[0.025] * 8,
+    tracking=[0.08] * 8,
+    arrival=[0.03] * 8,
+)
+SIGNS = (None, Sign.SPEED, Sign.TRACKING, Sign.ARRIVAL)
+PHASES = (Phase.IDLE, Phase.MOVING, Phase.STOPPED, Phase.RETURNING)
+
+
+class Line(EmulatedCard):
+    """An emulated card whose cable can be pulled."""
+
+    pulled = False
+
+    def read(self, until: float) -> bytes:
+        if self.pulled:
+            raise OSError("pulled")
+        return super().read(until)
+
+    def write(self, data: bytes) -> None:
+        if self.pulled:
+            raise OSError("pulled")
+        super().write(data)
+
+    def close(self) -> None:
+        """The card stays on when the host lets go of the cable."""
+
+
+class Twin:
+    """Judges every report as the Python controller would, and remembers what it never allows."""
+
+    def __init__(self, robot: Robot, settings: CardSettings) -> None:
+        servo = robot.servo
+        ramp = real_acceleration(settings.general.acceleration) * servo.step
+        as_real = servo.model_copy(update={"acceleration": ramp})
+        self.robot = robot.model_copy(update={"servo": as_real})
+        self.settings = settings
+        self.controller: Controller | None = None
+        self.last: Report | None = None
+        self.looks = 0
+        #: From when on every look at the motors would see the contact, µs.
+        self.detectable: int | None = None
+        self.wants_detectable = False
+
+    def start(self, goal: list[int], speeds: list[int], began: int) -> None:
+        assert self.last is not None
+        here = np.array(self.last.positions)
+        if self.controller is None:
+            neutral = to_steps(self.robot, self.robot.neutral)
+            self.controller = Controller(self.robot, self.settings.rule, neutral)
+        self.controller._start(
+            Phase.MOVING, np.array(goal), np.array([real_speed(v) for v in speeds]), here, began
+        )
+        self.detectable = None
+
+    def see(self, report: Report) -> None:
+        self.last = report
+        c = self.controller
+        if c is None or report.heard != 0xFF:
+            return
+        if self.wants_detectable and c.phase is Phase.MOVING:
+            # From here on, a look at any moment would see it.
+            seen = copy.deepcopy(c.watch).look(np.array(report.positions), report.time - c._began)
+            if seen is None:
+                self.detectable = None
+            elif self.detectable is None:
+                self.detectable = report.time
+        if c.phase is Phase.MOVING:
+            self.looks += 1
+            c.update(np.array(report.positions), report.time)
+            assert PHASES[report.phase] is c.phase, (report, c.phase, c.latched)
+            if c.phase is Phase.STOPPED:
+                stop = c.latched
+                assert stop is not None
+                assert stop.time == report.stop_time / SECOND
+                assert stop.motor == JOINTS[report.motor]
+                assert stop.sign == SIGNS[report.sign].value
+                assert stop.ratio == report.measured / max(report.expected, 1)
+
+
+class Rig:
+    """All of it, switched on; `wake` brings the body to neutral."""
+
+    def __init__(self, firmware, seed: int = 0, *, wake: bool = True, twin: bool = True) -> None:
+        self.robot = iphonoid().model_copy(update={"guards": GUARDS})
+        self.settings = CardSettings.of(self.robot)
+        self.rng = np.random.default_rng(seed)
+        self.servos = [
+            Servo.new(j.servo, j.zero + j.direction * (j.neutral - 30))
+            for j in self.settings.joints
+        ]
+        self.bus = Bus(self.servos)
+        self.line = Line(self.bus, elf=firmware / "miburi.elf", library=firmware / "libmega.so")
+        self.body = Card(lambda: self.line, self.robot)
+        self.twin = Twin(self.robot, self.settings)
+        if twin:
+            self._join_twin()
+        if wake:
+            self.body.step(0.04)
+            self.body.wake()
+
+    def _join_twin(self) -> None:
+        ask, body = self.body._ask, self.body
+
+        def asked(kind, payload=b"", patience=0.25):
+            answer = ask(kind, payload, patience)
+            if kind == Kind.MOVE:
+                values = struct.unpack("<8h8H", payload)
+                began = struct.unpack("<q", answer)[0]
+                self.twin.start(values[:8], values[8:], began)
+            elif kind == Kind.RELEASE:
+                # The return starts from a reading that is not reported: it is not judged here.
+                self.twin.controller = None
+            elif kind == Kind.STOP:
+                self.twin.controller = None
+            return answer
+
+        ask(Kind.STATUS, struct.pack("<H", 1))  # a report after every reading
+        body._ask = asked
+        body.on_report = self.twin.see
+        self.twin.last = body.report
+
+    def run(self, seconds: float) -> None:
+        """Let time pass."""
+        for _ in range(round(seconds / 0.02)):
+            self.body.step(0.02)
+
+    def settle(self, limit: float = 20.0) -> Phase:
+        """Wait for the end of a motion."""
+        for _ in range(round(limit / 0.02)):
+            state = self.body.step(0.02)
+            if state.phase in (Phase.IDLE, Phase.STOPPED):
+                break
+        return state.phase
+
+    def random_move(self) -> Move:
+        """Anywhere inside the limits, in step or each motor at its own speed."""
+        robot, here = self.robot, self.body.state.angles
+        angles = self.rng.uniform(robot.lower, robot.upper)
+        stay = self.rng.random(8) < 0.3
+        angles = np.clip(np.where(stay, here, angles), robot.lower, robot.upper)
+        if self.rng.random() < 0.7:
+            return synchronised(robot, here, angles, float(self.rng.uniform(0.3, 2.0)))
+        speeds = np.exp(self.rng.uniform(np.log(0.5), np.log(robot.servo.max_speed), 8))
+        return Move(angles, speeds)
+
+    def shake(self) -> None:
+        """Other loads, lags and noise for the next move, within what was calibrated."""
+        for servo in self.servos:
+            servo.shaft.load = float(self.rng.uniform(-3, 3))
+            servo.shaft.lag = float(self.rng.uniform(28_000, 32_000))
+            servo.shaft.noise = lambda: float(self.rng.uniform(-0.6, 0.6))
+
+    def at_rest(self) -> bool:
+        """Whether no servo's trajectory is under way, now or in half a second."""
+        now = self.line.mega.time
+        places = [servo.setpoint(now) for servo in self.servos]
+        self.line.run(now + 500_000)
+        still = places == [servo.setpoint(self.line.mega.time) for servo in self.servos]
+        self.body.step(0.5)
+        return still
+
+    def close(self) -> None:
+        self.line.mega.close()

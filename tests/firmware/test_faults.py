@@ -1,0 +1,376 @@
+"""Whatever fails, the robot ends at rest, and the host is told in words."""
+
+import struct
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rig import Rig
+
+from miburi.bodies import Phase
+from miburi.bodies.link import Kind
+from miburi.bodies.servos import Servo
+from miburi.errors import BodyError
+from miburi.motion import Move
+from miburi.robot import JOINTS
+
+
+@pytest.fixture
+def rig(firmware: Path):
+    made = Rig(firmware, twin=False)
+    yield made
+    made.close()
+
+
+def raise_arms(rig: Rig, speed: float = 1.0) -> None:
+    """Start a move of a second or more, and let half of it pass."""
+    angles = rig.robot.neutral.copy()
+    angles[[1, 4]] += 1.2
+    rig.body.move(Move(angles, np.full(8, speed)))
+    rig.run(0.5)
+    assert rig.body.state.phase is Phase.MOVING
+
+
+def symbol(firmware: Path, name: str) -> int:
+    said = subprocess.run(
+        ["avr-nm", firmware / "miburi.elf"], capture_output=True, check=False, text=True
+    )
+    return next(
+        int(line.split()[0], 16) for line in said.stdout.splitlines() if line.split()[-1] == name
+    )
+
+
+def stays_stopped(rig: Rig, seconds: float = 1.0) -> None:
+    assert rig.at_rest()
+    rig.run(seconds)
+    assert rig.body.state.phase is Phase.STOPPED
+    with pytest.raises(BodyError, match="stopped"):
+        rig.body.move(Move(rig.robot.neutral, np.ones(8)))
+
+
+def recovers(rig: Rig) -> None:
+    """Only a release brings it back, to neutral."""
+    rig.body.wake()
+    assert np.abs(rig.body.state.angles - rig.robot.neutral).max() < 0.01
+    raise_arms(rig)
+    assert rig.settle() is Phase.IDLE
+
+
+def test_power_on_moves_nothing(firmware: Path) -> None:
+    rig = Rig(firmware, wake=False, twin=False)
+    for servo in rig.servos:
+        servo.set("goal_position", 0)  # a trap: torque on would pull there at once
+    before = [servo.shaft.place for servo in rig.servos]
+    rig.run(1.0)
+    state = rig.body.state
+    assert (state.phase, state.stop.reason) == (Phase.STOPPED, "the card has just started")
+    assert [servo.get("torque_enable") for servo in rig.servos] == [0] * 8
+    rig.body.release()
+    for servo, place in zip(rig.servos, before, strict=True):
+        assert servo.get("torque_enable") == 1
+        # The first trajectory after torque began and ended where the shaft was.
+        assert abs(servo.shaft.place - place) < 3
+    assert rig.settle() is Phase.IDLE
+    rig.close()
+
+
+def test_host_killed_in_mid_move_lets_the_move_end(rig: Rig) -> None:
+    raise_arms(rig)
+    rig.line.run(rig.line.mega.time + 5e6)  # nobody says a word
+    assert rig.at_rest()
+    joint = rig.settings.joints[1]
+    aim = rig.robot.neutral[1] + 1.2
+    assert abs(rig.servos[1].shaft.place - joint.zero - aim / rig.robot.servo.step) < 5
+
+
+def test_pulled_cable_is_a_stop_until_released(rig: Rig) -> None:
+    raise_arms(rig)
+    rig.line.pulled = True
+    rig.run(3.0)
+    state = rig.body.state
+    assert (state.phase, state.stop.reason) == (
+        Phase.STOPPED,
+        "the connection to the card was lost",
+    )
+    assert rig.at_rest()
+    with pytest.raises(BodyError, match="cable|line"):
+        rig.body.release()
+    rig.line.pulled = False
+    rig.run(3.0)
+    stays_stopped(rig)
+    recovers(rig)
+
+
+def test_silent_card_is_a_stop_and_the_servos_stop_by_themselves(rig: Rig, firmware: Path) -> None:
+    """A card that hangs: its watchdog resets it; before that, the servos' own one has bitten."""
+    raise_arms(rig, speed=0.8)
+    rig.line.mega.jump(symbol(firmware, "__stop_program"))
+    resets = rig.line.mega.time
+    rig.line.run(resets + 300_000)
+    assert rig.servos[1].get("bus_watchdog") == -1 or rig.servos[1].setpoint(
+        rig.line.mega.time
+    ) == rig.servos[1].setpoint(rig.line.mega.time + 1e6)
+    here = rig.servos[1].shaft.position(rig.servos[1], rig.line.mega.time)
+    assert here < rig.servos[1].get("goal_position") - 50  # it did not go to the end
+    rig.run(4.0)
+    state = rig.body.state
+    assert (state.phase, state.stop.reason) == (Phase.STOPPED, "the card has just started")
+    stays_stopped(rig)
+    recovers(rig)
+
+
+@pytest.mark.parametrize("saved", [True, False])
+def test_card_reset_in_mid_move_ends_at_rest(rig: Rig, saved: bool) -> None:
+    if saved:
+        rig.body.stop()
+        rig.body.save()
+        rig.body.wake()
+    raise_arms(rig, speed=0.8)
+    rig.line.mega.reset()
+    rig.line.run(rig.line.mega.time + 300_000)
+    assert rig.at_rest()
+    assert abs(rig.servos[1].shaft.place - rig.servos[1].get("goal_position")) < 60 or not saved
+    rig.run(4.0)
+    state = rig.body.state
+    assert (state.phase, state.stop.reason) == (Phase.STOPPED, "the card has just started")
+    stays_stopped(rig)
+    recovers(rig)
+
+
+@pytest.mark.parametrize("motor", range(8))
+def test_unplugged_servo_stops_all_and_is_named(rig: Rig, motor: int) -> None:
+    raise_arms(rig)
+    rig.servos[motor].dead = True
+    rig.run(0.3)
+    stop = rig.body.state.stop
+    assert (stop.reason, stop.motor) == ("servo does not answer", JOINTS[motor])
+    others = [servo for servo in rig.servos if not servo.dead]
+    assert all(servo.segment.speed == 0 for servo in others)
+    with pytest.raises(BodyError, match=f"{JOINTS[motor]}: servo does not answer"):
+        rig.body.release()
+    rig.servos[motor].dead = False
+    rig.servos[motor].power_up()
+    rig.run(0.3)
+    recovers(rig)
+
+
+@pytest.mark.parametrize(
+    ("entry", "value", "reason"),
+    [("temperature", 65, "servo is too hot"), ("voltage", 41, "supply voltage is too low")],
+)
+def test_unfit_servo_stops_all_and_is_named(rig: Rig, entry: str, value: int, reason: str) -> None:
+    raise_arms(rig, speed=0.8)
+    fit = rig.servos[5].get(entry)
+    rig.servos[5].set(entry, value)
+    rig.run(0.7)
+    stop = rig.body.state.stop
+    assert (stop.reason, stop.motor) == (reason, JOINTS[5])
+    stays_stopped(rig)
+    with pytest.raises(BodyError, match=reason):
+        rig.body.release()
+    rig.servos[5].set(entry, fit)
+    recovers(rig)
+
+
+def test_faulty_servo_is_restarted_by_a_release(rig: Rig) -> None:
+    raise_arms(rig)
+    rig.servos[2].fail(4)
+    rig.run(0.2)
+    stop = rig.body.state.stop
+    assert (stop.reason, stop.motor) == ("servo reports a hardware error", JOINTS[2])
+    with pytest.raises(BodyError, match="hardware error"):
+        rig.body.release()
+    recovers(rig)
+
+
+def test_deaf_servo_is_named(rig: Rig) -> None:
+    rig.servos[4].deaf = True
+    angles = rig.robot.neutral.copy()
+    angles[[1, 4]] += 1.0
+    rig.body.move(Move(angles, np.ones(8)))
+    rig.run(0.1)
+    stop = rig.body.state.stop
+    assert (stop.reason, stop.motor) == ("servo does not take orders", JOINTS[4])
+    assert rig.at_rest()
+    with pytest.raises(BodyError, match="does not take orders"):
+        rig.body.release()
+    rig.servos[4].deaf = False
+    recovers(rig)
+
+
+def test_brown_out_of_the_bus(rig: Rig) -> None:
+    raise_arms(rig)
+    for servo in rig.servos:
+        servo.dead = True
+    rig.run(0.4)
+    assert rig.body.state.stop.reason == "servo does not answer"
+    for servo in rig.servos:
+        servo.dead = False
+        servo.power_up()
+    rig.run(1.0)
+    # Power is back, and nothing has torque until somebody says so.
+    assert [servo.get("torque_enable") for servo in rig.servos] == [0] * 8
+    stays_stopped(rig)
+    recovers(rig)
+
+
+def test_noisy_bus_stops_the_robot_or_lets_it_go_on(rig: Rig) -> None:
+    raise_arms(rig)
+
+    def spoil(data: bytes) -> bytes:
+        broken = bytearray(data)
+        for index in np.flatnonzero(rig.rng.random(len(data)) < 0.05):
+            broken[index] ^= 1 << int(rig.rng.integers(8))
+        return bytes(broken)
+
+    rig.bus.spoil = spoil
+    rig.run(2.0)
+    rig.bus.spoil = lambda data: data
+    rig.run(0.5)
+    assert rig.at_rest()
+    if rig.body.state.phase is Phase.STOPPED:
+        rig.body.wake()
+    raise_arms(rig)
+
+
+def test_slow_answers_are_waited_for(rig: Rig) -> None:
+    for servo in rig.servos:
+        servo.delay = 800.0
+    raise_arms(rig)
+    assert rig.settle() is Phase.IDLE
+
+
+def test_clock_that_wraps_in_mid_move_is_not_noticed(rig: Rig, firmware: Path) -> None:
+    """After 71 minutes micros() begins anew: here in the middle of a move."""
+    overflows = symbol(firmware, "timer0_overflow_count") & 0xFFFF  # in data memory
+    before = rig.body.report.time
+    # A tick of timer 0 is 4 µs and it overflows after 256: 300 ms before the wrap.
+    rig.line.mega.poke(overflows, struct.pack("<I", (1 << 22) - 293))
+    rig.run(0.1)
+    raise_arms(rig)
+    assert rig.settle() is Phase.IDLE
+    assert rig.body.report.time > before
+
+
+def test_a_tap_on_stop_holds_softly(rig: Rig) -> None:
+    raise_arms(rig)
+    rig.body.stop()
+    assert rig.body.state.stop.reason == "asked"
+    assert {servo.get("goal_current") for servo in rig.servos} == {339}
+    assert rig.at_rest()
+    recovers(rig)
+    assert {servo.get("goal_current") for servo in rig.servos} == {1470}
+
+
+def test_limits_and_caps_stand_on_the_card_itself(rig: Rig) -> None:
+    """Past the host's own checks: the card refuses by itself, and nothing moves."""
+    joints, general = rig.settings.joints, rig.settings.general
+    here = [joint.neutral for joint in joints]
+    before = rig.bus.instructions
+
+    def ask(goals: list[int], speeds: list[int]) -> str:
+        with pytest.raises(BodyError) as refused:
+            rig.body._ask(Kind.MOVE, struct.pack("<8h8H", *goals, *speeds))
+        return str(refused.value)
+
+    for i, joint in enumerate(joints):
+        for goal in (joint.min - 1, joint.max + 1, -32768, 32767):
+            goals = here.copy()
+            goals[i] = goal
+            assert f"goal of {JOINTS[i]}" in ask(goals, [100] * 8)
+        speeds = [100] * 8
+        speeds[i] = general.max_speed + 1
+        assert f"speed of {JOINTS[i]}" in ask(here, speeds)
+    assert rig.body.state.phase is Phase.IDLE
+    assert rig.bus.instructions > before
+    assert rig.at_rest()
+    for end in (rig.robot.lower, rig.robot.upper):
+        rig.body.move(Move(end, np.full(8, rig.robot.servo.max_speed)))
+        assert rig.settle() is Phase.IDLE
+        np.testing.assert_allclose(rig.body.state.angles, end, atol=2e-3)
+
+
+def test_settings_stay_inside_safe_ranges_and_change_only_while_stopped(rig: Rig) -> None:
+    from dataclasses import replace
+
+    settings = rig.settings
+    with pytest.raises(BodyError, match="idle"):
+        rig.body.configure(settings)
+    rig.body.stop()
+    worst = {
+        "period": (19_999, 200_001), "ratio": (7999, 10_001), "acceleration": (0, 243, 40_001),
+        "max_speed": (15, 6958), "return_speed": (15, 1305), "move_current": (49, 1751),
+        "hold_current": (701,), "hottest": (39, 76), "lowest": (34, 61),
+    }  # fmt: skip
+    for name, values in worst.items():
+        for value in values:
+            wrong = replace(settings, general=replace(settings.general, **{name: value}))
+            with pytest.raises(BodyError, match=f"{name}: out of range"):
+                rig.body.configure(wrong)
+    for name, values in {
+        "servo": (253,), "direction": (0, 2, -2), "zero": (4096, 0), "lag": (-1, 100_001),
+        "slack": (-1, 41), "least": (0, 101), "tracking": (0, 301), "arrival": (0, 151),
+        "neutral": (-3000, 3000), "min": (3000, -4096), "max": (-3000, 4096),
+    }.items():  # fmt: skip
+        for value in values:
+            joints = (replace(settings.joints[0], **{name: value}), *settings.joints[1:])
+            with pytest.raises(BodyError, match="out of range"):
+                rig.body.configure(replace(settings, joints=joints))
+    twice = (replace(settings.joints[0], servo=2), *settings.joints[1:])
+    rig.body.configure(settings)
+    with pytest.raises(BodyError):
+        rig.body.configure(replace(settings, joints=twice))
+        rig.body.wake()
+    rig.body.configure(settings)
+    recovers(rig)
+
+
+def test_settings_outlast_a_loss_of_power_and_a_blank_or_torn_eeprom_is_no_setting(
+    rig: Rig, firmware: Path
+) -> None:
+    rig.body.stop()
+    rig.body.save()
+    kept = rig.line.mega.eeprom
+    for damage, complete in ((None, True), (0, False), (100, False), (195, False)):
+        torn = bytearray(kept)
+        if damage is not None:
+            torn[damage] ^= 1
+        rig.line.mega.eeprom = bytes(torn)
+        rig.line.mega.reset()
+        rig.line.run(rig.line.mega.time + 100_000)
+        crc, has_all, stored = rig.body._hello()
+        assert has_all == complete
+        if complete:
+            assert crc == rig.settings.crc
+            assert stored
+
+
+def test_a_repeated_frame_is_obeyed_once(rig: Rig) -> None:
+    from miburi.bodies.link import Frame, encode
+
+    joints = rig.settings.joints
+    goal = struct.pack("<8h8H", *[j.neutral + 200 for j in joints], *[2000] * 8)
+    back = struct.pack("<8h8H", *[j.neutral for j in joints], *[2000] * 8)
+    rig.body._ask(Kind.MOVE, goal)
+    sequence = rig.body._sequence
+    rig.run(0.04)
+    assert rig.settle() is Phase.IDLE
+    rig.body._ask(Kind.MOVE, back)
+    rig.run(0.04)
+    assert rig.settle() is Phase.IDLE
+    rig.line.write(encode(Frame(Kind.MOVE, rig.body._sequence, back)))
+    rig.run(0.1)
+    assert rig.body.state.phase is Phase.IDLE
+    assert rig.body._sequence == sequence + 1
+
+
+def test_identify_gives_a_new_servo_its_id(firmware: Path) -> None:
+    rig = Rig(firmware, wake=False, twin=False)
+    fresh = Servo.new(1)
+    rig.bus.servos[:] = [fresh]
+    rig.body.identify(1, 7)
+    assert (fresh.get("id"), fresh.get("baud"), fresh.get("operating_mode")) == (7, 3, 5)
+    with pytest.raises(BodyError, match="does not answer"):
+        rig.body.identify(3, 4)
+    rig.close()

@@ -1,0 +1,82 @@
+"""The real binary moves the robot freely, and stops it when a motor is blocked."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rig import Rig
+
+from miburi.bodies import Phase
+from miburi.motion import Move
+from miburi.robot import JOINTS
+
+#: `make firmware-proof` asks for 2,000 and 500.
+FREE, BLOCKED = (int(n) for n in os.environ.get("MIBURI_MOVES", "60,32").split(","))
+WORKERS = 2
+
+
+@pytest.mark.parametrize("seed", range(WORKERS))
+def test_free_moves_are_never_stopped(firmware: Path, seed: int) -> None:
+    rig = Rig(firmware, seed)
+    for _ in range(FREE // WORKERS):
+        rig.shake()
+        rig.run(0.1)
+        move = rig.random_move()
+        rig.body.move(move)
+        assert rig.settle() is Phase.IDLE, rig.body.state.stop
+        assert np.abs(rig.body.state.angles - move.angles).max() < 0.03
+    assert rig.twin.looks > 20 * FREE // WORKERS
+    assert rig.line.mega.dropped(0) == rig.line.mega.dropped(1) == 0
+    rig.close()
+
+
+@pytest.mark.parametrize("seed", range(WORKERS))
+def test_a_blocked_motor_stops_all(firmware: Path, seed: int) -> None:
+    """Each of the eight motors in turn, somewhere on its way."""
+    rig = Rig(firmware, 100 + seed)
+    rig.twin.wants_detectable = True
+    step = rig.robot.servo.step
+    for index in range(BLOCKED // WORKERS):
+        motor = index % len(JOINTS)
+        rig.shake()
+        while True:
+            move = rig.random_move()
+            way = (move.angles - rig.body.state.angles)[motor] / step
+            if abs(way) > 80:
+                break
+        joint, shaft = rig.settings.joints[motor], rig.servos[motor].shaft
+        wall = shaft.place + joint.direction * way * rig.rng.uniform(0.1, 0.6)
+        if joint.direction * way > 0:
+            shaft.high = wall
+        else:
+            shaft.low = wall
+        rig.body.move(move)
+        assert rig.settle() is Phase.STOPPED
+        stop = rig.body.state.stop
+        assert (stop.reason, stop.motor) == ("contact", JOINTS[motor])
+        # All motors have their stop within 0.15 s of the moment from which it could be seen.
+        assert rig.twin.detectable is not None
+        told = max(servo.segment.began for servo in rig.servos)
+        assert told - rig.twin.detectable <= 150_000
+        assert all(servo.segment.speed == 0 for servo in rig.servos)
+        rig.run(0.1)
+        assert rig.body.report.held
+        assert rig.at_rest()
+        shaft.low, shaft.high = -np.inf, np.inf
+        rig.body.wake()
+    rig.close()
+
+
+def test_latency_is_the_same_in_every_run(firmware: Path) -> None:
+    times = []
+    for _ in range(2):
+        rig = Rig(firmware, 5)
+        rig.servos[1].shaft.high = rig.servos[1].shaft.place + 100
+        angles = rig.robot.neutral.copy()
+        angles[1] += 1.0
+        rig.body.move(Move(angles, np.full(8, 2.0)))
+        assert rig.settle() is Phase.STOPPED
+        times.append(rig.body.report.stop_time)
+        rig.close()
+    assert times[0] == times[1]

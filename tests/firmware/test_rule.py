@@ -1,0 +1,78 @@
+"""The rule in C++ equals contact.py, decision for decision, natively and on the AVR."""
+
+import json
+import os
+from math import isqrt
+from pathlib import Path
+
+import numpy as np
+import pytest
+from toolchain import HERE, NATIVE, run
+from traces import DECISION, LOOKS, Records, decide, random_traces
+
+from miburi.bodies.emulated import Mega
+
+#: Traces for each of four seeds; `make firmware-proof` asks for 100,000 in all.
+TRACES = int(os.environ.get("MIBURI_TRACES", "20000")) // 4
+AVR_TRACES = 800
+
+
+def decided(program: Path, traces: Records) -> Records:
+    count = np.int32(len(traces)).tobytes()
+    return np.frombuffer(run(program, data=count + traces.tobytes()), DECISION).reshape(-1, LOOKS)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_native_rule_equals_the_reference(native: Path, seed: int) -> None:
+    traces = random_traces(np.random.default_rng(seed), TRACES)
+    expected = decide(traces)
+    assert np.array_equal(decided(native, traces), expected)
+    # Every part of the rule had its say, often.
+    for sign in range(4):
+        assert np.mean(expected["sign"] == sign) > 0.02
+    assert np.mean(expected["arrived"]) > 0.01
+
+
+def test_rule_on_the_avr_equals_the_reference(firmware: Path, rule_on_avr: Path) -> None:
+    traces = random_traces(np.random.default_rng(9), AVR_TRACES)
+    expected = decide(traces)
+    size = LOOKS * DECISION.itemsize
+    mega = Mega(rule_on_avr, firmware / "libmega.so")
+    try:
+        said = b""
+        for index in range(len(traces) + 1):
+            # Decisions, then '>' when it is ready for the next trace.
+            while len(said) < index * (size + 1) + 1:
+                assert mega.time < (index + 1) * 1e6, "the card has fallen silent"
+                mega.run(mega.time + 1000)
+                said += mega.take(0)
+            mega.give(0, traces[index : index + 1].tobytes())
+    finally:
+        mega.close()
+    answers = b"".join(said[1 + i * (size + 1) :][:size] for i in range(len(traces)))
+    assert np.array_equal(np.frombuffer(answers, DECISION).reshape(-1, LOOKS), expected)
+
+
+def test_square_root_equals_the_reference(native: Path) -> None:
+    rng = np.random.default_rng(3)
+    edges = [k * k + d for k in (1, 2, 3, 1 << 16, 1 << 31, (1 << 32) - 1) for d in (-1, 0, 1)]
+    powers = [1 << k for k in range(64)]
+    some = [int(rng.integers(0, 1 << 63)) >> int(rng.integers(0, 63)) for _ in range(2000)]
+    values = np.array([0, (1 << 64) - 1, *edges, *powers, *some], dtype=np.uint64)
+    said = run(native, "roots", data=np.int32(len(values)).tobytes() + values.tobytes())
+    assert np.frombuffer(said, "<u8").tolist() == [isqrt(int(value)) for value in values]
+
+
+def test_every_line_of_the_rule_is_run(
+    native: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    run(*NATIVE, "-O0", "--coverage", HERE / "traces_native.cpp", "-o", tmp_path / "covered")
+    traces = random_traces(np.random.default_rng(5), 2000)
+    run(tmp_path / "covered", data=np.int32(len(traces)).tobytes() + traces.tobytes())
+    said = run("gcov", "--json-format", "--stdout", next(tmp_path.glob("*.gcda")))
+    files = {Path(f["file"]).name: f["lines"] for f in json.loads(said)["files"]}
+    for name in ("contact.h", "profile.h"):
+        missed = [line["line_number"] for line in files[name] if not line["count"]]
+        assert files[name]
+        assert not missed, f"{name}: lines {missed} never ran"

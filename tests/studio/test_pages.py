@@ -1,0 +1,249 @@
+"""The pages in a real browser: what a person sees and does."""
+
+import os
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+from urllib.parse import urljoin
+
+import pytest
+from playwright.sync_api import Browser, BrowserContext, Page, expect, sync_playwright
+from tests.studio.conftest import address, started
+
+CHROMIUM = Path("/usr/bin/chromium")
+FLAGS = [
+    "--no-sandbox", "--disable-gpu", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+    "--disable-quic", "--no-first-run", "--disable-background-networking",
+    "--disable-component-update", "--disable-sync",
+]  # fmt: skip
+PATIENCE = 60_000
+expect.set_options(timeout=PATIENCE)
+
+pytestmark = [
+    pytest.mark.xdist_group("browser"),
+    pytest.mark.skipif(
+        not CHROMIUM.exists() and os.environ.get("CI") != "true",
+        reason="needs Debian's chromium: apt install chromium",
+    ),
+]
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=str(CHROMIUM), args=FLAGS)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture(scope="module")
+def url(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    with started(tmp_path_factory.mktemp("partner"), "--forget") as said:
+        yield address(said)
+
+
+@pytest.fixture
+def context(browser: Browser, url: str) -> Iterator[BrowserContext]:
+    """A visitor with an empty browser; every page must stay on this computer and be quiet."""
+    context = browser.new_context(viewport={"width": 1180, "height": 520}, locale="en-GB")
+    context.set_default_timeout(PATIENCE)
+    trouble: list[str] = []
+
+    def look(page: Page) -> None:
+        page.on("pageerror", lambda error: trouble.append(str(error)))
+        page.on("console", lambda said: said.type == "error" and trouble.append(said.text))
+        page.on(
+            "request",
+            lambda request: (
+                request.url.startswith((url, "data:", "blob:"))
+                or trouble.append(f"asked for {request.url}")
+            ),
+        )
+
+    context.on("page", look)
+    yield context
+    context.request.post(url + "/api/v1/hand", data={"position": None})
+    context.request.post(url + "/api/v1/release")
+    context.close()
+    assert [words for words in trouble if "409" not in words] == []
+
+
+@pytest.fixture
+def studio(context: BrowserContext, url: str) -> Page:
+    page = context.new_page()
+    page.goto(url + "/?quality=low")
+    page.wait_for_function("document.querySelector('.robot-view')?.view?.ready")
+    return page
+
+
+def state(page: Page) -> dict[str, Any]:
+    content = page.request.get(urljoin(page.url, "/api/v1/state")).json()
+    assert isinstance(content, dict)
+    return content
+
+
+def until(page: Page, wanted: Callable[[dict[str, Any]], object]) -> dict[str, Any]:
+    for _ in range(1200):
+        now = state(page)
+        if wanted(now):
+            return now
+        page.wait_for_timeout(20)
+    pytest.fail(f"never; at last {state(page)}")
+
+
+def on_screen(page: Page, point: list[float]) -> tuple[float, float]:
+    """Where a point of the base frame is on the page."""
+    x, y = page.evaluate("p => document.querySelector('.robot-view').view.screenOf(...p)", point)
+    return x, y
+
+
+def test_a_press_is_felt_shown_and_remembered(studio: Page, context: BrowserContext) -> None:
+    face = context.new_page()
+    face.goto(urljoin(studio.url, "/face"))
+    before = until(studio, lambda now: now["felt"] is None or now["emotion"][0] < 0.5)
+    drawn = face.locator("svg path").first.get_attribute("d")
+    studio.locator("[data-feeling=happiness]").click()
+    until(studio, lambda now: now["emotion"][0] > 0.5)
+    now = until(studio, lambda now: now["expressed"] and now["hand_speed"] > 0.05)
+    assert now["expressed"]["feeling"] == "happiness"
+    until(studio, lambda now: now["mood"][0] > before["mood"][0] + 0.005)
+    bar = "document.querySelector('[data-feeling=happiness] .bar.mood i').style.transform"
+    shown = "Number(/scaleX\\(([.\\d]+)/.exec(" + bar + ")[1])"
+    studio.wait_for_function(f"{shown} > {before['mood'][0] + 0.004}")
+    expect(studio.locator(".log")).to_contain_text("A remark: happiness, strength 0.70")
+    assert face.locator("svg path").first.get_attribute("d") != drawn
+    expect(face.locator("#now")).to_have_text("happiness")
+
+
+def test_a_dragged_hand_stops_the_robot_and_release_lets_it_go_on(studio: Page) -> None:
+    studio.get_by_role("button", name="Reach in").click()
+    until(studio, lambda now: now["hand_out"])
+    before = until(studio, lambda now: now["hand"]["position"][0] < 0.06)
+    origin = urljoin(studio.url, "/").rstrip("/")
+    studio.mouse.move(*on_screen(studio, before["hand"]["position"]))
+    studio.mouse.down()
+    studio.mouse.move(*on_screen(studio, [0.05, -0.17, 0.17]), steps=6)
+    until(studio, lambda now: now["hand"]["position"][1] > -0.20)
+    wide = {"feeling": "happiness", "mood": 1.0}
+    for _ in range(10):
+        studio.request.post(origin + "/api/v1/express", data=wide)
+        now = until(studio, lambda now: now["stop"] or (now["asked"] and now["extent"] > 0.05))
+        now = until(studio, lambda now: now["stop"] or not now["asked"])
+        if now["stop"]:
+            break
+    assert now["stop"]["reason"] == "contact"
+    studio.request.post(origin + "/api/v1/stop")  # it waits for us now
+    stop = state(studio)["stop"]
+    assert stop["mood_after"] == pytest.approx(0.8 * stop["mood_before"], rel=1e-3)
+    joint = {"waist": "waist"}.get(stop["motor"], stop["motor"].replace("_", " "))
+    expect(studio.locator(".why")).to_contain_text(f"The {joint} met something")
+    expect(studio.locator(".facts")).to_contain_text("−20 %")
+    expect(studio.locator(".log")).to_contain_text(f"Stopped: the {joint}")
+    studio.mouse.up()
+    studio.get_by_role("button", name="Take the hand away").click()
+    until(studio, lambda now: not now["hand_out"])
+    studio.get_by_role("button", name="Release", exact=True).click()
+    until(studio, lambda now: now["phase"] == "returning")
+    home = until(studio, lambda now: now["phase"] == "idle" or now["expressed"])
+    assert home["extent"] < 0.03 or home["expressed"]
+
+
+def test_stop_by_key_is_quick_and_holds(studio: Page, context: BrowserContext) -> None:
+    # Asked from the face: software WebGL keeps the studio's page too busy for a fair measure.
+    face = context.new_page()
+    face.goto(urljoin(studio.url, "/face"))
+    studio.locator("[data-feeling=thrill]").click()
+    until(studio, lambda now: now["phase"] == "moving")
+    studio.goto("about:blank")
+    face.wait_for_function("document.documentElement.dataset.phase === 'moving'")
+    asked = face.evaluate(
+        """async () => {
+          const { live } = await import('/static/live.js');
+          const asked = live.state.time;
+          document.body.dispatchEvent(new KeyboardEvent('keydown', {key: 'Escape', bubbles: true}));
+          return asked;
+        }"""
+    )
+    now = until(face, lambda now: now["stop"])
+    assert now["stop"]["reason"] == "asked"
+    assert now["stop"]["time"] - asked <= 0.3
+    studio.goto(urljoin(face.url, "/?quality=low"))
+    expect(studio.get_by_role("status").first).to_have_text("Stopped")
+    other = context.new_page()
+    other.goto(studio.url)
+    expect(other.locator(".why")).to_contain_text("Somebody pressed Stop")
+    other.close()
+    studio.reload()
+    expect(studio.locator(".why")).to_contain_text("Somebody pressed Stop")
+    expect(studio.locator(".log")).to_contain_text("Stop was pressed")
+    studio.keyboard.press("r")
+    until(studio, lambda now: now["phase"] != "stopped")
+
+
+def test_language_and_light_are_remembered(studio: Page) -> None:
+    studio.get_by_role("button", name="◐").click()
+    studio.wait_for_function("document.body.classList.contains('body--dark')")
+    studio.get_by_label("Language").click()
+    studio.get_by_role("option", name="日本語").click()
+    expect(studio.get_by_role("button", name="停止")).to_be_visible()
+    studio.reload()
+    expect(studio.get_by_role("button", name="停止")).to_be_visible()
+    studio.wait_for_function("document.body.classList.contains('body--dark')")
+    assert studio.locator("html").get_attribute("lang") == "ja"
+
+
+def test_panels_do_what_they_say(studio: Page) -> None:
+    studio.get_by_role("tab", name="Gestures").click()
+    studio.get_by_role("button", name="Perform").click()
+    until(studio, lambda now: now["asked"])
+    studio.get_by_role("tab", name="Body").click()
+    studio.get_by_role("button", name="Record", exact=True).click()
+    until(studio, lambda now: now["recording"])
+    studio.get_by_role("button", name="End recording").click()
+    expect(studio.get_by_role("link", name="miburi-0001.mcap")).to_be_visible()
+    studio.get_by_role("button", name="Pause").click()
+    until(studio, lambda now: now["paused"])
+    studio.get_by_role("button", name="Resume").click()
+    until(studio, lambda now: not now["paused"])
+    studio.get_by_role("tab", name="Time").click()
+    expect(studio.get_by_role("img", name="Measured ÷ commanded speed")).to_be_visible()
+
+
+def test_everything_has_a_name_and_can_be_reached_by_keyboard(studio: Page) -> None:
+    nameless = studio.evaluate(
+        """() => [...document.querySelectorAll('button, input, select, canvas, [role=img], a')]
+          .filter((e) => e.offsetParent && !(e.textContent.trim() || e.ariaLabel || e.title ||
+            e.getAttribute('aria-label') || e.labels?.length || e.closest('[aria-label]')))
+          .map((e) => e.outerHTML.slice(0, 120))"""
+    )
+    assert nameless == []
+    studio.locator("[data-feeling=surprise]").focus()
+    studio.keyboard.press("Enter")
+    until(studio, lambda now: now["emotion"][7] > 0.3)
+
+
+def test_the_face_says_when_it_is_alone_and_comes_back(context: BrowserContext, url: str) -> None:
+    page = context.new_page()
+    lines: list[Any] = []
+
+    def route(line: Any) -> None:
+        if len(lines) != 1:
+            line.connect_to_server()
+        else:
+            line.close()
+        lines.append(line)
+
+    page.route_web_socket("**/api/v1/live*", route)
+    page.goto(url + "/face")
+    page.wait_for_function("document.documentElement.dataset.connected === 'true'")
+    lines[0].close()
+    expect(page.locator("#lost")).to_be_visible()
+    page.wait_for_function("document.documentElement.dataset.connected === 'true'")
+    expect(page.locator("#lost")).to_be_hidden()
+    before = state(page)["emotion"][0]
+    page.locator("#face").click()
+    until(page, lambda now: now["emotion"][0] > max(0.2, before))
+    page.locator("#stop").click()
+    until(page, lambda now: now["phase"] == "stopped")
+    page.locator("#release").click()
+    until(page, lambda now: now["phase"] != "stopped")

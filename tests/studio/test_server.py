@@ -1,0 +1,123 @@
+"""The server as a user starts it: how it begins, whom it lets in, and how it ends."""
+
+import json
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from pathlib import Path
+
+import httpx
+import pytest
+from tests.studio.conftest import address, own_environment
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
+
+Start = Callable[..., AbstractContextManager[str]]
+
+
+def run(*options: str) -> subprocess.CompletedProcess[str]:
+    """Start a server that cannot start."""
+    return subprocess.run(
+        [sys.executable, "-m", "miburi", "run", "--headless", *options],
+        capture_output=True, text=True, timeout=60, check=False, env=own_environment(),
+    )  # fmt: skip
+
+
+def test_on_this_computer_it_answers_at_once_and_moves(start: Start, tmp_path: Path) -> None:
+    with start() as said:
+        url = address(said)
+        assert "Studio: " + url in said
+        page = httpx.get(url)
+        assert page.status_code == 200
+        assert "Miburi" in page.text
+        for source in ("http://", "https://"):
+            assert source not in page.text.replace("http://www.w3.org", "")
+        assert httpx.get(url + "/face").status_code == 200
+        state = httpx.get(url + "/api/v1/state").json()
+        assert state["expressed"]["feeling"] == "happiness"
+        assert httpx.get(url, headers={"Host": "evil.example"}).status_code == 403
+        evil = {"Origin": "https://evil.example"}
+        assert httpx.post(url + "/api/v1/stop", headers=evil).status_code == 403
+        with pytest.raises(InvalidStatus):
+            connect(url.replace("http", "ws") + "/api/v1/live", additional_headers=evil)
+        socket_io = url + "/_nicegui_ws/socket.io/?EIO=4&transport=polling"
+        assert httpx.get(socket_io, headers=evil).status_code == 403
+    assert json.loads((tmp_path / "feelings.json").read_text())["feelings"]["version"] == 1
+
+
+def test_elsewhere_nothing_but_the_pairing_page_answers_without_the_token(
+    start: Start, tmp_path: Path
+) -> None:
+    with start("--host", "0.0.0.0", "--forget") as said, httpx.Client() as stranger:
+        url = address(said)
+        token = (tmp_path / "token").read_text().strip()
+        described = httpx.get(
+            url + "/api/openapi.json", headers={"Authorization": f"Bearer {token}"}
+        ).json()
+        paths = [
+            (method, path) for path in described["paths"] for method in described["paths"][path]
+        ]
+        pages = ["/", "/face", "/static/live.js", "/static/nothing", "/api/openapi.json", "/docs",
+                 "/_nicegui_ws/socket.io/?EIO=4&transport=polling", "/_nicegui/client", "/pair/",
+                 "/api/v1/live", "/x/../pair/../api/v1/state", "//pair"]  # fmt: skip
+        assert len(paths) >= 17
+        for method, path in [*paths, *(("get", page) for page in pages)]:
+            for headers in ({}, {"Cookie": "miburi_token=" + "x" * 43}):
+                status = stranger.request(method, url + path, headers=headers).status_code
+                assert status in (401, 429), (method, path)
+        with pytest.raises(InvalidStatus):
+            connect(url.replace("http", "ws") + "/api/v1/live")
+        assert httpx.get(url + "/pair").status_code == 200
+        assert httpx.post(url + "/pair", json={"token": "wrong"}).status_code == 401
+        with httpx.Client(base_url=url) as phone:
+            assert phone.post("/pair", json={"token": token}).status_code == 204
+            cookie = next(iter(phone.cookies.jar))
+            assert cookie.has_nonstandard_attr("HttpOnly")
+            assert phone.get("/face").status_code == 200
+            assert phone.post("/api/v1/stop").status_code == 204
+
+
+def test_a_port_that_is_taken_is_said() -> None:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        done = run("--port", str(taken.getsockname()[1]))
+    assert done.returncode == 1
+    assert "another port with --port" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--port", "70000"), "from 0 to 65535"),
+        (("--host", "no.such.host.invalid"), "not an address"),
+        (("--body", "marble", "--port", "0"), "one of simulated"),
+        (("--temperament", "wild", "--port", "0"), "default, calm"),
+        (("--seed", "-1", "--port", "0"), "0 or more"),
+    ],
+)
+def test_wrong_options_are_refused_in_words(options: tuple[str, ...], words: str) -> None:
+    done = run(*options)
+    assert done.returncode == 2
+    assert words in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_ctrl_c_is_a_good_end(tmp_path: Path) -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-m", "miburi", "run", "--headless", "--port", "0", "--folder",
+         str(tmp_path)],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=own_environment(),
+    )  # fmt: skip
+    assert process.stdout is not None
+    url = address(process.stdout.readline())
+    httpx.post(url + "/api/v1/recordings", json={"on": True})
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=30)
+    assert process.returncode == 0
+    assert errors == ""
+    assert (tmp_path / "recordings" / "miburi-0001.mcap").read_bytes().endswith(b"\x89MCAP0\r\n")

@@ -1,0 +1,57 @@
+import re
+
+import pytest
+
+from miburi.bodies.registry import KINDS
+from miburi.errors import InputError
+from miburi.robot import JOINTS
+from miburi.studio.words import LANGUAGES, own_name, preferred, words
+from miburi.temperament import FEELINGS, SOURCES, TEMPERAMENTS
+
+
+def places(text: str) -> set[str]:
+    return set(re.findall(r"\{(\w+)\}", text))
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_every_language_says_all_that_english_says(language: str) -> None:
+    english, other = words("en"), words(language)
+    assert {s: sorted(keys) for s, keys in other.items()} == {
+        s: sorted(keys) for s, keys in english.items()
+    }
+    for section, keys in english.items():
+        for key, text in keys.items():
+            assert places(other[section][key]) == places(text), (section, key)
+            assert other[section][key].strip()
+
+
+def test_every_name_has_a_word() -> None:
+    english = words("en")
+    assert set(english["feeling"]) == set(FEELINGS)
+    assert set(english["joint"]) == set(JOINTS)
+    assert set(KINDS) <= set(english["body"])
+    assert set(english["source"]) == set(SOURCES)
+    assert set(TEMPERAMENTS) <= set(english["body"])
+
+
+def test_languages_call_themselves() -> None:
+    assert {own_name(language) for language in LANGUAGES} >= {"English", "日本語"}
+
+
+@pytest.mark.parametrize(
+    ("wishes", "language"),
+    [
+        (("ja",), "ja"),
+        ((None, "ja-JP,en;q=0.5"), "ja"),
+        (("xx", None, "fr, ja;q=0.3"), "ja"),
+        ((None, None), "en"),
+        (("../../etc/passwd",), "en"),
+    ],
+)
+def test_a_visitors_wish_is_met_where_it_can_be(wishes: tuple[str], language: str) -> None:
+    assert preferred(*wishes) == language
+
+
+def test_an_unknown_language_is_refused() -> None:
+    with pytest.raises(InputError, match="en, ja"):
+        words("tlh")
