@@ -72,7 +72,10 @@ def context(browser: Browser, url: str) -> Iterator[BrowserContext]:
 def studio(context: BrowserContext, url: str) -> Page:
     page = context.new_page()
     page.goto(url + "/?quality=low")
-    page.wait_for_function("document.querySelector('.robot-view')?.view?.ready")
+    # Drawn, and greeted by the server: a page that is not yet greeted may still load anew.
+    page.wait_for_function(
+        "window.did_handshake && document.querySelector('.robot-view')?.view?.ready"
+    )
     return page
 
 
