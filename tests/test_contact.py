@@ -165,20 +165,24 @@ def test_backstop_tracking_sees_a_resting_motor_that_is_pushed() -> None:
             assert (contact.motor, contact.sign) == (4, Sign.TRACKING)
 
 
-def test_tracking_is_judged_at_every_reading_and_speed_once_a_period() -> None:
-    limit = int(RULE.guards.tracking[3])
-    for time in (10_000, PAPER_PERIOD // 2, PAPER_PERIOD - 1):
-        w = watch(RULE, distance=2000, speed=3000, acceleration=10**6)
-        positions = follow(w, time, int(RULE.guards.lag[0]))
-        positions[3] -= limit + 1
-        contact = w.look(positions, time)
-        assert contact is not None
-        assert (contact.motor, contact.sign) == (3, Sign.TRACKING)
-    w = watch(STRICT, speed=2000)
-    assert w.look(0 * EIGHT, PAPER_PERIOD - 1) is None
-    contact = w.look(0 * EIGHT, PAPER_PERIOD)
+def test_a_motor_is_judged_at_every_reading_from_the_last_periods_end() -> None:
+    """Due are 200 steps a period; what a motor did before the period's end no longer counts."""
+    w = watch(STRICT, distance=20_000, speed=2000, acceleration=10**9)
+    assert w.look(follow(w, PAPER_PERIOD), PAPER_PERIOD) is None
+    ahead = follow(w, 2 * PAPER_PERIOD) + 100
+    assert w.look(ahead, 2 * PAPER_PERIOD) is None
+    # 20 steps were due since then, and none came, though the motor is still ahead.
+    contact = w.look(ahead, 2 * PAPER_PERIOD + 10_000)
     assert contact is not None
     assert contact.sign is Sign.SPEED
+    assert contact.measured == 0
+    assert abs(contact.expected - 20 * FINE) <= FINE
+    # Within a period, all of its travel counts: 120 of 140 steps are too few, 132 are enough.
+    for travelled, stops in [(120, True), (132, False)]:
+        w = watch(STRICT, distance=20_000, speed=2000, acceleration=10**9)
+        assert w.look(follow(w, PAPER_PERIOD), PAPER_PERIOD) is None
+        positions = follow(w, PAPER_PERIOD) + travelled
+        assert (w.look(positions, PAPER_PERIOD + 70_000) is not None) == stops
 
 
 def test_backstop_arrival_sees_a_motor_that_never_comes() -> None:

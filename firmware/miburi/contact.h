@@ -40,7 +40,7 @@ struct Watch {
   Profile profile[MOTORS];
   int16_t start[MOTORS];
   int8_t direction[MOTORS];  // +1 or -1
-  int32_t expected[MOTORS];  // when the motor was last judged
+  int32_t expected[MOTORS];  // at the end of the last period in which the motor was judged
   int32_t measured[MOTORS];
 };
 
@@ -59,8 +59,7 @@ inline void suspect(Contact& worst, Sign sign, uint8_t motor, int32_t measured, 
   }
 }
 
-// Judge the motors' positions `time` µs after the move began: their speed once a period, where
-// they are at every reading.
+// Judge the motors' positions `time` µs after the move began; at every reading.
 inline Contact look(Watch& watch, const Rule& rule, const int16_t* positions, int64_t time) {
   const int32_t fine = static_cast<int32_t>(FINE);
   Contact slow = {Sign::none, 0, 0, 0};
@@ -77,9 +76,11 @@ inline Contact look(Watch& watch, const Rule& rule, const int16_t* positions, in
     const int32_t measured = travelled(watch, motor, positions);
     const int32_t should = expected - watch.expected[motor];
     const int32_t did = measured - watch.measured[motor];
-    if (due && should >= guards.least * fine) {
-      watch.expected[motor] = expected;
-      watch.measured[motor] = measured;
+    if (should >= guards.least * fine) {
+      if (due) {
+        watch.expected[motor] = expected;
+        watch.measured[motor] = measured;
+      }
       if ((did + guards.slack * fine) * WHOLE_RATIO < static_cast<int64_t>(should) * rule.ratio) {
         suspect(slow, Sign::speed, motor, did, should);
       }

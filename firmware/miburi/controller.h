@@ -24,9 +24,11 @@ enum class Reason : uint8_t {
 
 const uint8_t NO_MOTOR = 0xff;
 
-// Steps by which each motor goes back the way it came after a contact, and not further than the
-// move had brought it: where it stopped, it would go on pressing.
+// After a contact all motors go back the way they came, until the one that met something has given
+// way by so many steps, but none further than the second figure: held where it stopped, the robot
+// would go on pressing.
 const int32_t GIVE_WAY = 16;
+const int32_t FURTHEST = 48;
 
 struct Stop {
   Reason reason;
@@ -94,11 +96,30 @@ inline void return_speeds(const int16_t* origin, const int16_t* goal, uint16_t f
   }
 }
 
-// The position to hold after a contact.
-inline int16_t given_way(const Watch& watch, uint8_t motor, const int16_t* positions) {
-  const int32_t way = travelled(watch, motor, positions) / static_cast<int32_t>(FINE);
-  const int32_t back = way < 0 ? 0 : way > GIVE_WAY ? GIVE_WAY : way;
-  return static_cast<int16_t>(positions[motor] - watch.direction[motor] * back);
+// The positions to hold after `met` met something.
+inline void give_way(const Watch& watch, uint8_t met, const int16_t* positions, int16_t* hold) {
+  int32_t way[MOTORS];
+  int32_t longest = 0;
+  for (uint8_t motor = 0; motor < MOTORS; motor++) {
+    const int32_t came = travelled(watch, motor, positions) / static_cast<int32_t>(FINE);
+    way[motor] = came > 0 ? came : 0;
+    longest = way[motor] > longest ? way[motor] : longest;
+  }
+  // A common part of each motor's way, so that the body goes back along its path.
+  int32_t part = 1;
+  int32_t whole = 1;
+  if (GIVE_WAY < way[met]) {
+    part = GIVE_WAY;
+    whole = way[met];
+  }
+  if (FURTHEST * whole < part * longest) {
+    part = FURTHEST;
+    whole = longest;
+  }
+  for (uint8_t motor = 0; motor < MOTORS; motor++) {
+    const int32_t back = way[motor] * part / whole;
+    hold[motor] = static_cast<int16_t>(positions[motor] - watch.direction[motor] * back);
+  }
 }
 
 // Look at the motors: judge them, and notice when the goal is reached.
@@ -110,9 +131,7 @@ inline void update(Controller& c, const Rule& rule, const int16_t* positions, in
   const Contact contact = look(c.watch, rule, positions, elapsed);
   if (contact.sign != Sign::none) {
     latch(c, Reason::contact, contact, positions, time);
-    for (uint8_t motor = 0; motor < MOTORS; motor++) {
-      c.origin[motor] = given_way(c.watch, motor, positions);
-    }
+    give_way(c.watch, contact.motor, positions, c.origin);
     return;
   }
   if (arrived(c.watch, rule, positions, elapsed)) {

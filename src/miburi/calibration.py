@@ -18,8 +18,9 @@ from miburi.robot import JOINTS
 MARGIN = 1.3
 #: Windows in which a motor should have moved less than this, rad, are judged later (ours).
 LEAST = 0.0125
-#: Tracking and arrival are never judged more finely than this, rad (ours).
-TRACKING_FLOOR, ARRIVAL_FLOOR = 0.03, 0.018
+#: A servo is never judged more finely than this, rad: few moves do not show all that it needs
+#: (ours).
+SLACK_FLOOR, TRACKING_FLOOR, ARRIVAL_FLOOR = 0.006, 0.02, 0.0123
 _LONGEST_LAG = 120_000  # µs
 _WORTH_MEASURING = 50  # steps
 
@@ -81,14 +82,15 @@ def need(traces: Iterable[Trace], lag: Steps, least: Steps, period: int, ratio: 
         away = np.abs(trace.profile.distance * FINE - travel)
         arrival = np.maximum(arrival, np.where(late, away, 0).max(axis=0))
         judged_expected, judged_travel = zero, zero
-        for row in range(period // trace.interval, len(travel), period // trace.interval):
+        for row in range(1, len(travel)):
             should, did = expected[row] - judged_expected, travel[row] - judged_travel
             judged = should >= least * FINE
             # Rounded up: so much, in whole parts, would have been enough.
             missing = -((did * 10_000 - should * ratio) // 10_000)
             slack = np.where(judged, np.maximum(slack, missing), slack)
-            judged_expected = np.where(judged, expected[row], judged_expected)
-            judged_travel = np.where(judged, travel[row], judged_travel)
+            if row * trace.interval % period == 0:
+                judged_expected = np.where(judged, expected[row], judged_expected)
+                judged_travel = np.where(judged, travel[row], judged_travel)
     return Need(slack, tracking, arrival)
 
 
@@ -154,7 +156,7 @@ def calibrate(
 
     return Guards(
         lag=lag,
-        slack=granted(found.slack, 0.0),
+        slack=granted(found.slack, SLACK_FLOOR),
         least=judged,
         tracking=granted(found.tracking, TRACKING_FLOOR),
         arrival=granted(found.arrival, ARRIVAL_FLOOR),

@@ -9,12 +9,13 @@ down, and follows its command with a lag. So the reference keeps p, the ratio an
 stops all", and compares with the travel that the *commanded profile*, ramps included, should
 have brought in the same time, delayed by the servo's lag. What it adds (all ours):
 
-- a motor that should have moved less than ``least`` since it was last judged is judged later,
-  over a longer window: one encoder step is too coarse a measure for a slow motion;
+- a motor is judged at every reading of the encoders, over its travel since the last period's
+  end: nobody has to wait for the end of a period who is hit at its beginning;
+- a motor that should have moved less than ``least`` since then is judged later, over a longer
+  window: one encoder step is too coarse a measure for a slow motion;
 - ``slack`` steps may always be missing: an encoder step, and the play of the gears;
-- two backstops, judged at every reading of the encoders and not only once a period: a motor may
-  never be further than ``tracking`` from where it should be, and must be within ``arrival`` of
-  its goal one period after its profile has ended.
+- two backstops: a motor may never be further than ``tracking`` from where it should be, and
+  must be within ``arrival`` of its goal one period after its profile has ended.
 
 :func:`is_slow_as_printed` keeps the paper's rule to the letter, for comparison.
 
@@ -129,7 +130,7 @@ class Contact:
 
 @dataclass(frozen=True)
 class Window:
-    """What was compared at the end of a period: travel (8,) in 1/256 steps, and who was judged."""
+    """What one reading compared: travel (8,) in 1/256 steps, and who was judged."""
 
     measured: Steps
     expected: Steps
@@ -149,7 +150,7 @@ class Watch:
     start, direction
         (8,) positions in steps when the move began; (8,) +1 or −1.
     window
-        What the latest period's end compared; None before the first.
+        What the latest reading compared; None before the first.
     """
 
     rule: Rule
@@ -178,11 +179,16 @@ class Watch:
         guards = self.rule.guards
         expected = self.profile.position(time - guards.lag)
         measured = self._travel(positions)
+        should, did = expected - self._expected, measured - self._measured
+        judged = should >= guards.least * FINE
+        self.window = Window(did, should, judged)
         if time >= self._period_ends:
             self._period_ends += self.rule.period
-            slow = self._slow(expected, measured)
-            if slow is not None:
-                return slow
+            self._expected = np.where(judged, expected, self._expected)
+            self._measured = np.where(judged, measured, self._measured)
+        slow = judged & ((did + guards.slack * FINE) * 10_000 < should * self.rule.ratio)
+        if slow.any():
+            return _worst(Sign.SPEED, slow, did, should)
         astray = np.abs(expected - measured) > guards.tracking * FINE
         if astray.any():
             return _worst(Sign.TRACKING, astray, measured, expected)
@@ -199,17 +205,6 @@ class Watch:
             return False
         missing = np.abs(self.profile.distance * FINE - self._travel(positions))
         return bool(np.all(missing <= self.rule.guards.arrival * FINE))
-
-    def _slow(self, expected: Steps, measured: Steps) -> Contact | None:
-        """Eq. 2 on the travel since each motor was last judged."""
-        guards = self.rule.guards
-        should, did = expected - self._expected, measured - self._measured
-        judged = should >= guards.least * FINE
-        self.window = Window(did, should, judged)
-        slow = judged & ((did + guards.slack * FINE) * 10_000 < should * self.rule.ratio)
-        self._expected = np.where(judged, expected, self._expected)
-        self._measured = np.where(judged, measured, self._measured)
-        return _worst(Sign.SPEED, slow, did, should) if slow.any() else None
 
     def _travel(self, positions: Steps) -> Steps:
         return (positions - self.start) * self.direction * FINE

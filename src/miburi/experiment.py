@@ -12,6 +12,7 @@ from time import perf_counter
 import numpy as np
 
 from miburi import __version__, ik
+from miburi.bodies.base import BodyState
 from miburi.bodies.plant import Tangible, Touch
 from miburi.bodies.simulated import Simulated
 from miburi.errors import InputError
@@ -225,7 +226,7 @@ class _Observer:
         result.moods.append(mood)
         result.hands.append(forward(self._robot, state.angles)[:6])
         result.self_collisions += body.touch.itself is not None
-        self._contacts(body.touch, state.time)
+        self._contacts(body.touch, state)
         for event in events:
             match event:
                 case GestureStarted(time, expression):
@@ -242,12 +243,14 @@ class _Observer:
         if self._touched is not None and self._result.times[-1] - self._touched > PATIENCE:
             self._end_contact()
 
-    def _contacts(self, touch: Touch, time: float) -> None:
+    def _contacts(self, touch: Touch, state: BodyState) -> None:
         if touch.began is not None:
             if self._touched is None:
-                self._touched, self._peak, self._stopped = touch.began, 0.0, False
-            self._peak, self._last_touch = max(self._peak, touch.force), time
-        elif self._touched is not None and time - self._last_touch > PATIENCE:
+                self._touched, self._peak = touch.began, 0.0
+                # A hand that brushes a stopped arm on its way out asks for no other stop.
+                self._stopped = state.stop is not None and state.stop.time < touch.began
+            self._peak, self._last_touch = max(self._peak, touch.force), state.time
+        elif self._touched is not None and state.time - self._last_touch > PATIENCE:
             self._end_contact()
 
     def _end_contact(self) -> None:

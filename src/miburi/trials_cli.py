@@ -70,6 +70,7 @@ def calibrate(
     out: Annotated[Path, typer.Option(help="The calibration file to write.")],
     seed: Seed = 1,
     moves: Annotated[int, typer.Option(help="Free moves to measure.", min=2)] = 120,
+    margin: Annotated[float, typer.Option(help="Times what they needed; 1 or more.")] = 1.3,
     robot: RobotFile = None,
 ) -> None:
     """Measure the simulated servos of a robot in free motion, and write their guards."""
@@ -77,8 +78,10 @@ def calibrate(
     from miburi.files import whole_files
     from miburi.trials.replay import calibrated
 
+    if not margin >= 1:
+        raise InputError(f"--margin must be 1 or more, got {margin}.")
     body = _robot(robot)
-    rule = calibrated(body, seed, moves)
+    rule = calibrated(body, seed, moves, margin)
     with whole_files(out.parent) as draft:
         note = f"Contact rule of {body.name}: calibrated from {moves} free moves, seed {seed}."
         write_calibration(body, rule, draft / out.name, note)

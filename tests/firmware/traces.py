@@ -128,8 +128,8 @@ def random_traces(rng: np.random.Generator, n: int) -> Records:
         traces["looks"]["positions"][:, index] = np.clip(
             motion["start"] + motion["direction"] * travel, -32_000, 32_000
         )
-        judged = due[:, None] & (should >= guards["least"].astype(np.int64) * FINE)
-        before = np.where(judged, np.stack([expected, measured]), before)
+        based = due[:, None] & (should >= guards["least"].astype(np.int64) * FINE)
+        before = np.where(based, np.stack([expected, measured]), before)
     return traces
 
 

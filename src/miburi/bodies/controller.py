@@ -16,9 +16,10 @@ from miburi.robot import JOINTS, Robot
 
 #: Speed of the return to neutral after a stop, in rad/s of the motor with the longest way (ours).
 RETURN_SPEED = 0.8
-#: After a contact each motor goes back the way it came by so much, rad, and not further than the
-#: move had brought it: where it stopped, it would go on pressing (ours).
-GIVE_WAY = 0.0245
+#: After a contact all motors go back the way they came, until the one that met something has
+#: given way by so much, rad, but none further than the second figure: held where it stopped, the
+#: robot would go on pressing (ours).
+GIVE_WAY, FURTHEST = 0.0245, 0.0736
 
 
 def check_move(robot: Robot, phase: Phase, move: Move) -> None:
@@ -66,7 +67,7 @@ class Controller:
     def __post_init__(self) -> None:
         self.phase = Phase.IDLE
         self.latched: Stop | None = None
-        #: What the rule compared at the end of the latest period; it outlives the move.
+        #: What the rule compared at the latest reading; it outlives the move.
         self.window: Window | None = None
         self._began = 0
         self.watch = self._plan(self.origin, self.origin, np.ones(len(JOINTS), dtype=np.int64))
@@ -120,11 +121,9 @@ class Controller:
         contact = self.watch.look(positions, elapsed)
         self.window = self.watch.window or self.window
         if contact is not None:
-            way = (positions - self.watch.start) * self.watch.direction
-            back = np.clip(way, 0, round(GIVE_WAY / self.robot.servo.step))
             self._hold(
                 Stop(time / SECOND, "contact", contact.name, contact.sign.value, contact.ratio),
-                positions - self.watch.direction * back,
+                self._given_way(contact.motor, positions),
             )
         elif self.watch.arrived(positions, elapsed):
             self.origin = self._goal
@@ -139,6 +138,19 @@ class Controller:
     @property
     def _goal(self) -> Steps:
         return self.origin + self.watch.direction * self.watch.profile.distance
+
+    def _given_way(self, motor: int, positions: Steps) -> Steps:
+        """Return the positions to hold after ``motor`` met something."""
+        step, direction = self.robot.servo.step, self.watch.direction
+        way = np.maximum((positions - self.watch.start) * direction, 0)
+        # A common part of each motor's way, so that the body goes back along its path.
+        part, whole = 1, 1
+        for limit, longest in ((GIVE_WAY, int(way[motor])), (FURTHEST, int(way.max()))):
+            steps = round(limit / step)
+            if steps * whole < part * longest:
+                part, whole = steps, longest
+        back: Steps = positions - direction * (way * part // whole)
+        return back
 
     def _start(self, phase: Phase, goal: Steps, speeds: Steps, positions: Steps, time: int) -> None:
         self.phase = phase

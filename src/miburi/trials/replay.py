@@ -6,7 +6,7 @@ Until it stops, a body moves the same whatever watches it. So runs that no rule 
 
 from dataclasses import dataclass
 
-from miburi.calibration import calibrate
+from miburi.calibration import MARGIN, calibrate
 from miburi.contact import Contact, Rule, Watch
 from miburi.motion import SECOND, Profile, Steps
 from miburi.robot import Robot
@@ -87,8 +87,10 @@ def record(robot: Robot, seed: int, free: int, blocked: int = 0) -> list[Run]:
     return [run(plant, rule, seed, kind, index) for kind, index in kinds]
 
 
-def calibrated(robot: Robot, seed: int, moves: int = CALIBRATION_MOVES) -> Rule:
+def calibrated(
+    robot: Robot, seed: int, moves: int = CALIBRATION_MOVES, margin: float = MARGIN
+) -> Rule:
     """Return the paper's period and ratio with guards from free moves of ``robot``'s own."""
     runs = record(robot, seed, (moves + 1) // 2)
     traces = [trace for recorded in runs for trace in recorded.traces]
-    return Rule(calibrate(traces, robot.servo.step))
+    return Rule(calibrate(traces, robot.servo.step, margin=margin))
