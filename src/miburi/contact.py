@@ -38,6 +38,7 @@ Flags = NDArray[np.bool_]
 PAPER_RATIO = 9372
 #: Eq. 1's period, in µs.
 PAPER_PERIOD = SECOND // 10
+_READINGS = np.arange(20, dtype=np.int64) * (SECOND // 100)
 
 
 @dataclass(frozen=True)
@@ -162,8 +163,14 @@ class Watch:
     _measured: Steps = field(init=False)
     _period_ends: int = field(init=False)
     _end: int = field(init=False)
+    _ahead: dict[int, Steps] = field(init=False, default_factory=dict)
 
     def __post_init__(self) -> None:
+        guards = self.rule.guards
+        self._slack, self._least = guards.slack * FINE, guards.least * FINE
+        self._tracking, self._arrival = guards.tracking * FINE, guards.arrival * FINE
+        self._goal = self.profile.distance * FINE
+        self._late = self.profile.total + guards.lag + self.rule.period
         self._period_ends = self.rule.period
         self._expected = np.zeros_like(self.start)
         self._measured = np.zeros_like(self.start)
@@ -176,35 +183,39 @@ class Watch:
         -------
         The contact, named after the motor that fell furthest behind, or None.
         """
-        guards = self.rule.guards
-        expected = self.profile.position(time - guards.lag)
-        measured = self._travel(positions)
+        expected, measured = self._due(time), self._travel(positions)
         should, did = expected - self._expected, measured - self._measured
-        judged = should >= guards.least * FINE
+        judged = should >= self._least
         self.window = Window(did, should, judged)
         if time >= self._period_ends:
             self._period_ends += self.rule.period
             self._expected = np.where(judged, expected, self._expected)
             self._measured = np.where(judged, measured, self._measured)
-        slow = judged & ((did + guards.slack * FINE) * 10_000 < should * self.rule.ratio)
+        slow = judged & ((did + self._slack) * 10_000 < should * self.rule.ratio)
         if slow.any():
             return _worst(Sign.SPEED, slow, did, should)
-        astray = np.abs(expected - measured) > guards.tracking * FINE
+        astray = np.abs(expected - measured) > self._tracking
         if astray.any():
             return _worst(Sign.TRACKING, astray, measured, expected)
-        goal = self.profile.distance * FINE
-        late = time >= self.profile.total + guards.lag + self.rule.period
-        missing = late & (np.abs(goal - measured) > guards.arrival * FINE)
+        missing = (time >= self._late) & (np.abs(self._goal - measured) > self._arrival)
         if missing.any():
-            return _worst(Sign.ARRIVAL, missing, measured, goal)
+            return _worst(Sign.ARRIVAL, missing, measured, self._goal)
         return None
 
     def arrived(self, positions: Steps, time: int) -> bool:
         """Whether every profile has ended and every motor is at its goal."""
         if time < self._end:
             return False
-        missing = np.abs(self.profile.distance * FINE - self._travel(positions))
-        return bool(np.all(missing <= self.rule.guards.arrival * FINE))
+        return bool(np.all(np.abs(self._goal - self._travel(positions)) <= self._arrival))
+
+    def _due(self, time: int) -> Steps:
+        """Travel that the profile should have brought, (8,)."""
+        if time not in self._ahead:
+            # Worked out for some regular readings at once, which costs hardly more than one.
+            times = time + _READINGS
+            due = self.profile.position(times[:, None] - self.rule.guards.lag)
+            self._ahead = dict(zip(times.tolist(), due, strict=True))
+        return self._ahead[time]
 
     def _travel(self, positions: Steps) -> Steps:
         return (positions - self.start) * self.direction * FINE
