@@ -165,6 +165,22 @@ def test_backstop_tracking_sees_a_resting_motor_that_is_pushed() -> None:
             assert (contact.motor, contact.sign) == (4, Sign.TRACKING)
 
 
+def test_tracking_is_judged_at_every_reading_and_speed_once_a_period() -> None:
+    limit = int(RULE.guards.tracking[3])
+    for time in (10_000, PAPER_PERIOD // 2, PAPER_PERIOD - 1):
+        w = watch(RULE, distance=2000, speed=3000, acceleration=10**6)
+        positions = follow(w, time, int(RULE.guards.lag[0]))
+        positions[3] -= limit + 1
+        contact = w.look(positions, time)
+        assert contact is not None
+        assert (contact.motor, contact.sign) == (3, Sign.TRACKING)
+    w = watch(STRICT, speed=2000)
+    assert w.look(0 * EIGHT, PAPER_PERIOD - 1) is None
+    contact = w.look(0 * EIGHT, PAPER_PERIOD)
+    assert contact is not None
+    assert contact.sign is Sign.SPEED
+
+
 def test_backstop_arrival_sees_a_motor_that_never_comes() -> None:
     limit = int(RULE.guards.arrival[2])
     for missing, stops in [(limit, False), (limit + 1, True)]:

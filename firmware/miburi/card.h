@@ -402,7 +402,6 @@ class Card {
       orders_[i] = Order{table_.settings.move_current, speeds[i], acceleration_, to_servo(i, goal[i])};
     }
     held_ = false;
-    pinned_ = 0;
     servos_.command(table_.joints, orders_);
     start(controller_, rule_, phase, goal, speeds, acceleration_, positions_, now());
     // Whoever did not hear it is told once more; who still did not will be missed by the rule.

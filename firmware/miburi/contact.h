@@ -36,6 +36,7 @@ struct Contact {
 
 // The rule's view of one move.
 struct Watch {
+  int64_t period_ends;
   Profile profile[MOTORS];
   int16_t start[MOTORS];
   int8_t direction[MOTORS];  // +1 or -1
@@ -58,12 +59,17 @@ inline void suspect(Contact& worst, Sign sign, uint8_t motor, int32_t measured, 
   }
 }
 
-// Judge the motors' positions `time` µs after the move began; once a period.
+// Judge the motors' positions `time` µs after the move began: their speed once a period, where
+// they are at every reading.
 inline Contact look(Watch& watch, const Rule& rule, const int16_t* positions, int64_t time) {
   const int32_t fine = static_cast<int32_t>(FINE);
   Contact slow = {Sign::none, 0, 0, 0};
   Contact astray = slow;
   Contact missing = slow;
+  const bool due = time >= watch.period_ends;
+  if (due) {
+    watch.period_ends += rule.period;
+  }
   for (uint8_t motor = 0; motor < MOTORS; motor++) {
     const Guards& guards = rule.guards[motor];
     const Profile& profile = watch.profile[motor];
@@ -71,7 +77,7 @@ inline Contact look(Watch& watch, const Rule& rule, const int16_t* positions, in
     const int32_t measured = travelled(watch, motor, positions);
     const int32_t should = expected - watch.expected[motor];
     const int32_t did = measured - watch.measured[motor];
-    if (should >= guards.least * fine) {
+    if (due && should >= guards.least * fine) {
       watch.expected[motor] = expected;
       watch.measured[motor] = measured;
       if ((did + guards.slack * fine) * WHOLE_RATIO < static_cast<int64_t>(should) * rule.ratio) {

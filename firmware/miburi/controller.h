@@ -24,6 +24,10 @@ enum class Reason : uint8_t {
 
 const uint8_t NO_MOTOR = 0xff;
 
+// Steps by which each motor goes back the way it came after a contact, and not further than the
+// move had brought it: where it stopped, it would go on pressing.
+const int32_t GIVE_WAY = 16;
+
 struct Stop {
   Reason reason;
   int64_t time;
@@ -36,7 +40,6 @@ struct Controller {
   int16_t origin[MOTORS];
   int16_t goal[MOTORS];
   int64_t began;
-  int64_t next_look;
   Watch watch;
 };
 
@@ -63,7 +66,7 @@ inline void start(Controller& c, const Rule& rule, Phase phase, const int16_t* g
                   int64_t time) {
   c.phase = phase;
   c.began = time;
-  c.next_look = rule.period;
+  c.watch.period_ends = rule.period;
   for (uint8_t motor = 0; motor < MOTORS; motor++) {
     const int32_t way = static_cast<int32_t>(goal[motor]) - c.origin[motor];
     c.goal[motor] = goal[motor];
@@ -91,19 +94,26 @@ inline void return_speeds(const int16_t* origin, const int16_t* goal, uint16_t f
   }
 }
 
-// Look at the motors: judge them once a period, and notice when the goal is reached.
+// The position to hold after a contact.
+inline int16_t given_way(const Watch& watch, uint8_t motor, const int16_t* positions) {
+  const int32_t way = travelled(watch, motor, positions) / static_cast<int32_t>(FINE);
+  const int32_t back = way < 0 ? 0 : way > GIVE_WAY ? GIVE_WAY : way;
+  return static_cast<int16_t>(positions[motor] - watch.direction[motor] * back);
+}
+
+// Look at the motors: judge them, and notice when the goal is reached.
 inline void update(Controller& c, const Rule& rule, const int16_t* positions, int64_t time) {
   if (c.phase != Phase::moving && c.phase != Phase::returning) {
     return;
   }
   const int64_t elapsed = time - c.began;
-  if (elapsed >= c.next_look) {
-    c.next_look += rule.period;
-    const Contact contact = look(c.watch, rule, positions, elapsed);
-    if (contact.sign != Sign::none) {
-      latch(c, Reason::contact, contact, positions, time);
-      return;
+  const Contact contact = look(c.watch, rule, positions, elapsed);
+  if (contact.sign != Sign::none) {
+    latch(c, Reason::contact, contact, positions, time);
+    for (uint8_t motor = 0; motor < MOTORS; motor++) {
+      c.origin[motor] = given_way(c.watch, motor, positions);
     }
+    return;
   }
   if (arrived(c.watch, rule, positions, elapsed)) {
     for (uint8_t motor = 0; motor < MOTORS; motor++) {

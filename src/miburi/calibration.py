@@ -75,6 +75,11 @@ def need(traces: Iterable[Trace], lag: Steps, least: Steps, period: int, ratio: 
     slack, tracking, arrival = zero, zero, zero
     for trace in traces:
         expected, travel = trace.expected(lag), trace.travel
+        tracking = np.maximum(tracking, np.abs(expected - travel).max(axis=0))
+        times = np.arange(len(travel), dtype=np.int64)[:, None] * trace.interval
+        late = times >= trace.profile.total + lag + period
+        away = np.abs(trace.profile.distance * FINE - travel)
+        arrival = np.maximum(arrival, np.where(late, away, 0).max(axis=0))
         judged_expected, judged_travel = zero, zero
         for row in range(period // trace.interval, len(travel), period // trace.interval):
             should, did = expected[row] - judged_expected, travel[row] - judged_travel
@@ -84,11 +89,6 @@ def need(traces: Iterable[Trace], lag: Steps, least: Steps, period: int, ratio: 
             slack = np.where(judged, np.maximum(slack, missing), slack)
             judged_expected = np.where(judged, expected[row], judged_expected)
             judged_travel = np.where(judged, travel[row], judged_travel)
-            error = np.abs(expected[row] - travel[row])
-            tracking = np.maximum(tracking, error)
-            late = row * trace.interval >= trace.profile.total + lag + period
-            away = np.abs(trace.profile.distance * FINE - travel[row])
-            arrival = np.where(late, np.maximum(arrival, away), arrival)
     return Need(slack, tracking, arrival)
 
 

@@ -12,8 +12,9 @@ have brought in the same time, delayed by the servo's lag. What it adds (all our
 - a motor that should have moved less than ``least`` since it was last judged is judged later,
   over a longer window: one encoder step is too coarse a measure for a slow motion;
 - ``slack`` steps may always be missing: an encoder step, and the play of the gears;
-- two backstops: a motor may never be further than ``tracking`` from where it should be, and
-  must be within ``arrival`` of its goal one period after its profile has ended.
+- two backstops, judged at every reading of the encoders and not only once a period: a motor may
+  never be further than ``tracking`` from where it should be, and must be within ``arrival`` of
+  its goal one period after its profile has ended.
 
 :func:`is_slow_as_printed` keeps the paper's rule to the letter, for comparison.
 
@@ -128,7 +129,7 @@ class Contact:
 
 @dataclass(frozen=True)
 class Window:
-    """What one look at the motors compared: travel (8,) in 1/256 steps, and who was judged."""
+    """What was compared at the end of a period: travel (8,) in 1/256 steps, and who was judged."""
 
     measured: Steps
     expected: Steps
@@ -137,7 +138,7 @@ class Window:
 
 @dataclass
 class Watch:
-    """The rule's view of one move; :meth:`look` at it once a period.
+    """The rule's view of one move; :meth:`look` at each reading of the encoders.
 
     Attributes
     ----------
@@ -148,7 +149,7 @@ class Watch:
     start, direction
         (8,) positions in steps when the move began; (8,) +1 or −1.
     window
-        What the latest look compared; None before the first.
+        What the latest period's end compared; None before the first.
     """
 
     rule: Rule
@@ -158,9 +159,11 @@ class Watch:
     window: Window | None = field(init=False, default=None)
     _expected: Steps = field(init=False)
     _measured: Steps = field(init=False)
+    _period_ends: int = field(init=False)
     _end: int = field(init=False)
 
     def __post_init__(self) -> None:
+        self._period_ends = self.rule.period
         self._expected = np.zeros_like(self.start)
         self._measured = np.zeros_like(self.start)
         self._end = int(np.max(self.profile.total + self.rule.guards.lag))
@@ -175,14 +178,11 @@ class Watch:
         guards = self.rule.guards
         expected = self.profile.position(time - guards.lag)
         measured = self._travel(positions)
-        should, did = expected - self._expected, measured - self._measured
-        judged = should >= guards.least * FINE
-        self.window = Window(did, should, judged)
-        slow = judged & ((did + guards.slack * FINE) * 10_000 < should * self.rule.ratio)
-        self._expected = np.where(judged, expected, self._expected)
-        self._measured = np.where(judged, measured, self._measured)
-        if slow.any():
-            return _worst(Sign.SPEED, slow, did, should)
+        if time >= self._period_ends:
+            self._period_ends += self.rule.period
+            slow = self._slow(expected, measured)
+            if slow is not None:
+                return slow
         astray = np.abs(expected - measured) > guards.tracking * FINE
         if astray.any():
             return _worst(Sign.TRACKING, astray, measured, expected)
@@ -199,6 +199,17 @@ class Watch:
             return False
         missing = np.abs(self.profile.distance * FINE - self._travel(positions))
         return bool(np.all(missing <= self.rule.guards.arrival * FINE))
+
+    def _slow(self, expected: Steps, measured: Steps) -> Contact | None:
+        """Eq. 2 on the travel since each motor was last judged."""
+        guards = self.rule.guards
+        should, did = expected - self._expected, measured - self._measured
+        judged = should >= guards.least * FINE
+        self.window = Window(did, should, judged)
+        slow = judged & ((did + guards.slack * FINE) * 10_000 < should * self.rule.ratio)
+        self._expected = np.where(judged, expected, self._expected)
+        self._measured = np.where(judged, measured, self._measured)
+        return _worst(Sign.SPEED, slow, did, should) if slow.any() else None
 
     def _travel(self, positions: Steps) -> Steps:
         return (positions - self.start) * self.direction * FINE
@@ -244,7 +255,10 @@ class PrintedRule(Rule):
 
 
 class _PrintedWatch(Watch):
-    def look(self, positions: Steps, time: int) -> Contact | None:  # noqa: ARG002
+    def look(self, positions: Steps, time: int) -> Contact | None:
+        if time < self._period_ends:
+            return None
+        self._period_ends += self.rule.period
         travel = self._travel(positions)
         did = travel - self._measured
         self._measured = travel

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from miburi.bodies import Phase
-from miburi.bodies.controller import RETURN_SPEED, Controller
+from miburi.bodies.controller import GIVE_WAY, RETURN_SPEED, Controller
 from miburi.contact import Rule
 from miburi.errors import BodyError
 from miburi.motion import FINE, SECOND, Move, Steps, synchronised, to_steps
@@ -71,6 +71,33 @@ def test_one_blocked_motor_stops_all_and_the_stop_is_latched(
     motors.run(5.0)
     np.testing.assert_array_equal(controller.setpoint(motors.time), held)
     assert controller.latched == stop
+
+
+def test_after_a_contact_each_motor_gives_way_as_far_as_it_came(
+    motors: Motors, robot: Robot
+) -> None:
+    """Where it was stopped it would press on; behind where it started nobody was asked."""
+    controller = motors.controller
+    controller.move(raised(robot), motors.positions, motors.time)
+    start = motors.positions
+    motors.blocked = 1
+    while controller.phase is Phase.MOVING:
+        motors.run(TICK / SECOND)
+    direction = np.sign(to_steps(robot, raised(robot).angles) - start)
+    way = (motors.positions - start) * direction
+    back = (motors.positions - controller.origin) * direction
+    limit = round(GIVE_WAY / robot.servo.step)
+    np.testing.assert_array_equal(back, np.clip(way, 0, limit))
+    assert back[1] == 0
+    assert back.max() == limit
+
+
+def test_a_stop_that_was_asked_for_moves_nothing(motors: Motors, robot: Robot) -> None:
+    controller = motors.controller
+    controller.move(raised(robot), motors.positions, motors.time)
+    motors.run(0.4)
+    controller.stop(motors.positions, motors.time)
+    np.testing.assert_array_equal(controller.setpoint(motors.time), motors.positions * FINE)
 
 
 def test_the_way_back_is_slow_and_ends_at_neutral(motors: Motors, robot: Robot) -> None:

@@ -83,7 +83,9 @@ class Twin:
             return
         if self.wants_detectable and c.phase is Phase.MOVING:
             # From here on, a look at any moment would see it.
-            seen = copy.deepcopy(c.watch).look(np.array(report.positions), report.time - c._began)
+            watch = copy.deepcopy(c.watch)
+            watch._period_ends = 0
+            seen = watch.look(np.array(report.positions), report.time - c._began)
             if seen is None:
                 self.detectable = None
             elif self.detectable is None:

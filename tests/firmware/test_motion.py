@@ -60,6 +60,11 @@ def test_a_blocked_motor_stops_all(firmware: Path, seed: int) -> None:
         told = max(servo.segment.began for servo in rig.servos)
         assert told - rig.twin.detectable <= 150_000
         assert all(servo.segment.speed == 0 for servo in rig.servos)
+        # They give way as far as the reference would.
+        assert [servo.segment.goal for servo in rig.servos] == [
+            j.zero + j.direction * int(place)
+            for j, place in zip(rig.settings.joints, rig.twin.controller.origin, strict=True)
+        ]
         rig.run(0.1)
         assert rig.body.report.held
         assert rig.at_rest()

@@ -10,6 +10,7 @@ void run_trace(In& in, Out& out) {
   miburi::Watch watch;
   rule.period = in.i32();
   rule.ratio = in.i32();
+  watch.period_ends = rule.period;
   for (uint8_t i = 0; i < miburi::MOTORS; i++) {
     rule.guards[i].lag = in.i32();
     rule.guards[i].slack = in.i16();

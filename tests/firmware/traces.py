@@ -83,6 +83,7 @@ def random_traces(rng: np.random.Generator, n: int) -> Records:
     odd = rng.integers(0, MOTORS, n)
     before = np.zeros((2, *shape), dtype=np.int64)
     time = np.zeros(n, dtype=np.int64)
+    period_ends = rule["period"].astype(np.int64)
     for index in range(LOOKS):
         # A moment on a boundary of the odd motor's profile, or some periods later.
         lag, whole, first = guards["lag"][every, odd], total[every, odd], ramp[every, odd]
@@ -91,8 +92,11 @@ def random_traces(rng: np.random.Generator, n: int) -> Records:
         )
         edge = edges[rng.integers(0, len(edges), n), every] + rng.integers(-1, 2, n)
         onward = time + rule["period"] * rng.integers(1, 4, n) + rng.integers(0, 9000, n)
+        at_its_end = period_ends + rng.integers(-1, 2, n)
         some = (rng.random(n) * (whole + lag + rule["period"])).astype(np.int64)
-        time = np.choose(rng.integers(0, 3, n), [edge, onward, np.maximum(some, time)])
+        time = np.choose(rng.integers(0, 4, n), [edge, onward, np.maximum(some, time), at_its_end])
+        due = time >= period_ends
+        period_ends += np.where(due, rule["period"], 0)
         expected = profile.position((time[:, None] - guards["lag"]).ravel()).reshape(shape)
         should = expected - before[0]
         measured = np.rint(expected / FINE).astype(np.int64) * FINE
@@ -124,7 +128,7 @@ def random_traces(rng: np.random.Generator, n: int) -> Records:
         traces["looks"]["positions"][:, index] = np.clip(
             motion["start"] + motion["direction"] * travel, -32_000, 32_000
         )
-        judged = should >= guards["least"].astype(np.int64) * FINE
+        judged = due[:, None] & (should >= guards["least"].astype(np.int64) * FINE)
         before = np.where(judged, np.stack([expected, measured]), before)
     return traces
 

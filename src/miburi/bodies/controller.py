@@ -16,6 +16,9 @@ from miburi.robot import JOINTS, Robot
 
 #: Speed of the return to neutral after a stop, in rad/s of the motor with the longest way (ours).
 RETURN_SPEED = 0.8
+#: After a contact each motor goes back the way it came by so much, rad, and not further than the
+#: move had brought it: where it stopped, it would go on pressing (ours).
+GIVE_WAY = 0.0245
 
 
 def check_move(robot: Robot, phase: Phase, move: Move) -> None:
@@ -63,10 +66,9 @@ class Controller:
     def __post_init__(self) -> None:
         self.phase = Phase.IDLE
         self.latched: Stop | None = None
-        #: What the latest look of the rule compared; it outlives the move.
+        #: What the rule compared at the end of the latest period; it outlives the move.
         self.window: Window | None = None
         self._began = 0
-        self._next_look = 0
         self.watch = self._plan(self.origin, self.origin, np.ones(len(JOINTS), dtype=np.int64))
 
     def move(self, move: Move, positions: Steps, time: int) -> None:
@@ -90,7 +92,7 @@ class Controller:
     def stop(self, positions: Steps, time: int, reason: str = "asked") -> None:
         """Stop and hold where the motors are; a stop that holds already keeps its reason."""
         if self.phase is not Phase.STOPPED:
-            self._latch(Stop(time / SECOND, reason), positions)
+            self._hold(Stop(time / SECOND, reason), positions)
 
     def release(self, positions: Steps, time: int) -> None:
         """Start the slow return to neutral, with the rule on.
@@ -111,21 +113,20 @@ class Controller:
         self._start(Phase.RETURNING, goal, way * fastest // max(int(way.max()), 1), positions, time)
 
     def update(self, positions: Steps, time: int) -> None:
-        """Look at the motors: judge them once a period, and notice when the goal is reached."""
+        """Look at the motors: judge them, and notice when the goal is reached."""
         if self.phase not in (Phase.MOVING, Phase.RETURNING):
             return
         elapsed = time - self._began
-        if elapsed >= self._next_look:
-            self._next_look += self.rule.period
-            contact = self.watch.look(positions, elapsed)
-            self.window = self.watch.window
-            if contact is not None:
-                self._latch(
-                    Stop(time / SECOND, "contact", contact.name, contact.sign.value, contact.ratio),
-                    positions,
-                )
-                return
-        if self.watch.arrived(positions, elapsed):
+        contact = self.watch.look(positions, elapsed)
+        self.window = self.watch.window or self.window
+        if contact is not None:
+            way = (positions - self.watch.start) * self.watch.direction
+            back = np.clip(way, 0, round(GIVE_WAY / self.robot.servo.step))
+            self._hold(
+                Stop(time / SECOND, "contact", contact.name, contact.sign.value, contact.ratio),
+                positions - self.watch.direction * back,
+            )
+        elif self.watch.arrived(positions, elapsed):
             self.origin = self._goal
             self.phase = Phase.IDLE
             self.watch = self._plan(self.origin, positions, np.ones_like(positions))
@@ -141,14 +142,14 @@ class Controller:
 
     def _start(self, phase: Phase, goal: Steps, speeds: Steps, positions: Steps, time: int) -> None:
         self.phase = phase
-        self._began, self._next_look = time, self.rule.period
+        self._began = time
         self.watch = self._plan(goal, positions, speeds)
 
     def _plan(self, goal: Steps, positions: Steps, speeds: Steps) -> Watch:
         profile, direction = commanded(self.robot, self.origin, goal, speeds)
         return self.rule.watch(profile, positions, direction)
 
-    def _latch(self, stop: Stop, positions: Steps) -> None:
+    def _hold(self, stop: Stop, positions: Steps) -> None:
         self.phase, self.latched = Phase.STOPPED, stop
         self.origin = positions
         self.watch = self._plan(positions, positions, np.ones_like(positions))

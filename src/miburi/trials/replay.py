@@ -70,13 +70,10 @@ def judge(rule: Rule, run: Run) -> Judgement:
 def _first_stop(rule: Rule, run: Run) -> float | None:
     for trace, began in zip(run.traces, run.began, strict=True):
         watch = rule.watch(trace.profile, trace.start, trace.direction)
-        next_look = rule.period
         for row, positions in enumerate(trace.positions):
             elapsed = row * trace.interval
-            if elapsed >= next_look:
-                next_look += rule.period
-                if watch.look(positions, elapsed) is not None:
-                    return began + elapsed / SECOND
+            if watch.look(positions, elapsed) is not None:
+                return began + elapsed / SECOND
             if watch.arrived(positions, elapsed):
                 break
     return None
