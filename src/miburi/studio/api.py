@@ -28,6 +28,7 @@ from miburi.studio.wire import (
     GestureOut,
     HandIn,
     LinkOut,
+    MotorsOut,
     PartOut,
     PauseIn,
     RecordingIn,
@@ -114,6 +115,11 @@ def _looking(router: APIRouter, runner: Runner) -> None:
             for feeling in FEELINGS
             for function in [gestures.load(feeling)]
         ]
+
+    @router.get("/motors")
+    async def motors() -> MotorsOut:
+        """Return the motors' temperatures and supply, and the guards they were calibrated to."""
+        return runner.motors
 
     @router.get("/bodies")
     async def bodies() -> list[BodyOut]:
