@@ -299,8 +299,8 @@ def describe(robot: Robot) -> RobotOut:
 
 async def _say(_request: Request, error: Exception) -> JSONResponse:
     """Turn what Miburi refuses into a status and its words."""
-    statuses: dict[type[Exception], int] = {BodyError: 409, InputError: 400, BusyError: 503}
-    status = statuses.get(type(error), 500)
+    statuses = {BodyError: 409, InputError: 400, BusyError: 503}
+    status = next((statuses[kind] for kind in statuses if isinstance(error, kind)), 500)
     return JSONResponse({"detail": str(error)}, status)
 
 

@@ -1,21 +1,24 @@
 """What viewers are shown of a partner: its state at one moment, and why it stopped."""
 
+from collections import deque
 from typing import Any
 
 import numpy as np
 
 from miburi.bodies import Phase
-from miburi.bodies.card import Card
+from miburi.bodies.card import LINE_LOST, Card
 from miburi.contact import PAPER_PERIOD, Guards, Rule
 from miburi.feelings import Expression, FeelingModel
 from miburi.motion import FINE, SECOND
 from miburi.partner import Event, MoveSent, Partner, Released, Stopped
-from miburi.robot import JOINTS, forward
+from miburi.robot import JOINTS, Array, forward
 from miburi.studio.wire import Expressed, GuardsOut, Hand, MotorOut, MotorsOut, State, StopOut
 from miburi.temperament import FEELINGS
 
 #: A touch that no stop followed is forgotten within a second: its force fades by this a step.
 _FADING = 0.9
+#: The hands' speed is taken over so many steps: a card's reports do not come in step with ours.
+_SPEED_STEPS = 5
 
 
 class Observer:
@@ -38,7 +41,8 @@ class Observer:
         self._partner = partner
         self._feelings = feelings
         self._robot = partner.body.robot
-        self._home = self._hands = forward(self._robot, self._robot.neutral)[:6].reshape(2, 3)
+        self._home = forward(self._robot, self._robot.neutral)[:6].reshape(2, 3)
+        self._hands: deque[tuple[float, Array]] = deque(maxlen=_SPEED_STEPS + 1)
         self._stop: StopOut | None = None
         self._peak = 0.0
         self._part: str | None = None
@@ -62,14 +66,16 @@ class Observer:
                 stopped = self._stop = self._explain(event)
         return stopped
 
-    def state(self, serial: int, dt: float, **more: Any) -> State:
-        """Return the state of now, ``dt`` s after the one before; ``more`` is what others know."""
+    def state(self, serial: int, **more: Any) -> State:
+        """Return the state of now; ``more`` is what others know."""
         body, feelings = self._partner.body, self._feelings
         state = body.state
         touch = getattr(body, "touch", None)
         hands = forward(self._robot, state.angles)[:6].reshape(2, 3)
-        speed = float(np.linalg.norm(hands - self._hands, axis=1).mean() / dt) if dt else 0.0
-        self._hands = hands
+        self._hands.append((state.time, hands))
+        before, then = self._hands[0]
+        way = float(np.linalg.norm(hands - then, axis=1).mean())
+        speed = way / (state.time - before) if state.time > before else 0.0
         felt, shown = feelings.express(), self._partner.expression
         return State(
             serial=serial,
@@ -101,7 +107,9 @@ class Observer:
         body, robot = self._partner.body, self._robot
         card = body if isinstance(body, Card) else None
         settings = card.settings if card else None
-        report = card.report if card else None
+        stop = body.state.stop
+        lost = stop is not None and stop.reason == LINE_LOST
+        report = card.report if card and not lost else None
         shipped = Guards.of(robot)
         guards = settings.rule.guards if settings else Rule.of(robot).guards
         step = robot.servo.step
@@ -109,7 +117,7 @@ class Observer:
             MotorOut(
                 joint=joint,
                 servo=settings.joints[i].servo if settings else None,
-                answers=bool(report.heard >> i & 1) if report else None,
+                answers=report is not None and bool(report.heard >> i & 1) if card else None,
                 temperature=report.temperatures[i] if report else None,
                 voltage=report.voltages[i] / 10 if report else None,
                 guards=GuardsOut(

@@ -287,7 +287,7 @@ class Runner:
         stopped = self._observer.take(events)
         for event in events:
             self._take(event, stopped)
-        state = self._look(STEP)
+        state = self._look()
         sampled = self._serial % _STEPS_PER_SAMPLE == 0
         if sampled:
             self._samples.append(
@@ -366,7 +366,8 @@ class Runner:
             self._partner.pause()
         self._hand_goal = None
         self._observer = Observer(name, port, self._partner, self._feelings)
-        self._look(0.0)
+        self._motors = self._observer.motors()
+        self._look()
 
     def _let_go(self) -> None:
         """Stop the body, and close a card's line: the next one may be at the same port."""
@@ -376,14 +377,13 @@ class Runner:
         if hasattr(body, "close"):
             body.close()
 
-    def _look(self, dt: float) -> State:
+    def _look(self) -> State:
         """Renew what viewers see."""
         self._serial += 1
-        if dt == 0 or self._serial % _STEPS_PER_MOTORS == 0:
+        if self._serial % _STEPS_PER_MOTORS == 0:
             self._motors = self._observer.motors()
         state = self._observer.state(
             self._serial,
-            dt,
             paused=self._paused,
             recording=self.recordings.current,
             hand_out=self._hand_goal is not None,

@@ -132,10 +132,11 @@ class State(BaseModel):
     felt: Expressed | None = Field(description="The strongest emotion, with its mood.")
     expressed: Expressed | None = Field(description="The gesture of now; null between gestures.")
     asked: bool = Field(description="Whether somebody asked for that gesture.")
-    hand_speed: float = Field(description="Mean speed of both hands, m/s.")
+    hand_speed: float = Field(description="Mean speed of both hands in the last 0.1 s, m/s.")
     extent: float = Field(description="Distance of the further hand from its neutral place, m.")
     ratios: list[float | None] = Field(
-        description="Measured over expected travel in the latest window; null if not judged."
+        description="Measured over expected travel in the latest window; null if not judged. "
+        "A card tells it for the motor that stopped it alone."
     )
     stop: StopOut | None
     held: bool = Field(description="Whether a person stopped it: it waits for a release.")

@@ -10,11 +10,18 @@ const EYE = [0.62, -0.27, 0.2], LOOK_AT = [0, 0, 0.1];
 export default {
   template: `<div class="robot-view" style="position:absolute;inset:0">
     <canvas ref="canvas" tabindex="0" role="img" :aria-label="label"
-      style="width:100%;height:100%;display:block;outline-offset:-4px;touch-action:none"></canvas></div>`,
-  props: { robot: Object, label: String },
+      style="width:100%;height:100%;display:block;outline-offset:-4px;touch-action:none"></canvas>
+    <p v-if="blind" class="blind">{{ without }}</p></div>`,
+  props: { robot: Object, label: String, without: String },
+  data: () => ({ blind: false }),
 
   async mounted() {
-    this.renderer = new THREE.WebGLRenderer({ canvas: this.$refs.canvas, antialias: true });
+    try {
+      this.renderer = new THREE.WebGLRenderer({ canvas: this.$refs.canvas, antialias: true });
+    } catch {
+      this.blind = true; // no WebGL here: the rest of the page works without the robot's picture
+      return;
+    }
     // ?quality=full or low: for pictures, and for very slow devices; else it is found out.
     const quality = new URLSearchParams(location.search).get("quality");
     this.renderer.shadowMap.enabled = true;
@@ -71,7 +78,6 @@ export default {
     this.renderer?.dispose();
     window.removeEventListener("pointerup", this.drop);
   },
-
 
   methods: {
     take(state) {
@@ -223,6 +229,7 @@ export default {
     },
 
     reset() {
+      if (this.blind) return;
       this.camera.position.set(...EYE);
       this.controls.target.set(...LOOK_AT);
       this.controls.update();
