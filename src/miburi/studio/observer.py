@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 
 from miburi.bodies import Phase
-from miburi.bodies.card import LINE_LOST, Card
+from miburi.bodies.card import Card
+from miburi.bodies.link import Report
 from miburi.contact import PAPER_PERIOD, Guards, Rule
 from miburi.feelings import Expression, FeelingModel
 from miburi.motion import FINE, SECOND
@@ -46,6 +47,7 @@ class Observer:
         self._stop: StopOut | None = None
         self._peak = 0.0
         self._part: str | None = None
+        self._report: Report | None = None
         # The rule may judge a slow motor over several periods: how many each one's window has.
         self._window: object = None
         self._periods = np.ones(len(JOINTS), dtype=np.int64)
@@ -103,13 +105,13 @@ class Observer:
         )
 
     def motors(self) -> MotorsOut:
-        """Return how the motors are, and what they were calibrated to."""
+        """Return how the motors are, and what they were calibrated to; look once a second."""
         body, robot = self._partner.body, self._robot
         card = body if isinstance(body, Card) else None
         settings = card.settings if card else None
-        stop = body.state.stop
-        lost = stop is not None and stop.reason == LINE_LOST
-        report = card.report if card and not lost else None
+        # A report that has not changed since the look before is that of a card which is gone.
+        report = card.report if card and card.report is not self._report else None
+        self._report = card.report if card else None
         shipped = Guards.of(robot)
         guards = settings.rule.guards if settings else Rule.of(robot).guards
         step = robot.servo.step

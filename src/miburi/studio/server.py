@@ -90,6 +90,11 @@ def serve(wish: Wish) -> None:
     feelings = EmotionalModel(shipped_temperament(wish.temperament))
     if wish.body not in KINDS:
         raise InputError(f"the body must be one of {', '.join(KINDS)}, got {wish.body!r}.")
+    if KINDS[wish.body].needs_port and not wish.port_of_body:
+        raise InputError(
+            f"the {wish.body} body needs a port, such as /dev/ttyACM0; give it one with --serial. "
+            "`miburi card list` names the ports that are there."
+        )
     with _listening(wish.host, wish.port) as listener:
         kept = None if wish.forget else remembered(folder / "feelings.json", feelings.temperament)
         feelings = kept or feelings

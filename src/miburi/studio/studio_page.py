@@ -98,7 +98,7 @@ class _Studio:
             with ui.element("h1").classes("brand"):
                 ui.html("Miburi <small>身振り</small>", sanitize=False)
             pill = ui.label("…").classes("pill").props('role="status"')
-            recording = ui.label(say["recording"]).classes("recording")
+            recording = ui.label(say["recording"]).classes("on-air")
             ui.element("div").classes("grow")
             pause = button(say["pause"], say["pause_hint"])
             pause.on("click", self._toggle_pause)

@@ -16,12 +16,10 @@ export default {
   data: () => ({ blind: false }),
 
   async mounted() {
-    try {
-      this.renderer = new THREE.WebGLRenderer({ canvas: this.$refs.canvas, antialias: true });
-    } catch {
-      this.blind = true; // no WebGL here: the rest of the page works without the robot's picture
-      return;
-    }
+    // Without WebGL the rest of the page works all the same.
+    this.blind = !document.createElement("canvas").getContext("webgl2");
+    if (this.blind) return;
+    this.renderer = new THREE.WebGLRenderer({ canvas: this.$refs.canvas, antialias: true });
     // ?quality=full or low: for pictures, and for very slow devices; else it is found out.
     const quality = new URLSearchParams(location.search).get("quality");
     this.renderer.shadowMap.enabled = true;
