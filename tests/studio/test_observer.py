@@ -56,10 +56,12 @@ def test_a_card_tells_how_its_motors_are(card: Runner) -> None:
     assert card.motors.settings == f"{body.settings.crc:04x}"
 
 
-def test_a_contact_of_a_card_is_explained_without_speeds(card: Runner) -> None:
+def test_a_contact_of_a_card_is_explained(card: Runner) -> None:
     stop = block(card).stop
     assert stop is not None
-    assert (stop.reason, stop.measured, stop.expected) == ("contact", None, None)
+    assert stop.reason == "contact"
+    if stop.sign == "speed":
+        assert (stop.measured, stop.expected) == (None, None)
     assert stop.force is not None
     assert stop.moved is not None
     assert stop.due is not None
@@ -101,8 +103,11 @@ def test_speeds_are_those_of_a_window_of_several_periods(robot: Robot) -> None:
     none = np.zeros(8, dtype=bool)
     only = np.arange(8) == 2
     body = SimpleNamespace(
-        robot=robot, state=SimpleNamespace(phase=Phase.MOVING, time=0.0), window=None
+        robot=robot,
+        state=SimpleNamespace(phase=Phase.MOVING, velocities=np.full(8, -0.3)),
+        window=None,
     )
+    sent = MoveSent(0.0, 0, SimpleNamespace(speeds=np.full(8, 0.9)), None)
     partner = SimpleNamespace(body=body, expression=None, asked=False, held=False)
     observer = Observer("simulated", None, partner, EmotionalModel())
 
@@ -111,7 +116,7 @@ def test_speeds_are_those_of_a_window_of_several_periods(robot: Robot) -> None:
         return observer.take(list(events))
 
     stopped = Stopped(1.0, Stop(1.0, "contact", JOINTS[2], "speed", 0.5), 0.5, 0.4)
-    look(only, MoveSent(0.0, 0, None, None))
+    look(only, sent)
     assert look(only, stopped).expected == pytest.approx(1.0, abs=0.01)
     look(none)
     look(none)
@@ -120,8 +125,22 @@ def test_speeds_are_those_of_a_window_of_several_periods(robot: Robot) -> None:
     assert told.measured == pytest.approx(told.expected / 2, abs=1e-3)
     assert told.due == pytest.approx(0.1, abs=1e-3)
     look(none)
-    observer.take([MoveSent(0.0, 0, None, None)])
+    observer.take([sent])
     assert look(only, stopped).expected == pytest.approx(1.0, abs=0.01)
+
+
+def test_a_motor_far_from_its_path_is_compared_with_the_speed_that_was_sent(
+    robot: Robot,
+) -> None:
+    state = SimpleNamespace(phase=Phase.MOVING, velocities=np.full(8, -0.3))
+    body = SimpleNamespace(robot=robot, state=state, window=None)
+    observer = Observer("simulated", None, SimpleNamespace(body=body), EmotionalModel())
+    stopped = Stopped(1.0, Stop(1.0, "contact", JOINTS[2], "tracking", 0.8), 0.5, 0.4)
+    told = observer.take([stopped])
+    assert (told.measured, told.expected, told.ratio) == (None, None, 0.8)
+    observer.take([MoveSent(0.0, 0, SimpleNamespace(speeds=np.full(8, 0.9)), None)])
+    told = observer.take([stopped])
+    assert (told.measured, told.expected) == (0.3, 0.9)
 
 
 def test_the_shipped_guards_are_those_of_the_robot(runner: Runner) -> None:

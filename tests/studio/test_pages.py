@@ -185,6 +185,9 @@ def test_a_dragged_hand_stops_the_robot_and_release_lets_it_go_on(studio: Page) 
     expect(studio.locator(".why")).to_contain_text(f"The {joint} met something")
     expect(studio.locator(".facts")).to_contain_text("−20 %")
     expect(studio.locator(".log")).to_contain_text(f"Stopped: the {joint}")
+    if stop["sign"] in ("speed", "tracking"):
+        assert stop["measured"] < stop["expected"]
+        expect(studio.locator(".facts")).to_contain_text(f"{stop['expected']:.2f} rad/s")
     studio.mouse.up()
     studio.get_by_role("button", name="Take the hand away").click()
     until(studio, lambda now: not now["hand_out"])
@@ -247,6 +250,7 @@ def test_two_pages_agree_and_a_reload_keeps_all(
 ) -> None:
     other = without_3d(context, url)
     expect(other.locator(".blind")).to_contain_text("draws no 3D")
+    other.set_viewport_size({"width": 768, "height": 1024})
     other.get_by_role("tab", name="Body").click()
     other.get_by_role("button", name="Record", exact=True).click()
     other.get_by_label("Temperament").click()
@@ -263,6 +267,8 @@ def test_two_pages_agree_and_a_reload_keeps_all(
             expect(page.get_by_role("button", name="Resume")).to_be_visible()
             expect(page.locator(".why")).to_contain_text("Somebody pressed Stop")
             expect(page.get_by_role("status").first).to_have_text("Stopped")
+            for name in ("Stop", "Release"):  # even on a narrow page
+                expect(page.get_by_role("button", name=name, exact=True)).to_be_in_viewport(ratio=1)
             page.get_by_role("tab", name="Contact").click()
         now = state(studio)
         for page in (studio, other):

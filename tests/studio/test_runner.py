@@ -90,6 +90,10 @@ def test_a_hand_in_the_way_is_explained(runner: Runner) -> None:
     assert stop.force is not None
     assert stop.force > 0.1
     assert stop.mood_after == pytest.approx(0.8 * stop.mood_before, rel=1e-3)
+    if stop.sign == "tracking":
+        assert stop.measured is not None
+        assert stop.expected is not None
+        assert stop.measured < stop.expected
     if stop.sign == "speed":
         assert stop.ratio is not None
         assert stop.measured is not None

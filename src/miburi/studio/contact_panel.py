@@ -84,10 +84,11 @@ def _measured(stop: StopOut, words: Words) -> str:
             (say["measured"], f"{stop.measured:.2f} rad/s"),
             (say["expected"], f"{stop.expected:.2f} rad/s"),
         ]
-    elif stop.moved is not None and stop.due is not None:
-        rows += [(say["moved"], f"{stop.moved:.3f} rad"), (say["due"], f"{stop.due:.3f} rad")]
+    if stop.sign != "speed" or stop.measured is None:
+        rows += _travel(stop, say)
     if stop.ratio is not None:
-        rows.append((say["ratio"], f"{stop.ratio:.2f} ({say['limit']})"))
+        limit = f" ({say['limit']})" if stop.sign == "speed" else ""
+        rows.append((say["ratio" if limit else "way"], f"{stop.ratio:.2f}{limit}"))
     rows.append((say["sign"], say[f"sign_{stop.sign}"]))
     if stop.force is not None:
         rows.append((say["force"], f"{stop.force:.1f} N"))
@@ -96,6 +97,12 @@ def _measured(stop: StopOut, words: Words) -> str:
     rows.append((say["mood"], moods.replace("-", "−")))
     cells = "".join(f"<dt>{escape(a)}</dt><dd>{escape(b)}</dd>" for a, b in rows)
     return f'<dl class="facts">{cells}</dl>'
+
+
+def _travel(stop: StopOut, say: dict[str, str]) -> list[tuple[str, str]]:
+    if stop.moved is None or stop.due is None:
+        return []
+    return [(say["moved"], f"{stop.moved:.3f} rad"), (say["due"], f"{stop.due:.3f} rad")]
 
 
 def _log(entries: list[Entry], words: Words) -> str:
@@ -112,7 +119,7 @@ def _log(entries: list[Entry], words: Words) -> str:
 def _line(entry: Entry, words: Words) -> str:
     say, stop = words["log"], entry.stop
     if stop is not None and stop.reason == "contact" and stop.motor is not None:
-        return say["stopped"].format(
+        return say["stopped" if stop.sign == "speed" else "stopped_way"].format(
             motor=words["joint"][stop.motor],
             ratio=f"{100 * (stop.ratio or 0):.0f} %",
             before=f"{stop.mood_before:.2f}",

@@ -48,6 +48,7 @@ class Observer:
         self._peak = 0.0
         self._part: str | None = None
         self._report: Report | None = None
+        self._sent: Array | None = None  # speeds of the latest move, rad/s
         # The rule may judge a slow motor over several periods: how many each one's window has.
         self._window: object = None
         self._periods = np.ones(len(JOINTS), dtype=np.int64)
@@ -63,6 +64,7 @@ class Observer:
         stopped = None
         for event in events:
             if isinstance(event, MoveSent | Released):
+                self._sent = event.move.speeds if isinstance(event, MoveSent) else None
                 self._next_periods = np.ones(len(JOINTS), dtype=np.int64)
             elif isinstance(event, Stopped):
                 stopped = self._stop = self._explain(event)
@@ -147,6 +149,13 @@ class Observer:
         """Say what is known about a stop: speeds from the rule's window, force from the physics."""
         stop = event.stop
         moved, due, seconds = self._window_of(event)
+        measured = moved / seconds if moved is not None and seconds else None
+        expected = due / seconds if due is not None and seconds else None
+        if stop.sign == "tracking" and stop.motor is not None and self._sent is not None:
+            # No window stopped it: how fast it is now, and the speed that was sent to it.
+            motor = JOINTS.index(stop.motor)
+            measured = abs(float(self._partner.body.state.velocities[motor]))
+            expected = float(self._sent[motor])
         touched = hasattr(self._partner.body, "touch")
         return StopOut(
             time=stop.time,
@@ -156,8 +165,8 @@ class Observer:
             ratio=_rounded(stop.ratio),
             moved=_rounded(moved),
             due=_rounded(due),
-            measured=_rounded(moved / seconds) if moved is not None and seconds else None,
-            expected=_rounded(due / seconds) if due is not None and seconds else None,
+            measured=_rounded(measured),
+            expected=_rounded(expected),
             force=round(self._peak, 2) if touched else None,
             part=self._part,
             mood_before=event.mood_before,

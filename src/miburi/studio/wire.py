@@ -96,11 +96,17 @@ class StopOut(BaseModel):
     reason: str = Field(description="contact, asked, or what failed.")
     motor: str | None = Field(description="The motor that met something.")
     sign: str | None = Field(description="speed, tracking or arrival: what gave the contact away.")
-    ratio: float | None = Field(description="Measured over expected travel; the limit is 0.9372.")
-    moved: float | None = Field(description="Travel in the judged window, rad.")
-    due: float | None = Field(description="Travel that was commanded for it, rad.")
-    measured: float | None = Field(description="The same as speeds, rad/s; null on a card, which")
-    expected: float | None = Field(description="does not tell how long the window was.")
+    ratio: float | None = Field(
+        description="Measured over expected travel: with the sign speed in the judged window, "
+        "where the limit is 0.9372; else since the move began."
+    )
+    moved: float | None = Field(description="The measured travel, rad, where it is known.")
+    due: float | None = Field(description="The expected travel, rad, where it is known.")
+    measured: float | None = Field(
+        description="Speed, rad/s: with the sign speed in the judged window (a card does not tell "
+        "it), with tracking at the stop."
+    )
+    expected: float | None = Field(description="Speed that was commanded for the same, rad/s.")
     force: float | None = Field(description="Largest force on the human hand, N; simulation only.")
     part: str | None = Field(description="The part that was touched; simulation only.")
     mood_before: Share

@@ -26,7 +26,7 @@ export default {
           values: (s) => s.mood },
         { key: "hands", title: words.hands, unit: "m/s · m", top: 0.3, colours: ["#d2402f", "#3d78c2"],
           names: [words.hand_speed, words.extent], values: (s) => [s.hand_speed, s.extent] },
-        { key: "ratio", title: words.ratio, unit: "", top: 1.4, fixed: true, colours: COLOURS, names: this.joints,
+        { key: "ratio", title: words.ratio, unit: `${words.limit} ${this.threshold}`, top: 1.4, fixed: true, colours: COLOURS, names: this.joints,
           values: (s) => s.ratios, limit: true, dots: true },
       ],
     };
@@ -100,9 +100,6 @@ export default {
         c.setLineDash([5, 4]);
         line(c, left, y(this.threshold), left + w, y(this.threshold));
         c.setLineDash([]);
-        c.textAlign = "left";
-        c.fillText(`${this.words.limit} ${this.threshold}`, left + 4, y(this.threshold) + 13);
-        c.textAlign = "center";
       }
       plot.colours.forEach((colour, k) => {
         c.strokeStyle = c.fillStyle = colour;
