@@ -26,7 +26,7 @@ export default {
           values: (s) => s.mood },
         { key: "hands", title: words.hands, unit: "m/s · m", top: 0.3, colours: ["#d2402f", "#3d78c2"],
           names: [words.hand_speed, words.extent], values: (s) => [s.hand_speed, s.extent] },
-        { key: "ratio", title: words.ratio, unit: `${words.limit} ${this.threshold}`, top: 1.4, fixed: true, colours: COLOURS, names: this.joints,
+        { key: "ratio", title: words.ratio, unit: `≥ ${this.threshold}`, top: 1.4, fixed: true, colours: COLOURS, names: this.joints,
           values: (s) => s.ratios, limit: true, dots: true },
       ],
     };
