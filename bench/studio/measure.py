@@ -1,11 +1,14 @@
 """What a live partner costs: processor, memory, and whether its loop keeps its period.
 
-    python bench/studio/measure.py [--minutes 30]
+    python bench/studio/measure.py [--seconds 20] [--minutes 30]
 
-Starts `miburi run`, then lets viewers come: programs that read the WebSocket at 30 Hz, and real
-studio pages in headless Chromium. Prints one JSON line for each case: seconds of processor time
-of the server per second (share of one core), resident memory in MB, and steps made per step due.
-With --minutes, ten programs watch for so long, and memory is told every minute.
+Starts `miburi run`, then lets viewers come: programs that read the WebSocket at 30 Hz, and studio
+pages in headless Chromium. Ten pages that draw in 3D by software starve a small machine, so that
+pages are measured without WebGL, too: the robot is not drawn then, and what the server sends and
+is asked is the same. Prints one JSON line for each case: seconds of processor time of the server
+per second (share of one core), resident memory in MB, steps made per step due, and the load of
+the machine. With --minutes, ten programs and one page watch for so long, and memory is told
+every minute.
 """
 
 import argparse
@@ -26,45 +29,41 @@ from playwright.sync_api import sync_playwright
 from websockets.asyncio.client import connect
 
 CHROMIUM = "/usr/bin/chromium"
-FLAGS = ["--no-sandbox", "--disable-gpu", "--use-angle=swiftshader",
-         "--enable-unsafe-swiftshader", "--no-first-run"]  # fmt: skip
+PLAIN = ["--no-sandbox", "--disable-gpu", "--no-first-run"]
+SOFTWARE = [*PLAIN, "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+WITHOUT = [*PLAIN, "--disable-3d-apis"]
 TICKS = os.sysconf("SC_CLK_TCK")
 
 
 @contextmanager
 def partner() -> Iterator[tuple[str, int]]:
+    """Run a partner that knows nobody yet; yields its address and its process."""
     with tempfile.TemporaryDirectory() as folder:
-        process = subprocess.Popen(
-            [
-                sys.executable,
-                "-m",
-                "miburi",
-                "run",
-                "--headless",
-                "--port",
-                "0",
-                "--folder",
-                folder,
-            ],
-            stdout=subprocess.PIPE,
-            text=True,
-        )
+        command = [sys.executable, "-m", "miburi", "run", "--headless", "--port", "0",
+                   "--folder", folder]  # fmt: skip
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
         try:
             assert process.stdout
-            yield re.search(r"http://[\d.:]+", process.stdout.readline()).group(), process.pid
+            said = process.stdout.readline()
+            found = re.search(r"http://[\d.:]+", said)
+            assert found, said
+            yield found.group(), process.pid
         finally:
             process.terminate()
             process.wait()
 
 
 def processor(pid: int) -> float:
+    """Return the processor time of a process, s."""
     fields = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
     return (int(fields[11]) + int(fields[12])) / TICKS
 
 
 def memory(pid: int) -> float:
-    status = Path(f"/proc/{pid}/status").read_text()
-    return int(re.search(r"VmRSS:\s+(\d+)", status).group(1)) / 1024
+    """Return the resident memory of a process, MB."""
+    found = re.search(r"VmRSS:\s+(\d+)", Path(f"/proc/{pid}/status").read_text())
+    assert found
+    return int(found.group(1)) / 1024
 
 
 def serial(url: str) -> int:
@@ -78,23 +77,26 @@ def keep_it_busy(url: str) -> None:
 def measure(url: str, pid: int, case: str, seconds: float) -> None:
     keep_it_busy(url)
     wall, cpu, steps = time.monotonic(), processor(pid), serial(url)
-    time.sleep(seconds)
+    time.sleep(seconds)  # what is measured is what passes meanwhile
     wall = time.monotonic() - wall
     result = {
         "case": case,
         "core_share": round((processor(pid) - cpu) / wall, 3),
         "memory_mb": round(memory(pid), 1),
         "steps_made_of_due": round((serial(url) - steps) * 0.02 / wall, 3),
+        "load": round(os.getloadavg()[0], 1),
     }
     print(json.dumps(result), flush=True)
 
 
 @contextmanager
 def programs(url: str, count: int) -> Iterator[None]:
-    """Viewers at 30 Hz, in a process of their own."""
-    process = subprocess.Popen([sys.executable, __file__, "--watch", url, str(count)])
-    time.sleep(2.0)
+    """Let programs watch at 30 Hz, in a process of their own."""
+    command = [sys.executable, __file__, "--watch", url, str(count)]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE)
     try:
+        assert process.stdout
+        process.stdout.readline()  # all are connected
         yield
     finally:
         process.kill()
@@ -102,49 +104,64 @@ def programs(url: str, count: int) -> Iterator[None]:
 
 
 async def watch(url: str, count: int) -> None:
-    async def one() -> None:
-        address = "ws" + url.removeprefix("http") + "/api/v1/live?rate=30"
-        async for _ in await connect(address):
+    address = "ws" + url.removeprefix("http") + "/api/v1/live?rate=30"
+    sockets = [await connect(address) for _ in range(count)]
+    print("watching", flush=True)
+
+    async def read(viewer: int) -> None:
+        async for _ in sockets[viewer]:
             pass
 
-    await asyncio.gather(*(one() for _ in range(count)))
+    await asyncio.gather(*(read(viewer) for viewer in range(count)))
 
 
-def pages(url: str, pid: int, count: int, seconds: float) -> None:
+@contextmanager
+def pages(url: str, count: int, flags: list[str]) -> Iterator[None]:
+    """Open studio pages, each in a browser profile of its own."""
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=flags)
         for _ in range(count):
-            page = browser.new_page(viewport={"width": 1180, "height": 500})
+            page = browser.new_page(viewport={"width": 1180, "height": 700})
             page.goto(url + "/?quality=low", timeout=120_000)
-        page.wait_for_timeout(5000)
-        measure(url, pid, f"studio pages: {count}", seconds)
+            page.wait_for_function(
+                "document.documentElement.dataset.connected === 'true'", timeout=120_000
+            )
+        yield
         browser.close()
+
+
+def minutes(url: str, pid: int, count: int) -> None:
+    """Tell the memory every minute, with ten programs and a page watching."""
+    with programs(url, 10), pages(url, 1, WITHOUT):
+        for minute in range(count + 1):
+            keep_it_busy(url)
+            told = {"minute": minute, "memory_mb": round(memory(pid), 1),
+                    "load": round(os.getloadavg()[0], 1)}  # fmt: skip
+            print(json.dumps(told), flush=True)
+            time.sleep(60.0 if minute < count else 0.0)  # what is measured is what passes
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--minutes", type=int, default=0)
     parser.add_argument("--seconds", type=float, default=20.0)
-    parser.add_argument("--watch", nargs=2)
+    parser.add_argument("--watch", nargs=2, help=argparse.SUPPRESS)
     wish = parser.parse_args()
     if wish.watch:
         asyncio.run(watch(wish.watch[0], int(wish.watch[1])))
         return
     with partner() as (url, pid):
         if wish.minutes:
-            with programs(url, 10):
-                for minute in range(wish.minutes + 1):
-                    keep_it_busy(url)
-                    print(json.dumps({"minute": minute, "memory_mb": round(memory(pid), 1)}),
-                          flush=True)  # fmt: skip
-                    time.sleep(60.0 if minute < wish.minutes else 0.0)
+            minutes(url, pid, wish.minutes)
             return
         measure(url, pid, "nobody", wish.seconds)
         for count in (1, 10, 100):
             with programs(url, count):
                 measure(url, pid, f"programs at 30 Hz: {count}", wish.seconds)
-        for count in (1, 10):
-            pages(url, pid, count, wish.seconds)
+        for name, flags in (("without WebGL", WITHOUT), ("software WebGL", SOFTWARE)):
+            for count in (1, 10):
+                with pages(url, count, flags):
+                    measure(url, pid, f"studio pages, {name}: {count}", wish.seconds)
 
 
 if __name__ == "__main__":

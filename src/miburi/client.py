@@ -22,7 +22,7 @@ from websockets.sync.client import connect as open_socket
 from miburi.errors import BodyError, InputError, MiburiError, OutputError
 from miburi.feelings import Expression, Stimulus
 from miburi.laban import Effort
-from miburi.studio.wire import BodyOut, Entry, GestureOut, RecordingOut, RobotOut, State
+from miburi.studio.wire import BodyOut, Entry, GestureOut, MotorsOut, RecordingOut, RobotOut, State
 
 _PATIENCE = 10.0
 
@@ -73,6 +73,11 @@ class RemotePartner:
     def robot(self) -> RobotOut:
         """The robot's description."""
         return RobotOut.model_validate(self._get("/robot"))
+
+    @property
+    def motors(self) -> MotorsOut:
+        """The motors' temperatures and supply, and what they were calibrated to."""
+        return MotorsOut.model_validate(self._get("/motors"))
 
     def watch(self, rate: float = 30.0) -> Iterator[State]:
         """Yield states as they come, ``rate`` a second (0.1 to 50), until the loop is left."""

@@ -16,6 +16,7 @@ import pytest
 import uvicorn
 from fastapi import FastAPI
 from starlette.types import ASGIApp
+from tests.firmware.conftest import firmware  # noqa: F401  # a fixture for these tests, too
 
 from miburi.feelings import EmotionalModel
 from miburi.robot import Robot

@@ -8,6 +8,7 @@ import socket
 
 import pytest
 from tests.studio.conftest import Server
+from websockets.asyncio.client import ClientConnection as ClientConnectionAsync
 from websockets.asyncio.client import connect as connect_async
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
@@ -159,8 +160,8 @@ def test_a_hundred_viewers_some_deaf_some_dead(server: Server) -> None:
         for dying in sockets[:20]:
             dying.transport.abort()
 
-        async def states(viewer: object) -> int:
-            serials = [json.loads(await viewer.recv())["serial"] for _ in range(10)]  # type: ignore[attr-defined]
+        async def states(viewer: ClientConnectionAsync) -> int:
+            serials = [json.loads(await viewer.recv())["serial"] for _ in range(10)]
             return len(set(serials))
 
         seen = await asyncio.gather(*(states(viewer) for viewer in sockets[20:]))

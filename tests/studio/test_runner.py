@@ -90,6 +90,10 @@ def test_a_hand_in_the_way_is_explained(runner: Runner) -> None:
     assert stop.force is not None
     assert stop.force > 0.1
     assert stop.mood_after == pytest.approx(0.8 * stop.mood_before, rel=1e-3)
+    if stop.sign == "tracking":
+        assert stop.measured is not None
+        assert stop.expected is not None
+        assert stop.measured < stop.expected
     if stop.sign == "speed":
         assert stop.ratio is not None
         assert stop.measured is not None
@@ -206,6 +210,47 @@ def test_another_body_starts_at_neutral(runner: Runner) -> None:
     assert state.time < 0.1
     np.testing.assert_allclose(state.angles, runner.robot.neutral, atol=0.02)
     np.testing.assert_allclose(state.mood, before, rtol=0.01)
+
+
+def test_a_body_that_is_given_up_is_stopped_and_closed(runner: Runner) -> None:
+    old, closed = runner.body, []
+    old.close = lambda: closed.append(old.state.phase)
+    runner.use("simulated")
+    runner.tick()
+    assert closed == ["stopped"]
+    assert runner.body is not old
+
+
+def test_after_a_contact_gestures_are_smaller(runner: Runner) -> None:
+    def widest() -> float:
+        runner.stimulate(Stimulus("happiness", 0.9))
+        until(runner, lambda state: state.expressed and not state.asked)
+        return max(state.extent for state in run(runner, 2.0))
+
+    before = widest()
+    block(runner)
+    runner.hand(None, np.array([0.0, 0.0, 1.0]))
+    runner.stop()
+    runner.tick()
+    runner.release()
+    until(runner, lambda state: state.phase == "idle")
+    assert widest() < 0.92 * before
+
+
+def test_a_command_that_the_body_refuses_does_not_end_the_loop(
+    runner: Runner, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(move: object) -> None:
+        raise BodyError("not now")
+
+    runner.stimulate(Stimulus("happiness", 0.9))
+    with monkeypatch.context() as patch:
+        patch.setattr(runner.body, "move", refuse)
+        run(runner, 2.0)
+        (said,) = [entry.name for entry in runner.log() if entry.kind == "refused"]
+        assert said == "not now"
+    runner.stimulate(Stimulus("happiness", 0.9))
+    until(runner, lambda state: state.phase == "moving")
 
 
 def test_an_unknown_body_is_refused_in_words(runner: Runner) -> None:

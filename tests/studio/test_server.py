@@ -98,6 +98,7 @@ def test_a_port_that_is_taken_is_said() -> None:
         (("--body", "marble", "--port", "0"), "one of simulated"),
         (("--temperament", "wild", "--port", "0"), "default, calm"),
         (("--seed", "-1", "--port", "0"), "0 or more"),
+        (("--body", "card", "--port", "0"), "give it one with --serial"),
     ],
 )
 def test_wrong_options_are_refused_in_words(options: tuple[str, ...], words: str) -> None:
@@ -105,6 +106,49 @@ def test_wrong_options_are_refused_in_words(options: tuple[str, ...], words: str
     assert done.returncode == 2
     assert words in done.stderr
     assert "Traceback" not in done.stderr
+
+
+def test_a_card_that_is_not_there_is_said() -> None:
+    done = run("--body", "card", "--serial", "/dev/no-such-port", "--port", "0", "--forget")
+    assert done.returncode == 1
+    assert "The card cannot be reached" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_a_card_that_is_not_built_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MIBURI_FIRMWARE", str(tmp_path))
+    done = run("--body", "emulated-card", "--port", "0", "--forget")
+    assert done.returncode == 1
+    assert "make firmware" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_the_emulated_card_lives(start: Start, firmware: Path) -> None:
+    with start("--body", "emulated-card", "--forget") as said:
+        url = address(said)
+        assert httpx.get(url + "/api/v1/state").json()["body"] == "emulated-card"
+        motors = httpx.get(url + "/api/v1/motors").json()["motors"]
+        assert {motor["temperature"] for motor in motors} == {35.0}
+        simulated = {"name": "simulated"}
+        assert httpx.post(url + "/api/v1/bodies", json=simulated).status_code == 204
+        again = {"name": "emulated-card"}
+        assert httpx.post(url + "/api/v1/bodies", json=again, timeout=30).status_code == 204
+
+
+def test_where_no_browser_can_be_opened_it_is_said(tmp_path: Path) -> None:
+    environment = own_environment()
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        environment.pop(name, None)
+    process = subprocess.Popen(
+        [sys.executable, "-m", "miburi", "run", "--port", "0", "--folder", str(tmp_path)],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment,
+    )  # fmt: skip
+    assert process.stdout is not None
+    assert "Miburi is awake" in process.stdout.readline()
+    assert "No browser could be opened here" in process.stdout.readline()
+    process.terminate()
+    _, errors = process.communicate(timeout=30)
+    assert (process.returncode, errors) == (0, "")
 
 
 def test_ctrl_c_is_a_good_end(tmp_path: Path) -> None:
@@ -117,7 +161,8 @@ def test_ctrl_c_is_a_good_end(tmp_path: Path) -> None:
     url = address(process.stdout.readline())
     httpx.post(url + "/api/v1/recordings", json={"on": True})
     process.send_signal(signal.SIGINT)
-    _, errors = process.communicate(timeout=30)
+    said, errors = process.communicate(timeout=30)
     assert process.returncode == 0
     assert errors == ""
+    assert said == f"Good-bye. The body rests at neutral; what it feels is kept in {tmp_path}.\n"
     assert (tmp_path / "recordings" / "miburi-0001.mcap").read_bytes().endswith(b"\x89MCAP0\r\n")

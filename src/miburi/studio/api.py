@@ -28,6 +28,7 @@ from miburi.studio.wire import (
     GestureOut,
     HandIn,
     LinkOut,
+    MotorsOut,
     PartOut,
     PauseIn,
     RecordingIn,
@@ -114,6 +115,11 @@ def _looking(router: APIRouter, runner: Runner) -> None:
             for feeling in FEELINGS
             for function in [gestures.load(feeling)]
         ]
+
+    @router.get("/motors")
+    async def motors() -> MotorsOut:
+        """Return the motors' temperatures and supply, and the guards they were calibrated to."""
+        return runner.motors
 
     @router.get("/bodies")
     async def bodies() -> list[BodyOut]:
@@ -293,8 +299,8 @@ def describe(robot: Robot) -> RobotOut:
 
 async def _say(_request: Request, error: Exception) -> JSONResponse:
     """Turn what Miburi refuses into a status and its words."""
-    statuses: dict[type[Exception], int] = {BodyError: 409, InputError: 400, BusyError: 503}
-    status = statuses.get(type(error), 500)
+    statuses = {BodyError: 409, InputError: 400, BusyError: 503}
+    status = next((statuses[kind] for kind in statuses if isinstance(error, kind)), 500)
     return JSONResponse({"detail": str(error)}, status)
 
 

@@ -7,7 +7,7 @@ import typer
 
 
 def run(
-    body: Annotated[str, typer.Option(help="simulated or card.")] = "simulated",
+    body: Annotated[str, typer.Option(help="simulated, emulated-card, or card.")] = "simulated",
     serial: Annotated[
         str | None, typer.Option(help="A card's serial port.", show_default=False)
     ] = None,

@@ -110,7 +110,7 @@ class _Viewer:
                 last = snapshot.state.serial
                 await self._send(snapshot.json)
             due = max(due + self._period, time.monotonic())
-            await asyncio.sleep(due - time.monotonic())
+            await asyncio.sleep(due - time.monotonic())  # until this viewer's next state is due
 
     async def _send(self, text: str) -> None:
         async with asyncio.timeout(PATIENCE), self._sending:

@@ -11,23 +11,23 @@ import time
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future
+from contextlib import suppress
 from functools import cached_property
 from typing import Any, TypeVar
 
 import numpy as np
 
-from miburi.bodies import Body, Phase
+from miburi.bodies import Body
 from miburi.bodies.registry import make_body
-from miburi.contact import PAPER_PERIOD
 from miburi.errors import BodyError, InputError, MiburiError
 from miburi.feelings import Expression, FeelingModel, Stimulus
 from miburi.gestures import KeyPose
-from miburi.motion import FINE, SECOND
 from miburi.partner import Event, GestureStarted, Partner, Released, Stopped
-from miburi.robot import JOINTS, Array, Robot, forward
+from miburi.robot import Array, Robot
+from miburi.studio.observer import Observer
 from miburi.studio.recordings import Recordings
-from miburi.studio.wire import Entry, Expressed, Hand, Sample, State, StopOut
-from miburi.temperament import FEELINGS, shipped_temperament
+from miburi.studio.wire import Entry, MotorsOut, Sample, State, StopOut
+from miburi.temperament import shipped_temperament
 
 #: The loop's period in s; the encoders are read twice in it.
 STEP = 0.02
@@ -42,6 +42,7 @@ _QUEUE = 256
 _HAND_SPEED = 1.2
 _LOG, _SAMPLES = 300, 1200
 _STEPS_PER_SAMPLE = 5
+_STEPS_PER_MOTORS = 50
 
 Result = TypeVar("Result")
 Command = Callable[[], Any]
@@ -104,13 +105,10 @@ class Runner:
         self._log: deque[Entry] = deque(maxlen=_LOG)
         self._samples: deque[Sample] = deque(maxlen=_SAMPLES)
         self._serial = self._number = 0
-        self._paused = False
+        self._paused = self._at_home = False
         self._hand_goal: Array | None = None
         self._hand_along = np.array([0.0, 0.0, 1.0])
-        self._home = forward(robot, robot.neutral)[:6].reshape(2, 3)
-        self._hands = self._home
-        self._use(body, make_body(body, robot, port))
-        self._snapshot = Snapshot(self._observe(0.0))
+        self._use(body, port, make_body(body, robot, port))
 
     # What viewers read.
 
@@ -122,7 +120,17 @@ class Runner:
     @property
     def body_name(self) -> str:
         """The kind of body that moves now."""
-        return self._body_name
+        return self._observer.name
+
+    @property
+    def motors(self) -> MotorsOut:
+        """How the motors are, at most a second old."""
+        return self._motors
+
+    @property
+    def at_home(self) -> bool:
+        """Whether :meth:`close` has brought the body back to neutral."""
+        return self._at_home
 
     @property
     def body(self) -> Body:
@@ -248,11 +256,16 @@ class Runner:
         InputError, BodyError
             There is no such body here; see :func:`miburi.bodies.registry.make_body`.
         """
+        if port is not None and port == self._observer.port:
+            raise BodyError(
+                f"the card at {port} is this body already; one that was lost is found again by "
+                "itself."
+            )
         body = make_body(name, self.robot, port)
 
         def run() -> None:
-            self._partner.body.stop()
-            self._use(name, body)
+            self._let_go()
+            self._use(name, port, body)
             self._note("body", name=name)
 
         return self._call(run)
@@ -263,11 +276,20 @@ class Runner:
         """Run the waiting commands, then let one step pass."""
         self._run_commands()
         self._move_hand()
-        events = self._partner.step(STEP)
+        events: list[Event] = []
+        try:
+            events = self._partner.step(STEP)
+        except BodyError as error:
+            # A card may have stopped, or been lost, between its report and our command: it is
+            # stopped then, and the next state says why. What repeats is said once.
+            if not (self._log and self._log[-1].name == str(error)):
+                self._note("refused", name=str(error))
+        stopped = self._observer.take(events)
         for event in events:
-            self._take(event)
-        state = self._observe(STEP)
-        if self._serial % _STEPS_PER_SAMPLE == 0:
+            self._take(event, stopped)
+        state = self._look()
+        sampled = self._serial % _STEPS_PER_SAMPLE == 0
+        if sampled:
             self._samples.append(
                 Sample(
                     time=state.time,
@@ -278,10 +300,7 @@ class Runner:
                     stopped=state.stop is not None,
                 )
             )
-        self.recordings.write(
-            self._partner.body.state, self._feelings, events, self._serial % _STEPS_PER_SAMPLE == 0
-        )
-        self._snapshot = Snapshot(state)
+        self.recordings.write(self._partner.body.state, self._feelings, events, sampled)
 
     def start(self) -> None:
         """Start the thread that paces the steps."""
@@ -296,6 +315,8 @@ class Runner:
             self._thread.join()
             self._thread = None
         self.recordings.end()
+        self._at_home = self._partner.at_rest
+        self._let_go()
 
     def _pace(self) -> None:
         due = time.monotonic()
@@ -311,7 +332,7 @@ class Runner:
             due += STEP
             ahead = due - time.monotonic()
             if ahead > 0:
-                time.sleep(ahead)
+                time.sleep(ahead)  # the one place where the partner's time meets the clock
             elif ahead < -_PATIENCE:
                 self.slow_steps += 1
                 due = time.monotonic()
@@ -339,14 +360,37 @@ class Runner:
             except Exception as error:  # it is the asker's, not the loop's
                 future.set_exception(error)
 
-    def _use(self, name: str, body: Body) -> None:
-        self._body_name = name
+    def _use(self, name: str, port: str | None, body: Body) -> None:
         self._partner = Partner(body, self._feelings, period=_PERIOD, life=self._seed)
         if self._paused:
             self._partner.pause()
-        self._stop: StopOut | None = None
-        self._peak, self._part = 0.0, None
         self._hand_goal = None
+        self._observer = Observer(name, port, self._partner, self._feelings)
+        self._motors = self._observer.motors()
+        self._look()
+
+    def _let_go(self) -> None:
+        """Stop the body, and close a card's line: the next one may be at the same port."""
+        body: Any = self._partner.body
+        with suppress(BodyError):  # a card that is lost is stopped
+            body.stop()
+        if hasattr(body, "close"):
+            body.close()
+
+    def _look(self) -> State:
+        """Renew what viewers see."""
+        self._serial += 1
+        if self._serial % _STEPS_PER_MOTORS == 0:
+            self._motors = self._observer.motors()
+        state = self._observer.state(
+            self._serial,
+            paused=self._paused,
+            recording=self.recordings.current,
+            hand_out=self._hand_goal is not None,
+            latest=self._number,
+        )
+        self._snapshot = Snapshot(state)
+        return state
 
     def _move_hand(self) -> None:
         """Bring the hand nearer to where it was asked to, never faster than a person's."""
@@ -359,137 +403,19 @@ class Runner:
         reach = min(1.0, _HAND_SPEED * STEP / length) if length > 0 else 1.0
         body.place_hand(here + reach * way, self._hand_along)
 
-    def _take(self, event: Event) -> None:
+    def _take(self, event: Event, stopped: StopOut | None) -> None:
         match event:
             case GestureStarted(_, expression):
                 self._note("gesture", feeling=expression.feeling, mood=expression.mood)
             case Stopped():
-                self._stop = self._explain(event)
-                self._note("stopped", stop=self._stop)
+                self._note("stopped", stop=stopped)
             case Released():
                 self._note("released")
             case _:
                 pass
-
-    def _explain(self, event: Stopped) -> StopOut:
-        """Say what is known about a stop: speeds from the rule's window, force from the physics."""
-        stop = event.stop
-        window = getattr(self._partner.body, "window", None)
-        measured = expected = None
-        if stop.sign == "speed" and stop.motor is not None and window is not None:
-            motor = JOINTS.index(stop.motor)
-            per_second = self.robot.servo.step / FINE / (PAPER_PERIOD / SECOND)
-            measured = round(float(window.measured[motor]) * per_second, 4)
-            expected = round(float(window.expected[motor]) * per_second, 4)
-        touched = hasattr(self._partner.body, "touch")
-        return StopOut(
-            time=stop.time,
-            reason=stop.reason,
-            motor=stop.motor,
-            sign=stop.sign,
-            ratio=None if stop.ratio is None else round(stop.ratio, 4),
-            measured=measured,
-            expected=expected,
-            force=round(self._peak, 2) if touched else None,
-            part=self._part,
-            mood_before=event.mood_before,
-            mood_after=event.mood_after,
-        )
-
-    def _observe(self, dt: float) -> State:
-        body, feelings = self._partner.body, self._feelings
-        state = body.state
-        touch = getattr(body, "touch", None)
-        if touch is not None:
-            if touch.force > 0:
-                self._peak, self._part = max(self._peak, touch.force), touch.part
-            elif state.phase is not Phase.STOPPED:
-                self._peak *= 0.9  # a touch that no stop followed is forgotten within a second
-        if state.phase is not Phase.STOPPED:
-            self._stop = None
-        elif self._stop is not None and touch is not None and self._peak > (self._stop.force or 0):
-            self._stop = self._stop.model_copy(update={"force": round(self._peak, 2)})
-        hands = forward(self.robot, state.angles)[:6].reshape(2, 3)
-        speed = float(np.linalg.norm(hands - self._hands, axis=1).mean() / dt) if dt else 0.0
-        self._hands = hands
-        self._serial += 1
-        felt, shown = feelings.express(), self._partner.expression
-        return State(
-            serial=self._serial,
-            time=round(state.time, 3),
-            body=self._body_name,
-            phase=state.phase.value,
-            paused=self._paused,
-            temperament=feelings.temperament.name,
-            recording=self.recordings.current,
-            angles=state.angles.round(4).tolist(),
-            velocities=state.velocities.round(3).tolist(),
-            emotion=feelings.emotion.round(4).tolist(),
-            feeling=feelings.feeling.round(4).tolist(),
-            mood=feelings.mood.round(5).tolist(),
-            felt=_expressed(felt),
-            expressed=_expressed(self._current(shown)),
-            asked=self._partner.asked,
-            hand_speed=round(speed, 4),
-            extent=round(float(np.linalg.norm(hands - self._home, axis=1).max()), 4),
-            ratios=self._ratios(),
-            stop=self._stop,
-            held=self._partner.held,
-            force=round(touch.force, 2) if touch is not None else None,
-            hand=_hand(body),
-            hand_out=self._hand_goal is not None,
-            face=self._face(felt, shown),
-            latest=self._number,
-        )
-
-    def _current(self, shown: Expression | None) -> Expression | None:
-        """Return what is shown; unless it was asked for, it is as strong as the mood of now."""
-        if shown is None or self._partner.asked:
-            return shown
-        return Expression(shown.feeling, float(self._feelings.mood[FEELINGS.index(shown.feeling)]))
-
-    def _face(self, felt: Expression | None, shown: Expression | None) -> list[float]:
-        """Return how much of each feeling the face shows.
-
-        What was asked for, alone; else the strongest emotion as strong as its mood, and each
-        other emotion's mood in the measure in which it is as strong as that one.
-        """
-        weights = np.zeros(len(FEELINGS))
-        if shown is not None and self._partner.asked:
-            weights[FEELINGS.index(shown.feeling)] = shown.mood
-        elif felt is not None:
-            emotion = self._feelings.emotion
-            weights = self._feelings.mood * (emotion / emotion.max()) ** 2
-        return [float(weight) for weight in weights.round(3)]
-
-    def _ratios(self) -> list[float | None]:
-        window = getattr(self._partner.body, "window", None)
-        if window is None:
-            return [None] * len(JOINTS)
-        return [
-            round(float(did) / float(should), 4) if judged else None
-            for did, should, judged in zip(
-                window.measured, window.expected, window.judged, strict=True
-            )
-        ]
 
     def _note(self, kind: str, **content: Any) -> None:
         self._number += 1
         time = round(self._partner.body.state.time, 2)
         entry = {"number": self._number, "time": time, "kind": kind, **content}
         self._log.append(Entry.model_validate(entry))
-
-
-def _expressed(expression: Expression | None) -> Expressed | None:
-    if expression is None:
-        return None
-    return Expressed.model_validate(
-        {"feeling": expression.feeling, "mood": round(expression.mood, 5)}
-    )
-
-
-def _hand(body: Any) -> Hand | None:
-    if not hasattr(body, "place_hand"):
-        return None
-    pose = body.configuration[1].round(4).tolist()
-    return Hand(position=pose[:3], quaternion=pose[3:])

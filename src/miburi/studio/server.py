@@ -15,10 +15,11 @@ from types import FrameType
 
 import uvicorn
 
+from miburi import ik
 from miburi.bodies.registry import KINDS
 from miburi.errors import InputError, OutputError
 from miburi.feelings import EmotionalModel, Stimulus
-from miburi.robot import iphonoid
+from miburi.robot import forward, iphonoid
 from miburi.studio.access import LARGEST, Gate, is_loopback, kept_token
 from miburi.studio.memory import remember, remembered
 from miburi.studio.recordings import Recordings
@@ -29,6 +30,8 @@ from miburi.temperament import FEELINGS, shipped_temperament
 #: everything, so that every feeling shows, and glad to see them.
 FIRST_MOOD: dict[str, float] = dict.fromkeys(FEELINGS, 0.5)
 GREETING = Stimulus("happiness", 0.8)
+#: Hosts that mean every address of this computer. To compare with, not to listen on: S104.
+_EVERYWHERE = ("0.0.0.0", "::", "")  # noqa: S104
 
 
 @dataclass(frozen=True)
@@ -87,14 +90,22 @@ def serve(wish: Wish) -> None:
     feelings = EmotionalModel(shipped_temperament(wish.temperament))
     if wish.body not in KINDS:
         raise InputError(f"the body must be one of {', '.join(KINDS)}, got {wish.body!r}.")
+    if KINDS[wish.body].needs_port and not wish.port_of_body:
+        raise InputError(
+            f"the {wish.body} body needs a port, such as /dev/ttyACM0; give it one with --serial. "
+            "`miburi card list` names the ports that are there."
+        )
     with _listening(wish.host, wish.port) as listener:
         kept = None if wish.forget else remembered(folder / "feelings.json", feelings.temperament)
         feelings = kept or feelings
         if kept is None:
             feelings.set_state(mood=FIRST_MOOD)
         feelings.stimulate(GREETING)
+        robot = iphonoid()
+        # A solver that is still to be compiled would hold up the loop, and Stop with it, for 20 s.
+        ik.solve(robot, forward(robot, robot.neutral), start=robot.neutral)
         runner = Runner(
-            iphonoid(),
+            robot,
             feelings,
             Recordings(folder / "recordings"),
             body=wish.body,
@@ -112,6 +123,7 @@ def serve(wish: Wish) -> None:
             runner.close()
             if not wish.forget:
                 remember(folder / "feelings.json", feelings)
+            _say_good_bye(runner, folder, kept=not wish.forget)
 
 
 def _run(app: Gate, listener: socket.socket, ready: object, host: str) -> None:
@@ -133,7 +145,7 @@ def _run(app: Gate, listener: socket.socket, ready: object, host: str) -> None:
 
 def _when_started(server: uvicorn.Server, ready: object, url: str) -> None:
     while not (server.started or server.should_exit):
-        time.sleep(0.02)
+        time.sleep(0.02)  # uvicorn has no event for it
     if server.started and callable(ready):
         ready(url)
 
@@ -190,7 +202,7 @@ def _listening(host: str, port: int) -> Iterator[socket.socket]:
 
 def _url(listener: socket.socket, host: str) -> str:
     shown = f"[{host}]" if ":" in host else host
-    if host in ("0.0.0.0", "::", ""):  # noqa: S104
+    if host in _EVERYWHERE:
         shown = "127.0.0.1"
     return f"http://{shown}:{listener.getsockname()[1]}"
 
@@ -200,7 +212,7 @@ def _addresses(listener: socket.socket, host: str) -> list[str]:
     if is_loopback(host):
         return []
     port = listener.getsockname()[1]
-    if host not in ("0.0.0.0", "::", ""):  # noqa: S104
+    if host not in _EVERYWHERE:
         return [_url(listener, host)]
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
@@ -209,6 +221,13 @@ def _addresses(listener: socket.socket, host: str) -> list[str]:
         except OSError:
             name = socket.gethostname()
     return [f"http://{name}:{port}"]
+
+
+def _say_good_bye(runner: Runner, folder: Path, *, kept: bool) -> None:
+    """Say in one line how the partner was left."""
+    home = "rests at neutral" if runner.at_home else "could not be brought to neutral; look at it"
+    remembers = f"; what it feels is kept in {folder}" if kept else ""
+    print(f"Good-bye. The body {home}{remembers}.", flush=True)
 
 
 def _announce(url: str, token: str | None, headless: bool) -> None:

@@ -7,24 +7,24 @@ What changes many times a second is drawn by the browser from the live WebSocket
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from html import escape
 
 import numpy as np
 from fastapi import Request
 from nicegui import ui
 
 from miburi.studio.api import describe
+from miburi.studio.body_panel import body_panel
+from miburi.studio.contact_panel import contact_panel, why
 from miburi.studio.elements import Levels, Plots, RobotView
+from miburi.studio.gestures_panel import gestures_panel
 from miburi.studio.pairing import pairing_url, qr_svg
-from miburi.studio.panels import body_panel, gestures_panel
-from miburi.studio.parts import button, heading, set_label
+from miburi.studio.parts import attempt, button, heading, set_label
 from miburi.studio.runner import Runner
-from miburi.studio.wire import Entry, State
+from miburi.studio.wire import State
 from miburi.studio.words import LANGUAGES, Words, own_name, preferred, words
 
 #: Seconds between two looks at what changes slowly.
 _LOOK = 0.25
-_LOG_LINES = 60
 #: Where the hand appears, m: beside the right arm, in front.
 HAND_START = (0.05, -0.24, 0.16)
 LANGUAGE_COOKIE, DARK_COOKIE = "miburi_language", "miburi_dark"
@@ -72,7 +72,6 @@ class _Studio:
         self._language = language
         ui.dark_mode(dark)
         self._phones = phones
-        self._seen = -1
         self._updates: list[Callable[[State], None]] = []
 
     def build(self) -> None:
@@ -99,6 +98,7 @@ class _Studio:
             with ui.element("h1").classes("brand"):
                 ui.html("Miburi <small>身振り</small>", sanitize=False)
             pill = ui.label("…").classes("pill").props('role="status"')
+            recording = ui.label(say["recording"]).classes("on-air")
             ui.element("div").classes("grow")
             pause = button(say["pause"], say["pause_hint"])
             pause.on("click", self._toggle_pause)
@@ -112,13 +112,14 @@ class _Studio:
                 lambda event: ui.run_javascript(_CHOOSE_LANGUAGE.replace("$", event.value))
             )
             button("◐", say["dark"]).on("click", js_handler=_TOGGLE_DARK)
-            release = button(say["release"], say["release_hint"], "release-button")
-            release.props('data-ask="/release"')
-            stop = button(say["stop"], say["stop_hint"], "stop-button")
+            release = button(say["release"], say["release_hint"], "release-button", "R")
+            release.props('data-ask="/release" aria-keyshortcuts="R"')
+            stop = button(say["stop"], say["stop_hint"], "stop-button", "Esc")
             stop.props('data-ask="/stop" aria-keyshortcuts="Escape"')
 
         def update(state: State) -> None:
             resting = state.paused and state.phase == "idle"
+            recording.set_visibility(state.recording is not None)
             pill.set_text(self._words["phase"]["paused" if resting else state.phase])
             set_label(pause, say["resume" if state.paused else "pause"])
 
@@ -127,22 +128,21 @@ class _Studio:
     def _stage(self) -> None:
         say = self._words["studio"]
         with ui.element("section").classes("card stage").props(f'aria-label="{say["scene"]}"'):
-            view = RobotView(describe(self._runner.robot).model_dump(), say["scene"])
+            view = RobotView(describe(self._runner.robot).model_dump(), say["scene"], say["no_3d"])
             with ui.element("div").classes("why").props('role="alert" aria-live="assertive"'):
-                why = ui.label()
-                more = ui.element("small")
-                with more:
-                    more_words = ui.label()
+                said = ui.label()
+                with ui.element("small"):
+                    more = ui.label()
             with ui.element("div").classes("over low"):
                 hand = button(say["hand_out"], say["hand_hint"])
                 button(say["reset_view"], "").on("click", view.reset)
                 hint = ui.label(say["hand_hint"]).classes("hint")
                 hint.set_visibility(False)
 
-        def toggle() -> None:
+        async def toggle() -> None:
             out = self._runner.snapshot.state.hand_out
             place = None if out else np.array(HAND_START)
-            self._runner.hand(place, np.array([0.0, 1.0, 0.0]))
+            await attempt(self._runner.hand(place, np.array([0.0, 1.0, 0.0])))
 
         hand.on("click", toggle)
 
@@ -152,9 +152,9 @@ class _Studio:
             hint.set_visibility(shown)
             set_label(hand, say["hand_away" if shown else "hand_out"])
             if state.stop is not None:
-                first, second = self._why(state)
-                why.set_text(first)
-                more_words.set_text(second)
+                first, second = why(state, self._words)
+                said.set_text(first)
+                more.set_text(second)
 
         self._updates.append(update)
 
@@ -173,7 +173,7 @@ class _Studio:
     def _tabs(self) -> None:
         say = self._words["studio"]
         panels: dict[str, Callable[[], None]] = {
-            "contact": self._contact,
+            "contact": partial(contact_panel, self._runner, self._words, self._updates),
             "time": self._plots,
             "gestures": partial(gestures_panel, self._runner, self._words),
             "body": partial(body_panel, self._runner, self._words, self._updates),
@@ -189,109 +189,11 @@ class _Studio:
 
     def _plots(self) -> None:
         robot = describe(self._runner.robot)
-        say = {**self._words["plot"], "moods": self._words["plot"]["moods"]}
         Plots(
-            say,
+            self._words["plot"],
             robot.threshold,
             [self._words["feeling"][name] for name in robot.feelings],
             [self._words["joint"][name] for name in robot.joints],
-        )
-
-    def _contact(self) -> None:
-        say = self._words["contact"]
-        with ui.element("div").classes("panel"):
-            with ui.element("div"):
-                headline = ui.element("h2")
-                with headline:
-                    first = ui.label()
-                second = ui.label()
-                facts = ui.html("", sanitize=False)
-            with ui.element("div"):
-                heading(say["log"])
-                log = ui.html("", sanitize=False)
-        shown: tuple[object, ...] = ()
-
-        def update(state: State) -> None:
-            nonlocal shown
-            if state.latest != self._seen:
-                self._seen = state.latest
-                log.set_content(self._log())
-            now = (state.stop, state.phase, state.held)
-            if now == shown:
-                return
-            shown = now
-            words = self._why(state)
-            first.set_text(words[0])
-            second.set_text(words[1])
-            facts.set_content(self._facts(state))
-
-        self._updates.append(update)
-
-    def _why(self, state: State) -> tuple[str, str]:
-        """Say in two sentences what holds the body, if anything does."""
-        say, stop = self._words["contact"], state.stop
-        if stop is None:
-            going_back = state.phase == "returning"
-            return say["free"], say["returning" if going_back else "free_more"]
-        if stop.reason == "contact" and stop.motor is not None:
-            words = say["met"].format(motor=self._words["joint"][stop.motor])
-            return words, say["held" if state.held else "waits"]
-        if stop.reason == "asked":
-            return say["asked"], say["held"]
-        return say["failed"].format(reason=stop.reason), say["held"]
-
-    def _facts(self, state: State) -> str:
-        """Return what was measured at a contact, as HTML."""
-        say, stop = self._words["contact"], state.stop
-        if stop is None or stop.reason != "contact":
-            return ""
-        rows = []
-        if stop.measured is not None and stop.expected is not None:
-            rows += [
-                (say["measured"], f"{stop.measured:.2f} rad/s"),
-                (say["expected"], f"{stop.expected:.2f} rad/s"),
-            ]
-        if stop.ratio is not None:
-            rows.append((say["ratio"], f"{stop.ratio:.2f} ({say['limit']})"))
-        rows.append((say["sign"], say[f"sign_{stop.sign}"]))
-        if stop.force is not None:
-            rows.append((say["force"], f"{stop.force:.1f} N"))
-        change = 100 * (stop.mood_after / stop.mood_before - 1) if stop.mood_before else 0.0
-        moods = f"{stop.mood_before:.2f} → {stop.mood_after:.2f} ({change:+.0f} %)"
-        rows.append((say["mood"], moods.replace("-", "−")))
-        cells = "".join(f"<dt>{escape(a)}</dt><dd>{escape(b)}</dd>" for a, b in rows)
-        return f'<dl class="facts">{cells}</dl>'
-
-    def _log(self) -> str:
-        entries = self._runner.log()[-_LOG_LINES:]
-        if not entries:
-            return escape(self._words["contact"]["empty"])
-        lines = "".join(
-            f'<li class="{entry.kind}"><time>{entry.time:.1f} s</time>'
-            f"<span>{escape(self._line(entry))}</span></li>"
-            for entry in reversed(entries)
-        )
-        return f'<ol class="log" tabindex="0">{lines}</ol>'
-
-    def _line(self, entry: Entry) -> str:
-        say, stop = self._words["log"], entry.stop
-        name = entry.name or ""
-        if stop is not None and stop.reason == "contact" and stop.motor is not None:
-            return say["stopped"].format(
-                motor=self._words["joint"][stop.motor],
-                ratio=f"{100 * (stop.ratio or 0):.0f} %",
-                before=f"{stop.mood_before:.2f}",
-                after=f"{stop.mood_after:.2f}",
-            )
-        if stop is not None:
-            key = "stopped_asked" if stop.reason == "asked" else "stopped_other"
-            return say[key].format(name=stop.reason)
-        return say[entry.kind].format(
-            name=name,
-            feeling=self._words["feeling"].get(entry.feeling or "", ""),
-            source=self._words["source"].get(entry.source or "", ""),
-            strength=f"{entry.strength or 0:.2f}",
-            mood=f"{entry.mood or 0:.2f}",
         )
 
     def _pairing(self) -> ui.dialog:
@@ -302,14 +204,15 @@ class _Studio:
             token = self._phones.token
             if token is None or not self._phones.addresses:
                 ui.label(say["local"])
+                ui.html("miburi run --host 0.0.0.0", sanitize=False, tag="code")
             else:
                 url = pairing_url(self._phones.addresses[0], token, "/face")
                 ui.html(f'<div class="qr">{qr_svg(url)}</div>', sanitize=False)
                 ui.label(say["scan"])
         return dialog
 
-    def _toggle_pause(self) -> None:
-        self._runner.pause(not self._runner.snapshot.state.paused)
+    async def _toggle_pause(self) -> None:
+        await attempt(self._runner.pause(not self._runner.snapshot.state.paused))
 
     def _look(self) -> None:
         state = self._runner.snapshot.state

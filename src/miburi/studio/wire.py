@@ -13,7 +13,7 @@ from miburi.temperament import Feeling, Source
 Share = Annotated[float, Field(ge=0, le=1)]
 Eight = Annotated[list[float], Field(min_length=8, max_length=8)]
 Point = Annotated[list[Annotated[float, Field(ge=-2, le=2)]], Field(min_length=3, max_length=3)]
-Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,39}$")]
+Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_-]{0,39}$")]
 
 
 class Message(BaseModel):
@@ -96,9 +96,17 @@ class StopOut(BaseModel):
     reason: str = Field(description="contact, asked, or what failed.")
     motor: str | None = Field(description="The motor that met something.")
     sign: str | None = Field(description="speed, tracking or arrival: what gave the contact away.")
-    ratio: float | None = Field(description="Measured over expected travel; the limit is 0.9372.")
-    measured: float | None = Field(description="Speed in the judged window, rad/s.")
-    expected: float | None = Field(description="Speed that was commanded for it, rad/s.")
+    ratio: float | None = Field(
+        description="Measured over expected travel: with the sign speed in the judged window, "
+        "where the limit is 0.9372; else since the move began."
+    )
+    moved: float | None = Field(description="The measured travel, rad, where it is known.")
+    due: float | None = Field(description="The expected travel, rad, where it is known.")
+    measured: float | None = Field(
+        description="Speed, rad/s: with the sign speed in the judged window (a card does not tell "
+        "it), with tracking at the stop."
+    )
+    expected: float | None = Field(description="Speed that was commanded for the same, rad/s.")
     force: float | None = Field(description="Largest force on the human hand, N; simulation only.")
     part: str | None = Field(description="The part that was touched; simulation only.")
     mood_before: Share
@@ -130,10 +138,11 @@ class State(BaseModel):
     felt: Expressed | None = Field(description="The strongest emotion, with its mood.")
     expressed: Expressed | None = Field(description="The gesture of now; null between gestures.")
     asked: bool = Field(description="Whether somebody asked for that gesture.")
-    hand_speed: float = Field(description="Mean speed of both hands, m/s.")
+    hand_speed: float = Field(description="Mean speed of both hands in the last 0.1 s, m/s.")
     extent: float = Field(description="Distance of the further hand from its neutral place, m.")
     ratios: list[float | None] = Field(
-        description="Measured over expected travel in the latest window; null if not judged."
+        description="Measured over expected travel in the latest window; null if not judged. "
+        "A card tells it for the motor that stopped it alone."
     )
     stop: StopOut | None
     held: bool = Field(description="Whether a person stopped it: it waits for a release.")
@@ -151,7 +160,7 @@ class Entry(BaseModel):
     time: float
     kind: Literal[
         "stimulus", "gesture", "stopped", "released", "body", "paused", "resumed", "temperament",
-        "recording", "recorded",
+        "recording", "recorded", "refused",
     ]  # fmt: skip
     feeling: str | None = None
     mood: float | None = None
@@ -188,6 +197,41 @@ class BodyOut(BaseModel):
     available: bool
     needs_port: bool
     chosen: bool
+
+
+class GuardsOut(BaseModel):
+    """What the contact rule grants one motor."""
+
+    lag: float = Field(description="How far it follows behind its command, s.")
+    slack: float = Field(description="rad that may always be missing.")
+    least: float = Field(description="rad that it must have to move before it is judged.")
+    tracking: float = Field(description="The largest distance from its path, rad.")
+    arrival: float = Field(description="The largest distance from its goal, rad.")
+
+
+class MotorOut(BaseModel):
+    """One motor; what a body does not tell is null."""
+
+    joint: str
+    servo: int | None = Field(description="The servo's id on the bus.")
+    answers: bool | None
+    temperature: float | None = Field(description="°C")
+    voltage: float | None = Field(description="V")
+    guards: GuardsOut
+
+
+class MotorsOut(BaseModel):
+    """How the motors are, and what they were calibrated to."""
+
+    body: str
+    port: str | None
+    calibrated: bool = Field(
+        description="Whether the guards are other than those that ship with the robot."
+    )
+    settings: str | None = Field(description="The check sum of what a card knows of the body.")
+    hottest: float | None = Field(description="A hotter motor stops the body, °C.")
+    lowest: float | None = Field(description="A lower supply stops the body, V.")
+    motors: list[MotorOut]
 
 
 class RecordingOut(BaseModel):

@@ -13,9 +13,9 @@ _SCENE = Path(nicegui.__file__).parent / "elements" / "scene" / "dist"
 class RobotView(Element, component="robot.js", esm={"nicegui-scene": str(_SCENE)}):
     """The robot in 3D, and a hand that can be dragged."""
 
-    def __init__(self, robot: Mapping[str, Any], label: str) -> None:
+    def __init__(self, robot: Mapping[str, Any], label: str, without: str) -> None:
         super().__init__()
-        self._props |= {"robot": dict(robot), "label": label}
+        self._props |= {"robot": dict(robot), "label": label, "without": without}
 
     def reset(self) -> None:
         """Look at the robot as at the beginning."""

@@ -64,8 +64,9 @@ export default {
     },
 
     reason(state, now) {
-      if (state.paused) return this.words.why_paused;
       if (!now) return this.words.why_neutral;
+      if (state.paused) return this.words.why_paused;
+      if (state.stop) return this.words.why_stopped;
       if (state.asked) return this.words.why_asked;
       const i = FEELINGS.indexOf(now.feeling);
       return this.words.why_felt.replace("{emotion}", state.emotion[i].toFixed(2));

@@ -9,20 +9,24 @@ export default {
     <figure v-for="plot in plots" :key="plot.key">
       <figcaption>{{ plot.title }} <small>{{ plot.unit }}</small></figcaption>
       <canvas ref="canvases" role="img" :aria-label="plot.title"></canvas>
-      <ul class="key"><li v-for="(name, i) in plot.names" :key="name">
-        <i :style="{ background: plot.colours[i] }"></i>{{ name }}</li></ul>
+      <div class="key" :title="words.only"><button v-for="(name, i) in plot.names" :key="name" type="button"
+        :aria-pressed="alone[plot.key] === i" @click="alone[plot.key] = alone[plot.key] === i ? null : i">
+        <i :style="{ background: plot.colours[i] }"></i>{{ name }}</button></div>
+      <p v-if="plot.limit" class="note">{{ carded ? words.card : words.guards }}</p>
     </figure>
   </div>`,
   props: { words: Object, threshold: Number, feelings: Array, joints: Array },
   data() {
     const { words } = this.$props;
     return {
+      carded: false,
+      alone: {}, // the one series that each plot shows, where somebody chose one
       plots: [
-        { key: "mood", title: words.moods, unit: "0 – 1", top: 1, colours: COLOURS, names: this.feelings,
+        { key: "mood", title: words.moods, unit: "0 – 1", top: 1, fixed: true, colours: COLOURS, names: this.feelings,
           values: (s) => s.mood },
         { key: "hands", title: words.hands, unit: "m/s · m", top: 0.3, colours: ["#d2402f", "#3d78c2"],
           names: [words.hand_speed, words.extent], values: (s) => [s.hand_speed, s.extent] },
-        { key: "ratio", title: words.ratio, unit: "", top: 1.4, colours: COLOURS, names: this.joints,
+        { key: "ratio", title: words.ratio, unit: `≥ ${this.threshold}`, top: 1.4, fixed: true, colours: COLOURS, names: this.joints,
           values: (s) => s.ratios, limit: true, dots: true },
       ],
     };
@@ -36,6 +40,7 @@ export default {
     let due = 0;
     this.unlisten = listen((state) => {
       if (!state) return;
+      this.carded = state.body !== "simulated";
       const last = this.samples.at(-1)?.time ?? -1;
       if (state.time < last) this.samples = [];
       if (state.time - last >= 0.1) {
@@ -64,13 +69,16 @@ export default {
       c.clearRect(0, 0, width, height);
       const style = getComputedStyle(canvas);
       const ink = style.getPropertyValue("--ink-2"), grid = style.getPropertyValue("--line");
-      const left = 30, bottom = 16, w = width - left - 4, h = height - bottom - 4;
+      const left = 30, bottom = 16, above = 8, w = width - left - 4, h = height - bottom - above;
       const now = this.samples.at(-1)?.time ?? 0;
+      const values = this.samples.map(plot.values);
+      const highest = Math.max(...values.flat().filter((value) => value !== null), 0);
+      const top = plot.fixed ? plot.top : Math.max(plot.top, Math.ceil(10 * highest) / 10);
       const x = (time) => left + w * (1 - (now - time) / SPAN);
-      const y = (value) => 4 + h * (1 - Math.min(value, plot.top) / plot.top);
+      const y = (value) => above + h * (1 - Math.min(value, top) / top);
       c.fillStyle = "rgba(210,64,47,0.14)";
       this.samples.forEach((s, i) => {
-        if (s.stopped) c.fillRect(x(s.time), 4, Math.max(1, x(this.samples[i + 1]?.time ?? now) - x(s.time)), h);
+        if (s.stopped) c.fillRect(x(s.time), above, Math.max(1, x(this.samples[i + 1]?.time ?? now) - x(s.time)), h);
       });
       c.font = "11px system-ui, sans-serif";
       c.fillStyle = ink;
@@ -79,9 +87,9 @@ export default {
       c.textAlign = "right";
       c.textBaseline = "middle";
       for (const part of [0, 0.5, 1]) {
-        const value = part * plot.top;
+        const value = part * top;
         line(c, left, y(value), left + w, y(value));
-        c.fillText(value.toFixed(plot.top < 1 ? 2 : 1), left - 5, y(value));
+        c.fillText(value.toFixed(top < 1 ? 2 : 1), left - 5, y(value));
       }
       c.textBaseline = "alphabetic";
       c.textAlign = "center";
@@ -95,11 +103,13 @@ export default {
       }
       plot.colours.forEach((colour, k) => {
         c.strokeStyle = c.fillStyle = colour;
+        const alone = this.alone[plot.key] ?? null;
+        c.globalAlpha = alone === null || alone === k ? 1 : 0.08;
         c.lineWidth = 1.8;
         c.beginPath();
         let pen = false;
-        for (const sample of this.samples) {
-          const value = plot.values(sample)[k];
+        for (const [i, sample] of this.samples.entries()) {
+          const value = values[i][k];
           if (value === null || value === undefined) { pen = false; continue; }
           if (plot.dots) {
             c.fillRect(x(sample.time) - 1.2, y(value) - 1.2, 2.4, 2.4);
@@ -109,6 +119,7 @@ export default {
           pen = true;
         }
         c.stroke();
+        c.globalAlpha = 1;
       });
     },
   },

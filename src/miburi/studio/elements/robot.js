@@ -10,10 +10,15 @@ const EYE = [0.62, -0.27, 0.2], LOOK_AT = [0, 0, 0.1];
 export default {
   template: `<div class="robot-view" style="position:absolute;inset:0">
     <canvas ref="canvas" tabindex="0" role="img" :aria-label="label"
-      style="width:100%;height:100%;display:block;outline-offset:-4px;touch-action:none"></canvas></div>`,
-  props: { robot: Object, label: String },
+      style="width:100%;height:100%;display:block;outline-offset:-4px;touch-action:none"></canvas>
+    <p v-if="blind" class="blind">{{ without }}</p></div>`,
+  props: { robot: Object, label: String, without: String },
+  data: () => ({ blind: false }),
 
   async mounted() {
+    // Without WebGL the rest of the page works all the same.
+    this.blind = !document.createElement("canvas").getContext("webgl2");
+    if (this.blind) return;
     this.renderer = new THREE.WebGLRenderer({ canvas: this.$refs.canvas, antialias: true });
     // ?quality=full or low: for pictures, and for very slow devices; else it is found out.
     const quality = new URLSearchParams(location.search).get("quality");
@@ -71,7 +76,6 @@ export default {
     this.renderer?.dispose();
     window.removeEventListener("pointerup", this.drop);
   },
-
 
   methods: {
     take(state) {
@@ -223,6 +227,7 @@ export default {
     },
 
     reset() {
+      if (this.blind) return;
       this.camera.position.set(...EYE);
       this.controls.target.set(...LOOK_AT);
       this.controls.update();

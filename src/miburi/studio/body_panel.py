@@ -1,0 +1,194 @@
+"""The studio's panel for the body: which one, how its motors are, temperament, recordings."""
+
+import asyncio
+from collections.abc import Callable
+from html import escape
+from typing import Any
+
+from nicegui import ui
+from serial.tools.list_ports import comports
+
+from miburi.bodies.registry import KINDS
+from miburi.errors import MiburiError
+from miburi.studio.parts import attempt, button, heading, set_label
+from miburi.studio.runner import Runner
+from miburi.studio.wire import MotorOut, MotorsOut, State
+from miburi.studio.words import Words
+from miburi.temperament import TEMPERAMENTS
+
+#: So many °C below the limit a motor is shown as warm.
+_WARM = 5.0
+Update = Callable[[State], None]
+
+
+def body_panel(runner: Runner, words: Words, updates: list[Update]) -> None:
+    """Choose the body and the temperament, see how the motors are, and record."""
+    with ui.element("div").classes("panel"):
+        with ui.element("div"):
+            _body(runner, words["body"], updates)
+            _temperament(runner, words["body"], updates)
+            _recordings(runner, words["body"], updates)
+        with ui.element("div"):
+            _motors(runner, words, updates)
+
+
+def _body(runner: Runner, say: dict[str, str], updates: list[Update]) -> None:
+    kinds = {
+        kind.name: say[kind.name] + ("" if kind.available else f" ({say['missing']})")
+        for kind in KINDS.values()
+    }
+    ports = [port.device for port in comports()]
+    with ui.element("div").classes("row-2"):
+        kind = ui.select(kinds, value=runner.body_name, label=say["kind"])
+        port = ui.input(
+            say["port"],
+            value=ports[0] if ports else "",
+            placeholder="/dev/ttyACM0",
+            autocomplete=ports,
+        )
+        port.bind_visibility_from(kind, "value", backward=lambda name: KINDS[name].needs_port)
+        connect = button(say["connect"], say["connect_hint"])
+
+    async def use() -> None:
+        name = str(kind.value)
+        set_label(connect, say["connecting"])
+        connect.props("disabled")
+        try:
+            where = (str(port.value or "") or None) if KINDS[name].needs_port else None
+            await attempt(await asyncio.to_thread(runner.use, name, where))
+        except MiburiError as error:
+            ui.notify(str(error), type="warning", position="bottom")
+        finally:
+            connect.props(remove="disabled")
+            set_label(connect, say["connect"])
+
+    connect.on("click", use)
+    shown = runner.body_name
+
+    def update(state: State) -> None:
+        nonlocal shown
+        if state.body != shown:  # another page, or a program, has chosen
+            shown = state.body
+            kind.set_value(state.body)
+
+    updates.append(update)
+
+
+def _temperament(runner: Runner, say: dict[str, str], updates: list[Update]) -> None:
+    character = ui.select(
+        {name: say[name] for name in TEMPERAMENTS},
+        value=runner.snapshot.state.temperament,
+        label=say["temperament"],
+    )
+
+    async def change(event: Any) -> None:
+        if event.value != runner.snapshot.state.temperament:
+            await attempt(runner.temperament(event.value))
+
+    character.on_value_change(change)
+    shown = runner.snapshot.state.temperament
+
+    def update(state: State) -> None:
+        nonlocal shown
+        if state.temperament != shown:
+            shown = state.temperament
+            character.set_value(shown)
+
+    updates.append(update)
+
+
+def _recordings(runner: Runner, say: dict[str, str], updates: list[Update]) -> None:
+    with ui.element("div").classes("row-2").style("margin-top: 14px"):
+        record = button(say["record"], "")
+    heading(say["recordings"]).style("margin-top: 12px")
+    kept = ui.html("", sanitize=False)
+
+    async def toggle() -> None:
+        await attempt(runner.record(runner.snapshot.state.recording is None))
+
+    record.on("click", toggle)
+    names: list[str] | None = None
+    seen = -1
+
+    def update(state: State) -> None:
+        nonlocal names, seen
+        set_label(record, say["end_recording" if state.recording else "record"])
+        if state.latest == seen:
+            return
+        seen, found = state.latest, runner.recordings.names()
+        if found != names:
+            names = found
+            kept.set_content(_downloads(found) or escape(say["none"]))
+
+    updates.append(update)
+
+
+def _motors(runner: Runner, words: Words, updates: list[Update]) -> None:
+    say = words["body"]
+    heading(say["motors"])
+    table = ui.html("", sanitize=False)
+    health = ui.label().classes("field-label")
+    calibration = ui.html("", sanitize=False).classes("field-label")
+
+    def update(state: State) -> None:
+        motors = runner.motors
+        table.set_content(_table(state, motors, words))
+        limits = motors.hottest is not None and motors.lowest is not None
+        health.set_text(
+            say["limits"].format(hottest=f"{motors.hottest:.0f}", lowest=f"{motors.lowest:.1f}")
+            if limits
+            else say["temperature"]
+        )
+        calibration.set_content(_calibration(motors, say))
+
+    updates.append(update)
+
+
+def _table(state: State, motors: MotorsOut, words: Words) -> str:
+    say = words["body"]
+    columns = [say[name] for name in ("motor", "angle", "lag", "slack")]
+    if motors.hottest is not None:
+        columns[2:2] = [say["degrees"], say["supply"]]
+    head = "".join(f'<th scope="col">{escape(column)}</th>' for column in columns)
+    rows = "".join(
+        f'<tr class="{_mark(motor, motors)}"><th scope="row">{escape(words["joint"][motor.joint])}'
+        f"</th>{_cells(motor, angle, motors, say)}</tr>"
+        for motor, angle in zip(motors.motors, state.angles, strict=True)
+    )
+    return f'<table class="motors"><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>'
+
+
+def _cells(motor: MotorOut, angle: float, motors: MotorsOut, say: dict[str, str]) -> str:
+    cells = [f"{angle:+.2f} rad".replace("-", "−")]
+    if motors.hottest is not None:
+        there = motor.answers and motor.temperature is not None and motor.voltage is not None
+        cells += [f"{motor.temperature:.0f} °C", f"{motor.voltage:.1f} V"] if there else [
+            escape(say["silent"]), "",
+        ]  # fmt: skip
+    cells += [f"{1000 * motor.guards.lag:.0f} ms", f"{1000 * motor.guards.slack:.0f} mrad"]
+    return "".join(f"<td>{cell}</td>" for cell in cells)
+
+
+def _mark(motor: MotorOut, motors: MotorsOut) -> str:
+    hot = motors.hottest is not None and (motor.temperature or 0) >= motors.hottest - _WARM
+    low = motors.lowest is not None and (motor.voltage or 99) <= motors.lowest
+    return "poor" if hot or low or motor.answers is False else ""
+
+
+def _calibration(motors: MotorsOut, say: dict[str, str]) -> str:
+    if motors.settings is None:
+        return escape(say["simulated_guards"])
+    known = say["own_guards" if motors.calibrated else "shipped_guards"]
+    told = escape(known.format(settings=motors.settings))
+    if motors.port is None:
+        return told
+    command = escape(f"miburi card calibrate {motors.port}")
+    return f"{told} {escape(say['calibrate'])} <code>{command}</code>"
+
+
+def _downloads(names: list[str]) -> str:
+    links = "".join(
+        f'<li><a href="/api/v1/recordings/{escape(name)}" download>{escape(name)}</a></li>'
+        for name in reversed(names[-8:])
+    )
+    return f"<ul>{links}</ul>" if links else ""

@@ -1,0 +1,138 @@
+"""The studio's panel for contacts: what holds the body, why it stopped, and what happened."""
+
+from collections.abc import Callable
+from html import escape
+
+from nicegui import ui
+
+from miburi.studio.parts import heading
+from miburi.studio.runner import Runner
+from miburi.studio.wire import Entry, State, StopOut
+from miburi.studio.words import Words
+
+_LOG_LINES = 60
+
+
+def contact_panel(runner: Runner, words: Words, updates: list[Callable[[State], None]]) -> None:
+    """Say what is in the way now, what was measured at the latest contact, and the log."""
+    say = words["contact"]
+    with ui.element("div").classes("panel"):
+        with ui.element("div"):
+            headline = ui.element("h2")
+            with headline:
+                first = ui.label()
+            second = ui.label()
+            facts = ui.html("", sanitize=False)
+        with ui.element("div"):
+            heading(say["log"])
+            log = ui.html("", sanitize=False)
+    shown: tuple[object, ...] = ()
+    seen = -1
+
+    def update(state: State) -> None:
+        nonlocal shown, seen
+        now = (state.stop, state.phase, state.held, state.latest)
+        if now == shown:
+            return
+        shown = now
+        first_words, second_words = why(state, words)
+        first.set_text(first_words)
+        second.set_text(second_words)
+        entries = runner.log()
+        facts.set_content(_facts(state, entries, words))
+        if state.latest != seen:
+            seen = state.latest
+            log.set_content(_log(entries[-_LOG_LINES:], words))
+
+    updates.append(update)
+
+
+def why(state: State, words: Words) -> tuple[str, str]:
+    """Say in two sentences what holds the body, if anything does."""
+    say, stop = words["contact"], state.stop
+    if stop is None:
+        going_back = state.phase == "returning"
+        return say["free"], say["returning" if going_back else "free_more"]
+    if stop.reason == "contact" and stop.motor is not None:
+        met = say["met"].format(motor=words["joint"][stop.motor])
+        return met, say["held" if state.held else "waits"]
+    if stop.reason == "asked":
+        return say["asked"], say["held"]
+    return say["failed"].format(reason=stop.reason), say["held"]
+
+
+def _facts(state: State, entries: list[Entry], words: Words) -> str:
+    """Return what was measured at the contact of now, or at the latest one, as HTML."""
+    stop = state.stop
+    if stop is not None:
+        return _measured(stop, words) if stop.reason == "contact" else ""
+    contacts = [entry for entry in entries if entry.stop and entry.stop.reason == "contact"]
+    if not contacts or contacts[-1].stop is None:
+        return ""
+    latest = contacts[-1].stop
+    title = words["contact"]["latest"].format(
+        motor=words["joint"].get(latest.motor or "", ""), time=f"{contacts[-1].time:.1f} s"
+    )
+    return f"<h3>{escape(title)}</h3>{_measured(latest, words)}"
+
+
+def _measured(stop: StopOut, words: Words) -> str:
+    say = words["contact"]
+    rows = []
+    if stop.measured is not None and stop.expected is not None:
+        rows += [
+            (say["measured"], f"{stop.measured:.2f} rad/s"),
+            (say["expected"], f"{stop.expected:.2f} rad/s"),
+        ]
+    if stop.sign != "speed" or stop.measured is None:
+        rows += _travel(stop, say)
+    if stop.ratio is not None:
+        limit = f" ({say['limit']})" if stop.sign == "speed" else ""
+        rows.append((say["ratio" if limit else "way"], f"{stop.ratio:.2f}{limit}"))
+    rows.append((say["sign"], say[f"sign_{stop.sign}"]))
+    if stop.force is not None:
+        rows.append((say["force"], f"{stop.force:.1f} N"))
+    change = 100 * (stop.mood_after / stop.mood_before - 1) if stop.mood_before else 0.0
+    moods = f"{stop.mood_before:.2f} → {stop.mood_after:.2f} ({change:+.0f} %)"
+    rows.append((say["mood"], moods.replace("-", "−")))
+    cells = "".join(f"<dt>{escape(a)}</dt><dd>{escape(b)}</dd>" for a, b in rows)
+    return f'<dl class="facts">{cells}</dl>'
+
+
+def _travel(stop: StopOut, say: dict[str, str]) -> list[tuple[str, str]]:
+    if stop.moved is None or stop.due is None:
+        return []
+    return [(say["moved"], f"{stop.moved:.3f} rad"), (say["due"], f"{stop.due:.3f} rad")]
+
+
+def _log(entries: list[Entry], words: Words) -> str:
+    if not entries:
+        return escape(words["contact"]["empty"])
+    lines = "".join(
+        f'<li class="{entry.kind}"><time>{entry.time:.1f} s</time>'
+        f"<span>{escape(_line(entry, words))}</span></li>"
+        for entry in reversed(entries)
+    )
+    return f'<ol class="log" tabindex="0">{lines}</ol>'
+
+
+def _line(entry: Entry, words: Words) -> str:
+    say, stop = words["log"], entry.stop
+    if stop is not None and stop.reason == "contact" and stop.motor is not None:
+        return say["stopped" if stop.sign == "speed" else "stopped_way"].format(
+            motor=words["joint"][stop.motor],
+            ratio=f"{100 * (stop.ratio or 0):.0f} %",
+            before=f"{stop.mood_before:.2f}",
+            after=f"{stop.mood_after:.2f}",
+        )
+    if stop is not None:
+        key = "stopped_asked" if stop.reason == "asked" else "stopped_other"
+        return say[key].format(name=stop.reason)
+    name = entry.name or ""
+    return say[entry.kind].format(
+        name=words["body"].get(name, name) if entry.kind in ("body", "temperament") else name,
+        feeling=words["feeling"].get(entry.feeling or "", ""),
+        source=words["source"].get(entry.source or "", ""),
+        strength=f"{entry.strength or 0:.2f}",
+        mood=f"{entry.mood or 0:.2f}",
+    )

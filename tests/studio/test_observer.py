@@ -1,0 +1,149 @@
+"""What viewers are told of bodies that know more, or less, than the simulated one."""
+
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from tests.studio.test_runner import block, run, until
+
+from miburi.bodies import Phase, Stop
+from miburi.contact import Guards, Window
+from miburi.errors import BodyError
+from miburi.feelings import EmotionalModel, Stimulus
+from miburi.motion import FINE
+from miburi.partner import MoveSent, Stopped
+from miburi.robot import JOINTS, Robot
+from miburi.studio.observer import Observer
+from miburi.studio.recordings import Recordings
+from miburi.studio.runner import Runner
+from miburi.temperament import FEELINGS, shipped_temperament
+
+
+@pytest.fixture
+def card(robot: Robot, tmp_path: Path, firmware: Path) -> Runner:
+    """A partner on the emulated card; time passes when a test calls ``tick``."""
+    feelings = EmotionalModel(shipped_temperament("playful"))
+    feelings.set_state(mood=dict.fromkeys(FEELINGS, 0.6))
+    return Runner(robot, feelings, Recordings(tmp_path / "recordings"), body="emulated-card")
+
+
+def test_simulated_motors_have_guards_and_nothing_else(runner: Runner) -> None:
+    told = runner.motors
+    assert (told.body, told.calibrated, told.settings, told.hottest) == (
+        "simulated", False, None, None,
+    )  # fmt: skip
+    guards = runner.robot.guards
+    for i, motor in enumerate(told.motors):
+        assert (motor.temperature, motor.voltage, motor.answers) == (None, None, None)
+        assert motor.guards.lag == pytest.approx(guards.lag[i])
+        assert motor.guards.slack == pytest.approx(guards.slack[i], abs=runner.robot.servo.step)
+
+
+def test_a_card_tells_how_its_motors_are(card: Runner) -> None:
+    told = card.motors
+    assert [motor.joint for motor in told.motors] == list(JOINTS)
+    assert [motor.servo for motor in told.motors] == list(range(1, 9))
+    assert {(m.answers, m.temperature, m.voltage) for m in told.motors} == {(True, 35.0, 5.0)}
+    assert (told.hottest, told.lowest, told.calibrated) == (65.0, 4.2, False)
+    body = card.body
+    body.stop()
+    joints = tuple(replace(joint, slack=joint.slack + 1) for joint in body.settings.joints)
+    body.configure(replace(body.settings, joints=joints))
+    run(card, 1.0)
+    assert card.motors.calibrated
+    assert card.motors.settings == f"{body.settings.crc:04x}"
+
+
+def test_a_contact_of_a_card_is_explained(card: Runner) -> None:
+    stop = block(card).stop
+    assert stop is not None
+    assert stop.reason == "contact"
+    if stop.sign == "speed":
+        assert (stop.measured, stop.expected) == (None, None)
+    assert stop.force is not None
+    assert stop.moved is not None
+    assert stop.due is not None
+    assert stop.moved / stop.due == pytest.approx(stop.ratio, abs=0.01)
+    ratios = card.snapshot.state.ratios
+    assert {joint: r for joint, r in zip(JOINTS, ratios, strict=True) if r is not None} == {
+        stop.motor: stop.ratio
+    }
+
+
+def test_a_card_that_is_lost_is_said_and_found_again(card: Runner) -> None:
+    card.stimulate(Stimulus("happiness", 0.9))
+    until(card, lambda state: state.phase == "moving")
+    line, write = card.body.emulation, card.body.emulation.write
+
+    def broken(data: bytes = b"") -> bytes:
+        raise OSError("unplugged")
+
+    read, line.read, line.write = line.read, broken, broken
+    line.close = lambda: None  # a processor that was switched off for good cannot be found again
+    state = until(card, lambda state: state.stop)
+    assert state.stop.reason == "the connection to the card was lost"
+    run(card, 2.0)
+    assert {motor.answers for motor in card.motors.motors} == {False}
+    refused = card.release()
+    card.tick()
+    with pytest.raises(BodyError):
+        refused.result(0)
+    line.read, line.write = read, write
+    run(card, 2.0)
+    assert {motor.answers for motor in card.motors.motors} == {True}
+    card.release()
+    until(card, lambda state: state.phase == "moving")
+
+
+def test_speeds_are_those_of_a_window_of_several_periods(robot: Robot) -> None:
+    """A slow motor is judged over several periods: its speeds are travel over all of them."""
+    travel = np.full(8, round(0.1 / robot.servo.step) * FINE, dtype=np.int64)
+    none = np.zeros(8, dtype=bool)
+    only = np.arange(8) == 2
+    body = SimpleNamespace(
+        robot=robot,
+        state=SimpleNamespace(phase=Phase.MOVING, velocities=np.full(8, -0.3)),
+        window=None,
+    )
+    sent = MoveSent(0.0, 0, SimpleNamespace(speeds=np.full(8, 0.9)), None)
+    partner = SimpleNamespace(body=body, expression=None, asked=False, held=False)
+    observer = Observer("simulated", None, partner, EmotionalModel())
+
+    def look(judged: np.ndarray, *events: object) -> object:
+        body.window = Window(travel // 2, travel, judged)
+        return observer.take(list(events))
+
+    stopped = Stopped(1.0, Stop(1.0, "contact", JOINTS[2], "speed", 0.5), 0.5, 0.4)
+    look(only, sent)
+    assert look(only, stopped).expected == pytest.approx(1.0, abs=0.01)
+    look(none)
+    look(none)
+    told = look(only, stopped)
+    assert told.expected == pytest.approx(0.1 / 0.3, abs=0.01)
+    assert told.measured == pytest.approx(told.expected / 2, abs=1e-3)
+    assert told.due == pytest.approx(0.1, abs=1e-3)
+    look(none)
+    observer.take([sent])
+    assert look(only, stopped).expected == pytest.approx(1.0, abs=0.01)
+
+
+def test_a_motor_far_from_its_path_is_compared_with_the_speed_that_was_sent(
+    robot: Robot,
+) -> None:
+    state = SimpleNamespace(phase=Phase.MOVING, velocities=np.full(8, -0.3))
+    body = SimpleNamespace(robot=robot, state=state, window=None)
+    observer = Observer("simulated", None, SimpleNamespace(body=body), EmotionalModel())
+    stopped = Stopped(1.0, Stop(1.0, "contact", JOINTS[2], "tracking", 0.8), 0.5, 0.4)
+    told = observer.take([stopped])
+    assert (told.measured, told.expected, told.ratio) == (None, None, 0.8)
+    observer.take([MoveSent(0.0, 0, SimpleNamespace(speeds=np.full(8, 0.9)), None)])
+    told = observer.take([stopped])
+    assert (told.measured, told.expected) == (0.3, 0.9)
+
+
+def test_the_shipped_guards_are_those_of_the_robot(runner: Runner) -> None:
+    shipped = Guards.of(runner.robot)
+    lags = [motor.guards.lag for motor in runner.motors.motors]
+    np.testing.assert_allclose(lags, shipped.lag / 1e6)
