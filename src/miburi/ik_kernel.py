@@ -18,22 +18,22 @@ from miburi.bma_operators import (
     damped,
     differences,
     ends,
-    free_length,
+    hold,
     hopeless,
+    into_box,
     length,
     most_promising,
     mutate,
     populate,
     printed_step,
     rank,
-    residual_step,
     shuffle,
     stencil,
     transfer,
     uniform,
 )
 from miburi.compiled import compiled
-from miburi.ik_kinematics import Body, changed, finish, know, known_pose, linearise
+from miburi.ik_kinematics import Body, body_step, changed, finish, know, known_pose, linearise
 
 #: How a search stands; the words for it are in :mod:`miburi.ik`.
 GOES_ON, CONVERGED, SETTLED = 0, 1, 2
@@ -80,18 +80,19 @@ def _search_by_residual(
     body: Body, target: Array, numbers: Numbers, iterations: int, q: Array, best: Best
 ) -> float:
     """Levenberg-Marquardt on the residuals, in place; return the value reached."""
-    normal, matrix = np.zeros((8, 8)), np.empty((8, 8))
-    gradient, new = np.empty(8), np.empty(8)
+    normal, vectors, pose = np.zeros((8, 8)), np.empty((4, 8)), known_pose()
+    gradient, free, step, new = vectors[0], vectors[1], vectors[2], vectors[3]
     damping = numbers.damping
-    value = linearise(body.lengths, target, q, normal, gradient)
+    value = linearise(body.lengths, target, q, pose, normal, gradient)
     best.evaluations[0] += 1
     for _ in range(iterations):
         if value <= numbers.target:
             break
-        if free_length(q, gradient, body.lower, body.upper) <= numbers.gradient_tolerance:
+        if hold(q, gradient, body.lower, body.upper, free) <= numbers.gradient_tolerance:
             break
-        predicted = residual_step(q, normal, gradient, damping, body.lower, body.upper, matrix, new)
-        new_value = linearise(body.lengths, target, new, normal, gradient)
+        body_step(normal, gradient, free, damping, step)
+        predicted = into_box(q, normal, gradient, damping, body.lower, body.upper, step, new)
+        new_value = linearise(body.lengths, target, new, pose, normal, gradient)
         best.evaluations[0] += 1
         gain = value - new_value
         damping = damped(damping, -gain, predicted)
@@ -102,7 +103,7 @@ def _search_by_residual(
             if hopeless(value, gain, best.value[0]):
                 break
         else:
-            linearise(body.lengths, target, q, normal, gradient)
+            linearise(body.lengths, target, q, pose, normal, gradient)
     _better(best, q, value)
     return value
 
@@ -121,7 +122,7 @@ def _search_from_ends(
         ends(q, body.lower, body.upper, clones)
         know(body.lengths, target, q, pose)
         for i in range(16):
-            values[i] = changed(body.lengths, target, clones[i], i // 2, pose)
+            values[i] = changed(body.lengths, target, clones[i, i // 2], i // 2, pose)
             tried[i] = 0
         best.evaluations[0] += 16
         better = False
@@ -162,7 +163,7 @@ def _search_as_printed(
             stencil(q, body.lower, body.upper, points)
             know(body.lengths, target, q, pose)
             for i in range(16):
-                values[i, 0] = changed(body.lengths, target, points[i], i // 2, pose)
+                values[i, 0] = changed(body.lengths, target, points[i, i // 2], i // 2, pose)
             best.evaluations[0] += 16
             differences(points, values, jacobian)
         if length(gradient) <= numbers.gradient_tolerance:
@@ -233,7 +234,7 @@ def _mutate_all(
             found = -1
             for k in range(clones.shape[0]):
                 if segment.size == 1:
-                    value = changed(body.lengths, target, clones[k], segment[0], pose)
+                    value = changed(body.lengths, target, clones[k, segment[0]], segment[0], pose)
                 else:
                     value = know(body.lengths, target, clones[k], pose)
                 if value < costs[i]:
