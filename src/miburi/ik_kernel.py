@@ -33,7 +33,7 @@ from miburi.bma_operators import (
     uniform,
 )
 from miburi.compiled import compiled
-from miburi.ik_kinematics import Body, body_step, changed, finish, know, known_pose, linearise
+from miburi.ik_kinematics import Body, body_step, changed, changed_in_turn, finish, know, known_pose, linearise
 
 #: How a search stands; the words for it are in :mod:`miburi.ik`.
 GOES_ON, CONVERGED, SETTLED = 0, 1, 2
@@ -116,18 +116,17 @@ def _search_from_ends(
     value = _search_by_residual(body, target, numbers, iterations, q, best)
     if numbers.ends == 0 or value <= numbers.target:
         return value
-    clones, values, tried = np.empty((16, 8)), np.empty(16), np.empty(16, np.int64)
+    clones, values, tried = np.empty((16, 8)), np.empty((3, 16)), np.empty(16, np.int64)
     pose = known_pose()
     for _ in range(SWEEPS):
         ends(q, body.lower, body.upper, clones)
         know(body.lengths, target, q, pose)
-        for i in range(16):
-            values[i] = changed(body.lengths, target, clones[i, i // 2], i // 2, pose)
-            tried[i] = 0
+        changed_in_turn(body.lengths, target, clones, pose, values)
+        tried[:] = 0
         best.evaluations[0] += 16
         better = False
         for _ in range(numbers.ends):
-            i = most_promising(q, body.lower, body.upper, values, tried)
+            i = most_promising(q, body.lower, body.upper, values[0], tried)
             if i < 0:
                 break
             tried[i] = 1
@@ -155,17 +154,16 @@ def _search_as_printed(
     best: Best,
 ) -> float:
     """Eq. 12 with central differences, in place; return the value reached."""
-    points, values, jacobian = np.empty((16, 8)), np.empty((16, 1)), np.empty((1, 8))
+    points, values, jacobian = np.empty((16, 8)), np.empty((3, 16)), np.empty((1, 8))
     pose, new, gradient = known_pose(), np.empty(8), jacobian[0]
     damping, accepted = numbers.damping, True
     for _ in range(iterations):
         if accepted:
             stencil(q, body.lower, body.upper, points)
             know(body.lengths, target, q, pose)
-            for i in range(16):
-                values[i, 0] = changed(body.lengths, target, points[i, i // 2], i // 2, pose)
+            changed_in_turn(body.lengths, target, points, pose, values)
             best.evaluations[0] += 16
-            differences(points, values, jacobian)
+            differences(points, values[:1].T, jacobian)
         if length(gradient) <= numbers.gradient_tolerance:
             break
         predicted = printed_step(q, gradient, damping, body.lower, body.upper, new)
@@ -222,7 +220,7 @@ def _mutate_all(
     best: Best,
 ) -> None:
     """Bacterial mutation of every bacterium, segment by segment in random order."""
-    clones = np.empty((numbers.clones - 1, 8))
+    clones, tried = np.empty((numbers.clones - 1, 8)), np.empty((3, numbers.clones - 1))
     pose = known_pose()
     for i in range(costs.size):
         bacterium = population[i]
@@ -231,15 +229,15 @@ def _mutate_all(
         for first in range(0, 8, numbers.segment):
             segment = genes[first : first + numbers.segment]
             mutate(bacterium, segment, body.lower, body.upper, state, clones)
+            if segment.size == 1:
+                changed(body.lengths, target, clones, segment[0], pose, tried)
+            else:
+                for k in range(clones.shape[0]):
+                    tried[0, k] = know(body.lengths, target, clones[k], pose)
             found = -1
             for k in range(clones.shape[0]):
-                if segment.size == 1:
-                    value = changed(body.lengths, target, clones[k, segment[0]], segment[0], pose)
-                else:
-                    value = know(body.lengths, target, clones[k], pose)
-                if value < costs[i]:
-                    costs[i] = value
-                    found = k
+                if tried[0, k] < costs[i]:
+                    costs[i], found = tried[0, k], k
             best.evaluations[0] += clones.shape[0]
             if found >= 0:
                 for j in range(8):

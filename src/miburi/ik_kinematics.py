@@ -68,7 +68,7 @@ def sine_and_cosine(angle: float) -> tuple[float, float]:
 
 @compiled
 def _know_angles(q: Array, sines: Array, cosines: Array) -> None:
-    for j in range(q.size):  # 8; a number known beforehand would not be done in parallel
+    for j in range(q.size):  # not range(8), which would be unrolled and not done in parallel
         sines[j], cosines[j] = sine_and_cosine(q[j])
 
 
@@ -76,44 +76,78 @@ def _know_angles(q: Array, sines: Array, cosines: Array) -> None:
 def know(lengths: Array, target: Array, q: Array, pose: Pose) -> float:
     """Write all that is known of the pose ``q``; return Eq. 13."""
     _know_angles(q, pose.sines, pose.cosines)
-    for limb in range(3):
-        pose.errors[limb] = _limb_error(lengths, target, limb, pose.sines, pose.cosines)
+    pose.errors[0] = _arm_error(lengths, target, 0, pose.sines, pose.cosines)
+    pose.errors[1] = _arm_error(lengths, target, 1, pose.sines, pose.cosines)
+    pose.errors[2] = _head_error(lengths, target, pose.sines, pose.cosines)
     total: float = pose.errors[0] + pose.errors[1] + pose.errors[2]
     return total
 
 
 @compiled
-def changed(lengths: Array, target: Array, angle: float, joint: int, pose: Pose) -> float:
-    """Return Eq. 13 for a pose that differs from the known one in the angle of one joint."""
-    sines, cosines, errors = pose
-    sine, cosine = sines[joint], cosines[joint]
-    sines[joint], cosines[joint] = sine_and_cosine(angle)
-    total: float = 0.0
-    for limb in range(3):
-        moved = joint == 0 or limb == (joint - 1) // 3
-        total += _limb_error(lengths, target, limb, sines, cosines) if moved else errors[limb]
-    sines[joint], cosines[joint] = sine, cosine
-    return total
+def changed(
+    lengths: Array, target: Array, poses: Array, joint: int, pose: Pose, tried: Array
+) -> None:
+    """Write Eq. 13 for poses, (k, 8), that differ from the known one in one joint.
+
+    It is written to the first row of ``tried``, (3, k); the others are working memory.
+    """
+    for i in range(poses.shape[0]):
+        tried[0, i] = poses[i, joint]
+    _know_angles(tried[0], tried[1], tried[2])
+    _changed(lengths, target, joint, pose, tried)
 
 
 @compiled
-def _limb_error(lengths: Array, target: Array, limb: int, sines: Array, cosines: Array) -> float:
-    """Return the squared error of a limb: 0 the right arm, 1 the left, 2 the head."""
+def changed_in_turn(lengths: Array, target: Array, poses: Array, pose: Pose, tried: Array) -> None:
+    """Do the same for (16, 8) of which the first two differ in the first joint, and so on."""
+    for i in range(16):
+        tried[0, i] = poses[i, i // 2]
+    _know_angles(tried[0], tried[1], tried[2])
+    for joint in range(8):
+        _changed(lengths, target, joint, pose, tried[:, 2 * joint : 2 * joint + 2])
+
+
+@compiled
+def _changed(lengths: Array, target: Array, joint: int, pose: Pose, tried: Array) -> None:
+    """Write Eq. 13 for each sine and cosine of the joint, in the second and third row."""
+    sines, cosines, errors = pose
+    sine, cosine = sines[joint], cosines[joint]
+    right, left, head = errors[0], errors[1], errors[2]
+    for i in range(tried.shape[1]):
+        sines[joint], cosines[joint] = tried[1, i], tried[2, i]
+        if joint < 4:
+            right = _arm_error(lengths, target, 0, sines, cosines)
+        if joint == 0 or 4 <= joint < 7:
+            left = _arm_error(lengths, target, 1, sines, cosines)
+        if joint == 0 or joint == 7:
+            head = _head_error(lengths, target, sines, cosines)
+        tried[0, i] = right + left + head
+    sines[joint], cosines[joint] = sine, cosine
+
+
+@compiled
+def _arm_error(lengths: Array, target: Array, limb: int, sines: Array, cosines: Array) -> float:
+    """Return the squared error of a hand: 0 the right one, 1 the left."""
+    side, first = (-1.0, 4) if limb else (1.0, 1)
     x, y, z = target[3 * limb], target[3 * limb + 1], target[3 * limb + 2]
-    out_there = x * sines[0] - y * cosines[0]
-    forward_there = x * cosines[0] + y * sines[0]
-    if limb == 2:
-        aside, ahead = out_there, lengths[5] * cosines[7] - forward_there
-        above = lengths[0] + lengths[4] + lengths[5] * sines[7] - z
-    else:
-        side, first = (-1.0, 4) if limb else (1.0, 1)
-        se, ce = side * sines[first + 1], cosines[first + 1]
-        sf, cf = side * sines[first + 2], cosines[first + 2]
-        along = lengths[1] + lengths[2] * ce + lengths[3] * (ce * cf - se * sf)
-        out = lengths[2] * se + lengths[3] * (se * cf + ce * sf)
-        aside, ahead = along - side * out_there, out * sines[first] - forward_there
-        above = lengths[0] - out * cosines[first] - z
-    return aside * aside + ahead * ahead + above * above
+    se, ce = side * sines[first + 1], cosines[first + 1]
+    sf, cf = side * sines[first + 2], cosines[first + 2]
+    along = lengths[1] + lengths[2] * ce + lengths[3] * (ce * cf - se * sf)
+    out = lengths[2] * se + lengths[3] * (se * cf + ce * sf)
+    aside = along - side * (x * sines[0] - y * cosines[0])
+    ahead = out * sines[first] - (x * cosines[0] + y * sines[0])
+    above = lengths[0] - out * cosines[first] - z
+    error: float = aside * aside + ahead * ahead + above * above
+    return error
+
+
+@compiled
+def _head_error(lengths: Array, target: Array, sines: Array, cosines: Array) -> float:
+    aside = target[6] * sines[0] - target[7] * cosines[0]
+    ahead = lengths[5] * cosines[7] - (target[6] * cosines[0] + target[7] * sines[0])
+    above = lengths[0] + lengths[4] + lengths[5] * sines[7] - target[8]
+    error: float = aside * aside + ahead * ahead + above * above
+    return error
 
 
 @compiled
