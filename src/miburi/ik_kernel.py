@@ -57,6 +57,7 @@ class Numbers(NamedTuple):
     first_iterations: int
     target: float
     patience: int
+    generations: int
 
 
 class Best(NamedTuple):
@@ -347,74 +348,56 @@ def _evolve(
 
 
 @compiled
-def _numbers(ints: Ints, floats: Array) -> Numbers:
-    return Numbers(
-        individuals=ints[0],
-        clones=ints[1],
-        segment=ints[2],
-        transfers=ints[3],
-        transferred=ints[4],
-        local_probability=floats[0],
-        local_iterations=ints[5],
-        damping=floats[1],
-        gradient_tolerance=floats[2],
-        by_residual=ints[6] == 1,
-        ends=ints[10],
-        local_first=ints[11] == 1,
-        first_iterations=ints[7],
-        target=floats[3],
-        patience=ints[8],
+def _unpacked(problem: Array) -> tuple[Body, Numbers]:
+    """Read what :mod:`miburi.ik` packed: lengths, least and greatest angles, settings."""
+    numbers = Numbers(
+        individuals=int(problem[22]),
+        clones=int(problem[23]),
+        segment=int(problem[24]),
+        transfers=int(problem[25]),
+        transferred=int(problem[26]),
+        local_probability=problem[27],
+        local_iterations=int(problem[28]),
+        damping=problem[29],
+        gradient_tolerance=problem[30],
+        by_residual=problem[31] == 1.0,
+        ends=int(problem[32]),
+        local_first=problem[33] == 1.0,
+        first_iterations=int(problem[34]),
+        target=problem[35],
+        patience=int(problem[36]),
+        generations=int(problem[37]),
     )
+    return Body(problem[:6], problem[6:14], problem[14:22]), numbers
 
 
 @compiled
 def solve(
-    lengths: Array,
-    lower: Array,
-    upper: Array,
-    ints: Ints,
-    floats: Array,
-    target: Array,
-    start: Array,
-    has_start: bool,
-    seed: int,
-    found: Array,
+    problem: Array, target: Array, start: Array, has_start: bool, seed: int, found: Array
 ) -> tuple[int, float, int, int]:
     """Search to the end; write pose and errors, (11,).
 
     Returns how it stands, the residual, the evaluations and the generations.
     """
-    body, numbers = Body(lengths, lower, upper), _numbers(ints, floats)
+    body, numbers = _unpacked(problem)
     best = Best(start.copy(), np.empty(1), np.zeros(1, np.int64))
     status, done = _begin(body, target, numbers, has_start, best), 0
     if status == GOES_ON:
         counts = np.full(2, -1)
         state = np.full(1, np.uint64(seed))
         population, costs = np.empty((numbers.individuals, 8)), np.empty(numbers.individuals)
+        genes, left = np.arange(8), numbers.generations
         status = _evolve(
-            body,
-            target,
-            numbers,
-            population,
-            costs,
-            counts,
-            np.arange(8),
-            state,
-            best,
-            ints[9],
+            body, target, numbers, population, costs, counts, genes, state, best, left
         )
         done = counts[0]
-    residual = finish(lengths, lower, upper, target, start, has_start, best.pose, found)
+    residual = finish(body, target, start, has_start, best.pose, found)
     return status, residual, best.evaluations[0], done
 
 
 @compiled
 def solve_many(
-    lengths: Array,
-    lower: Array,
-    upper: Array,
-    ints: Ints,
-    floats: Array,
+    problem: Array,
     targets: Array,
     start: Array,
     has_start: bool,
@@ -426,7 +409,7 @@ def solve_many(
     """Call :func:`solve` for every row; write (n, 11), (n,), and (n, 3) status and counts."""
     for i in range(targets.shape[0]):
         status, residual, evaluations, generations = solve(
-            lengths, lower, upper, ints, floats, targets[i], start, has_start, seed, found[i]
+            problem, targets[i], start, has_start, seed, found[i]
         )
         residuals[i] = residual
         counts[i, 0] = status
@@ -436,35 +419,31 @@ def solve_many(
 
 @compiled
 def advance(
-    lengths: Array,
-    lower: Array,
-    upper: Array,
-    ints: Ints,
-    floats: Array,
+    problem: Array,
     target: Array,
+    start: Array,
     has_start: bool,
     state: State,
-    pose: Array,
     value: Array,
     population: Array,
     costs: Array,
     counts: Ints,
     genes: Ints,
-) -> int:
+    pose: Array,
+    found: Array,
+) -> tuple[int, float]:
     """Search a little further, for who watches the clock: the beginning, then a generation.
 
     ``counts`` holds the generations done, those without gain, and the evaluations; (-2, 0, 0)
-    begins. Everything from ``state`` on is kept between calls.
+    begins, with ``pose`` at the start. Everything from ``state`` to ``pose`` is kept between
+    calls. Returns how the search stands and the residual; writes pose and errors, (11,).
     """
-    body, numbers = Body(lengths, lower, upper), _numbers(ints, floats)
-    best = Best(pose.copy(), np.empty(1), np.zeros(1, np.int64))
+    body, numbers = _unpacked(problem)
+    best = Best(pose, value, np.zeros(1, np.int64))
     if counts[0] == -2:
         status = _begin(body, target, numbers, has_start, best)
         counts[0] = -1
     else:
-        best.value[0] = value[0]
         status = _evolve(body, target, numbers, population, costs, counts, genes, state, best, 1)
     counts[2] += best.evaluations[0]
-    pose[:] = best.pose
-    value[0] = best.value[0]
-    return status
+    return status, finish(body, target, start, has_start, pose.copy(), found)

@@ -294,21 +294,14 @@ def _solved(
 
 @compiled
 def finish(
-    lengths: Array,
-    lower: Array,
-    upper: Array,
-    target: Array,
-    start: Array,
-    has_start: bool,
-    pose: Array,
-    found: Array,
+    body: Body, target: Array, start: Array, has_start: bool, pose: Array, found: Array
 ) -> float:
     """Choose the pose nearest to ``start``; write pose and errors, (11,); return the residual."""
     if has_start:
-        _nearest_arm(lower, upper, lengths, start, pose, 1, 1.0)
-        _nearest_arm(lower, upper, lengths, start, pose, 4, -1.0)
+        _nearest_arm(body, start, pose, 1, 1.0)
+        _nearest_arm(body, start, pose, 4, -1.0)
     known = known_pose()
-    total = know(lengths, target, pose, known)
+    total = know(body.lengths, target, pose, known)
     for j in range(8):
         found[j] = pose[j]
     for limb in range(3):
@@ -317,15 +310,14 @@ def finish(
 
 
 @compiled
-def _nearest_arm(
-    lower: Array, upper: Array, lengths: Array, start: Array, q: Array, first: int, side: float
-) -> None:
+def _nearest_arm(body: Body, start: Array, q: Array, first: int, side: float) -> None:
     """Replace an arm's pose by that one of the same hand position which is nearest to ``start``.
 
     The elbow mirrored about the line to the hand, the shoulder turned by π, and both: no other
     pose of an arm, with the waist where it is, puts the hand on the same point. With the hand on
     the shoulder axis any shoulder angle will do.
     """
+    lengths, lower, upper = body
     s, e, f = q[first], side * q[first + 1], side * q[first + 2]
     reach = lengths[2] * cos(e) + lengths[3] * cos(e + f)
     out = lengths[2] * sin(e) + lengths[3] * sin(e + f)
