@@ -33,7 +33,16 @@ from miburi.bma_operators import (
     uniform,
 )
 from miburi.compiled import compiled
-from miburi.ik_kinematics import Body, body_step, changed, changed_in_turn, finish, know, known_pose, linearise
+from miburi.ik_kinematics import (
+    Body,
+    body_step,
+    changed,
+    changed_in_turn,
+    finish,
+    know,
+    known_pose,
+    linearise,
+)
 
 #: How a search stands; the words for it are in :mod:`miburi.ik`.
 GOES_ON, CONVERGED, SETTLED = 0, 1, 2
@@ -387,9 +396,7 @@ def solve(
         state = np.full(1, np.uint64(seed))
         population, costs = np.empty((numbers.individuals, 8)), np.empty(numbers.individuals)
         genes, left = np.arange(8), numbers.generations
-        status = _evolve(
-            body, target, numbers, population, costs, counts, genes, state, best, left
-        )
+        status = _evolve(body, target, numbers, population, costs, counts, genes, state, best, left)
         done = counts[0]
     residual = finish(body, target, start, has_start, best.pose, found)
     return status, residual, best.evaluations[0], done

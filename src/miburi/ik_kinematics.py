@@ -119,7 +119,7 @@ def _changed(lengths: Array, target: Array, joint: int, pose: Pose, tried: Array
             right = _arm_error(lengths, target, 0, sines, cosines)
         if joint == 0 or 4 <= joint < 7:
             left = _arm_error(lengths, target, 1, sines, cosines)
-        if joint == 0 or joint == 7:
+        if joint in (0, 7):
             head = _head_error(lengths, target, sines, cosines)
         tried[0, i] = right + left + head
     sines[joint], cosines[joint] = sine, cosine
