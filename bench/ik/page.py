@@ -13,7 +13,8 @@ def main():
         table = HERE / f"{name}.md"
         if table.exists():
             mark = f"<!-- {name}.md -->"
-            old = re.compile(re.escape(mark) + r"\n(?:.*?\n<!-- end -->\n)?", re.DOTALL)
+            table_before = r"(?:(?:(?!<!-- ).)*<!-- end -->\n)?"  # up to its own end, no other's
+            old = re.compile(re.escape(mark) + r"\n" + table_before, re.DOTALL)
             new = f"{mark}\n\n{table.read_text()}\n<!-- end -->\n"
             text = old.sub(lambda _, new=new: new, text)
     PAGE.write_text(text)

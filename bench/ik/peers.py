@@ -281,8 +281,29 @@ def pink_solver(damping):
     return solve
 
 
+def arms_apart(arm):
+    """Wrap a solver of the right arm alone, (place in the waist's frame, start) → three angles.
+
+    The waist and the nod are taken from the head, and the left arm is the right one mirrored: an
+    easier problem than that of the whole body, and one that has to be taken apart by hand.
+    """
+    size = ROBOT.lengths
+
+    def solve(target, start):
+        waist = np.arctan2(target[7], target[6])
+        cos, sin = np.cos(waist), np.sin(waist)
+        turn = np.array([[cos, sin, 0], [-sin, cos, 0], [0, 0, 1]])
+        right, left, head = turn @ target[0:3], turn @ target[3:6], turn @ target[6:9]
+        nod = np.arctan2(head[2] - size.L01 - size.LH1, head[0])
+        mirrored = np.array([left[0], -left[1], left[2]])
+        r, m = arm(right, start[1:4]), arm(mirrored, start[4:7] * [1, -1, -1])
+        return np.clip(np.r_[waist, r, m[0], -m[1], -m[2], nod], LOWER, UPPER)
+
+    return solve
+
+
 def toolbox_arms(_):
-    """Robotics toolbox, C++ Levenberg-Marquardt: each arm apart, the waist taken from the head."""
+    """Robotics toolbox, Levenberg-Marquardt in C++, which makes its own restarts."""
     import roboticstoolbox as rtb
     from spatialmath import SE3
 
@@ -302,22 +323,31 @@ def toolbox_arms(_):
     mask = np.array([1, 1, 1, 0, 0, 0], dtype=float)
 
     def arm(place, start):
-        found = chain.ik_LM(
+        return chain.ik_LM(
             SE3(*place), q0=start, ilimit=30, slimit=100, tol=1e-9, mask=mask, joint_limits=True
-        )
-        return found[0]
+        )[0]
 
-    def solve(target, start):
-        waist = np.arctan2(target[7], target[6])
-        cos, sin = np.cos(waist), np.sin(waist)
-        turn = np.array([[cos, sin, 0], [-sin, cos, 0], [0, 0, 1]])
-        right, left, head = turn @ target[0:3], turn @ target[3:6], turn @ target[6:9]
-        nod = np.arctan2(head[2] - size.L01 - size.LH1, head[0])
-        mirrored = np.array([left[0], -left[1], left[2]])
-        r, m = arm(right, start[1:4]), arm(mirrored, start[4:7] * [1, -1, -1])
-        return np.clip(np.r_[waist, r, m[0], -m[1], -m[2], nod], LOWER, UPPER)
+    return arms_apart(arm)
 
-    return solve
+
+def ikpy_arms(_):
+    """Serial chains are all that ikpy knows; it calls SciPy's least squares."""
+    from ikpy.chain import Chain
+    from ikpy.link import OriginLink, URDFLink
+
+    upright, links = [0, 0, 0], [OriginLink()]
+    for i, (name, _parent, origin, axis) in enumerate(_JOINTS[1:4], start=1):
+        bounds = (LOWER[i], UPPER[i])
+        links.append(URDFLink(name, list(origin), upright, rotation=list(axis), bounds=bounds))
+    tip = list(_TIPS[0][2])
+    links.append(URDFLink("right_hand", tip, upright, joint_type="fixed", rotation=None))
+    chain = Chain(links, active_links_mask=[False, True, True, True, False])
+
+    def arm(place, start):
+        first = np.r_[0.0, np.clip(start, LOWER[1:4] + 2e-3, UPPER[1:4] - 2e-3), 0.0]
+        return chain.inverse_kinematics(place, initial_position=first, tol=1e-12)[1:4]
+
+    return arms_apart(arm)
 
 
 def scipy_evolution(_):
@@ -376,18 +406,22 @@ def pymoo_genetic(_):
 #: on a reachable target, and not at all out of reach.
 DAMPING, DAMPING_BEYOND = 1e-6, 1e-3
 
-#: name in the table → (its maker, distribution, starts allowed, share of the targets); with 0
-#: starts it has one, and targets out of reach are left out
+#: name in the table → (its maker, distribution, starts allowed, share of the targets, whether it
+#: has an answer out of reach)
 PEERS = {
-    "placo": (placo_solver, "placo", 20, 1.0),
-    "pinocchio, own LM": (pinocchio_lm, "pin", 20, 1.0),
-    "mink (daqp)": (mink_solver, "mink", 20, 0.1),
-    "pink (quadprog)": (pink_solver, "pin-pink", 20, 0.1),
-    "robotics toolbox ik_LM (arms apart)": (toolbox_arms, "roboticstoolbox-python", 0, 1.0),
-    "scipy trf": (scipy_trf, "scipy", 20, 0.1),
-    "scipy L-BFGS-B": (lambda _: scipy_minimize("L-BFGS-B"), "scipy", 20, 0.1),
-    "scipy SLSQP": (lambda _: scipy_minimize("SLSQP"), "scipy", 20, 0.1),
-    "cma": (cma_solver, "cma", 0, 0.01),
-    "scipy differential evolution": (scipy_evolution, "scipy", 0, 0.01),
-    "pymoo GA, 42,000 evaluations": (pymoo_genetic, "pymoo", 0, 0.01),
+    "placo": (placo_solver, "placo", 20, 1.0, True),
+    "pinocchio, own LM": (pinocchio_lm, "pin", 20, 1.0, True),
+    "mink (daqp)": (mink_solver, "mink", 20, 0.1, True),
+    "pink (quadprog)": (pink_solver, "pin-pink", 20, 0.1, True),
+    "robotics toolbox ik_LM (arms apart)": (toolbox_arms, "roboticstoolbox-python", 1, 1.0, False),
+    "ikpy (arms apart)": (ikpy_arms, "ikpy", 20, 0.03, False),
+    "scipy trf": (scipy_trf, "scipy", 20, 0.1, True),
+    "scipy L-BFGS-B": (lambda _: scipy_minimize("L-BFGS-B"), "scipy", 20, 0.1, True),
+    "scipy SLSQP": (lambda _: scipy_minimize("SLSQP"), "scipy", 20, 0.1, True),
+    "cma": (cma_solver, "cma", 1, 0.01, False),
+    "scipy differential evolution": (scipy_evolution, "scipy", 1, 0.01, False),
+    "pymoo GA, 42,000 evaluations": (pymoo_genetic, "pymoo", 1, 0.01, False),
 }
+
+#: Peers one would expect, and why they are not here.
+MISSING = {"optik": "is not in the package index that this was made with"}

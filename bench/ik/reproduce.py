@@ -1,7 +1,7 @@
 """What the paper promises of its inverse kinematics, and what its algorithm keeps.
 
 ``python bench/ik/reproduce.py`` prints the table of ``docs/inverse-kinematics.md``, writes it to
-``bench/ik/reproduction.md`` and draws ``docs/inverse-kinematics.png``.
+``bench/ik/reproduction.md`` and draws ``docs/images/inverse-kinematics.png``.
 """
 
 import time
@@ -132,7 +132,7 @@ def main():
     print(text)
     figure, axis = plt.subplots(figsize=(6, 4), layout="constrained")
     curves(axis, targets[:300])
-    figure.savefig(HERE.parents[1] / "docs" / "inverse-kinematics.png", dpi=150)
+    figure.savefig(HERE.parents[1] / "docs" / "images" / "inverse-kinematics.png", dpi=150)
 
 
 if __name__ == "__main__":

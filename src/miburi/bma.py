@@ -294,7 +294,7 @@ class Optimizer:
         """Levenberg-Marquardt on residuals, with derivatives by central differences."""
         n, lower, upper = len(x), self.lower, self.upper
         points, new, gradient = np.empty((2 * n, n)), np.empty((1, n)), np.empty(n)
-        normal, matrix = np.empty((n, n)), np.empty((n, n))
+        normal, matrix, free, step = np.empty((n, n)), np.empty((n, n)), np.empty(n), np.empty(n)
         damping, accepted = self.settings.damping, True
         yield x[None]
         value, residual = float(self._totals()[0]), self._rows()[0].copy()
@@ -305,11 +305,12 @@ class Optimizer:
                 yield points
                 operators().differences(points, self._rows(), jacobian)
                 operators().square(jacobian, residual, normal, gradient)
-            size = operators().free_length(x, gradient, lower, upper)
+            size = operators().hold(x, gradient, lower, upper, free)
             if size <= self.settings.gradient_tolerance:
                 break
-            predicted = operators().residual_step(
-                x, normal, gradient, damping, lower, upper, matrix, new[0]
+            operators().residual_step(normal, gradient, free, damping, matrix, step)
+            predicted = operators().into_box(
+                x, normal, gradient, damping, lower, upper, step, new[0]
             )
             yield new
             gain = value - float(self._totals()[0])

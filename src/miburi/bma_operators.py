@@ -18,6 +18,8 @@ State = NDArray[np.uint64]
 SLIGHT = 1e-6
 #: A local search sets out from the ends at most this many times.
 SWEEPS = 3
+#: A pivot counts as at least this.
+TINY = 1e-300
 
 _STENCIL = 1e-6  # half width of a central difference, as a share of a variable's range
 _FINEST = 1e-14  # and no less than this share of the variable itself, to differ from it
@@ -156,18 +158,18 @@ def length(vector: Array) -> float:
 
 
 @compiled
-def free_length(x: Array, gradient: Array, lower: Array, upper: Array) -> float:
-    """Return the gradient's length over the variables that it does not press on a bound."""
+def hold(x: Array, gradient: Array, lower: Array, upper: Array, free: Array) -> float:
+    """Write 0 for each variable that the gradient presses on a bound, 1 for the others.
+
+    Returns the gradient's length over those others.
+    """
     total = 0.0
     for j in range(x.size):
-        if not _pressed(x[j], gradient[j], lower[j], upper[j]):
-            total += gradient[j] * gradient[j]
+        slope = gradient[j]
+        pressed = (x[j] <= lower[j] and slope >= 0.0) or (x[j] >= upper[j] and slope <= 0.0)
+        free[j] = 0.0 if pressed else 1.0
+        total += free[j] * slope * slope
     return float(np.sqrt(total))
-
-
-@compiled
-def _pressed(x: float, slope: float, low: float, high: float) -> bool:
-    return (x <= low and slope >= 0.0) or (x >= high and slope <= 0.0)
 
 
 @compiled
@@ -189,76 +191,65 @@ def printed_step(
 
 @compiled
 def residual_step(
+    normal: Array, gradient: Array, free: Array, damping: float, matrix: Array, step: Array
+) -> None:
+    """Levenberg-Marquardt on residuals: solve (JᵀJ + γ I) s = -Jᵀe over the free variables.
+
+    Of ``normal``, JᵀJ, the lower triangle is read; ``gradient`` is 2 Jᵀe; ``matrix`` (n, n) is
+    working memory. L D Lᵀ, from the last variable to the first.
+    """
+    n = step.size
+    for j in range(n):
+        for k in range(j):
+            matrix[j, k] = free[j] * free[k] * normal[j, k]
+        matrix[j, j] = normal[j, j] + damping
+        step[j] = -0.5 * free[j] * gradient[j]
+    for k in range(n - 1, -1, -1):
+        matrix[k, k] = 1.0 / max(matrix[k, k], TINY)
+        for j in range(k):
+            factor = matrix[k, j] * matrix[k, k]
+            for i in range(j + 1):
+                matrix[j, i] -= factor * matrix[k, i]
+            step[j] -= factor * step[k]
+    for k in range(n):
+        total = step[k]
+        for j in range(k):
+            total -= matrix[k, j] * step[j]
+        step[k] = total * matrix[k, k]
+
+
+@compiled
+def into_box(
     x: Array,
     normal: Array,
     gradient: Array,
     damping: float,
     lower: Array,
     upper: Array,
-    matrix: Array,
+    step: Array,
     new: Array,
 ) -> float:
-    """Levenberg-Marquardt on residuals: write x + s; return the change that the model predicts.
+    """Write x + s, put back into the box; return the change that the model of residuals predicts.
 
-    Solves (JᵀJ + γ I) s = -Jᵀe over the variables that the gradient does not press on a bound
-    (the others stay), then puts the point back into the box. Of ``normal``, JᵀJ, the lower
-    triangle is read; ``gradient`` is 2 Jᵀe; ``matrix`` (n, n) is working memory.
+    What is left of the step inside the box takes the place of ``step``.
     """
-    n = x.size
-    for j in range(n):
-        for k in range(j):
-            matrix[j, k] = normal[j, k]
-        matrix[j, j] = normal[j, j] + damping
-        new[j] = -0.5 * gradient[j]
-    for j in range(n):
-        if _pressed(x[j], gradient[j], lower[j], upper[j]):
-            for k in range(j):
-                matrix[j, k] = 0.0
-            for k in range(j + 1, n):
-                matrix[k, j] = 0.0
-            matrix[j, j] = 1.0
-            new[j] = 0.0
-    _solve(matrix, new)
     cut = False
     slope = moved = 0.0
-    for j in range(n):
-        put = min(max(x[j] + new[j], lower[j]), upper[j])
-        cut |= put != x[j] + new[j]
-        slope += gradient[j] * (put - x[j])
-        moved += (put - x[j]) ** 2
-        new[j] = put
+    for j in range(x.size):
+        new[j] = min(max(x[j] + step[j], lower[j]), upper[j])
+        cut |= new[j] != x[j] + step[j]
+        step[j] = new[j] - x[j]
+        slope += gradient[j] * step[j]
+        moved += step[j] * step[j]
     if not cut:  # here sᵀ JᵀJ s follows from the equation that s solves
         return 0.5 * slope - damping * moved
     predicted = slope
-    for j in range(n):
-        row = 0.5 * normal[j, j] * (new[j] - x[j])
+    for j in range(x.size):
+        row = 0.5 * normal[j, j] * step[j]
         for k in range(j):
-            row += normal[j, k] * (new[k] - x[k])
-        predicted += 2.0 * row * (new[j] - x[j])
+            row += normal[j, k] * step[k]
+        predicted += 2.0 * row * step[j]
     return predicted
-
-
-@compiled
-def _solve(matrix: Array, right: Array) -> None:
-    """Solve a symmetric positive definite system in place, from its lower triangle.
-
-    L D Lᵀ from the last variable to the first; zeros are passed over, so that variables which
-    hang together only through the first ones cost little.
-    """
-    n = right.size
-    for k in range(n - 1, -1, -1):
-        matrix[k, k] = 1.0 / max(matrix[k, k], 1e-300)
-        for j in range(k):
-            if matrix[k, j] != 0.0:
-                factor = matrix[k, j] * matrix[k, k]
-                for i in range(j + 1):
-                    matrix[j, i] -= factor * matrix[k, i]
-                right[j] -= factor * right[k]
-    for k in range(n):
-        total = right[k]
-        for j in range(k):
-            total -= matrix[k, j] * right[j]
-        right[k] = total * matrix[k, k]
 
 
 @compiled

@@ -13,7 +13,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from math import isfinite
 from types import ModuleType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -52,8 +52,7 @@ SETTINGS = Settings(
 )
 
 
-@dataclass(frozen=True)
-class Solution:
+class Solution(NamedTuple):
     """What :func:`solve` found for one target.
 
     Parameters
@@ -148,7 +147,7 @@ def solve(
     found = np.empty(11)
     if deadline is None:
         status, residual, evaluations, generations = _kernel().solve(
-            *problem.arrays, goal, pose, start is not None, seed_of(seed), found
+            problem.packed, goal, pose, start is not None, seed_of(seed), found
         )
         words = _words(status, residual)
     else:
@@ -190,7 +189,7 @@ def solve_batch(
 
     def part(rows: slice) -> None:
         kernel.solve_many(
-            *problem.arrays,
+            problem.packed,
             goals[rows],
             pose,
             start is not None,
@@ -235,7 +234,7 @@ class _Problem:
 
     robot: Robot
     settings: Settings
-    arrays: tuple[Array, Array, Array, NDArray[np.int64], Array]
+    packed: Array
     middle: Array
 
     def inside(self, pose: Array) -> Array:
@@ -252,30 +251,27 @@ def _problem(robot: Robot, settings: Settings) -> _Problem:
     if known is not None and known.robot is robot and known.settings is settings:
         return known
     size = robot.lengths
-    ints = [
+    lengths = (size.L01, size.L12, size.L23, size.L34, size.LH1, size.LH2)
+    numbers = (
         settings.individuals,
         settings.clones,
         settings.segment,
         settings.transfers,
         settings.transferred,
-        settings.local_iterations,
-        settings.local_search == "residual",
-        settings.first_iterations,
-        settings.patience,
-        settings.generations,
-        settings.ends,
-        settings.local_first,
-    ]
-    floats = [
         settings.local_probability,
+        settings.local_iterations,
         settings.damping,
         settings.gradient_tolerance,
+        settings.local_search == "residual",
+        settings.ends,
+        settings.local_first,
+        settings.first_iterations,
         settings.target,
-    ]
-    lengths = np.array([size.L01, size.L12, size.L23, size.L34, size.LH1, size.LH2])
-    lower, upper = robot.lower.copy(), robot.upper.copy()
-    arrays = (lengths, lower, upper, np.array(ints, np.int64), np.array(floats))
-    _last = _Problem(robot, settings, arrays, (lower + upper) / 2)
+        settings.patience,
+        settings.generations,
+    )
+    packed = np.concatenate([lengths, robot.lower, robot.upper, numbers])
+    _last = _Problem(robot, settings, packed, (robot.lower + robot.upper) / 2)
     return _last
 
 
@@ -290,22 +286,21 @@ def _solve_until(
 ) -> tuple[str, float, int, int]:
     """Search generation by generation while the clock allows it."""
     kernel, settings = _kernel(), problem.settings
-    best = pose.copy()
     memory = (
         np.array([seed], np.uint64),
-        best,
         np.empty(1),
         np.empty((settings.individuals, 8)),
         np.empty(settings.individuals),
         counts := np.array([-2, 0, 0]),
         np.arange(8),
+        pose.copy(),
+        found,
     )
-    status = kernel.GOES_ON
+    status, residual = kernel.GOES_ON, np.inf
     late = False
     while status == kernel.GOES_ON and counts[0] < settings.generations and not late:
-        status = kernel.advance(*problem.arrays, goal, has_start, *memory)
+        status, residual = kernel.advance(problem.packed, goal, pose, has_start, *memory)
         late = time.perf_counter() >= limit
-    residual = kernel.finish(*problem.arrays[:3], goal, pose, has_start, best, found)
     words = DEADLINE if status == kernel.GOES_ON and late else _words(status, residual)
     return words, residual, int(counts[2]), max(int(counts[0]), 0)
 

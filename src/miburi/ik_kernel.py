@@ -18,22 +18,31 @@ from miburi.bma_operators import (
     damped,
     differences,
     ends,
-    free_length,
+    hold,
     hopeless,
+    into_box,
     length,
     most_promising,
     mutate,
     populate,
     printed_step,
     rank,
-    residual_step,
     shuffle,
     stencil,
     transfer,
     uniform,
 )
 from miburi.compiled import compiled
-from miburi.ik_kinematics import Body, changed, finish, know, known_pose, linearise
+from miburi.ik_kinematics import (
+    Body,
+    body_step,
+    changed,
+    changed_in_turn,
+    finish,
+    know,
+    known_pose,
+    linearise,
+)
 
 #: How a search stands; the words for it are in :mod:`miburi.ik`.
 GOES_ON, CONVERGED, SETTLED = 0, 1, 2
@@ -57,6 +66,7 @@ class Numbers(NamedTuple):
     first_iterations: int
     target: float
     patience: int
+    generations: int
 
 
 class Best(NamedTuple):
@@ -80,18 +90,19 @@ def _search_by_residual(
     body: Body, target: Array, numbers: Numbers, iterations: int, q: Array, best: Best
 ) -> float:
     """Levenberg-Marquardt on the residuals, in place; return the value reached."""
-    normal, matrix = np.zeros((8, 8)), np.empty((8, 8))
-    gradient, new = np.empty(8), np.empty(8)
+    normal, vectors, pose = np.zeros((8, 8)), np.empty((4, 8)), known_pose()
+    gradient, free, step, new = vectors[0], vectors[1], vectors[2], vectors[3]
     damping = numbers.damping
-    value = linearise(body.lengths, target, q, normal, gradient)
+    value = linearise(body.lengths, target, q, pose, normal, gradient)
     best.evaluations[0] += 1
     for _ in range(iterations):
         if value <= numbers.target:
             break
-        if free_length(q, gradient, body.lower, body.upper) <= numbers.gradient_tolerance:
+        if hold(q, gradient, body.lower, body.upper, free) <= numbers.gradient_tolerance:
             break
-        predicted = residual_step(q, normal, gradient, damping, body.lower, body.upper, matrix, new)
-        new_value = linearise(body.lengths, target, new, normal, gradient)
+        body_step(normal, gradient, free, damping, step)
+        predicted = into_box(q, normal, gradient, damping, body.lower, body.upper, step, new)
+        new_value = linearise(body.lengths, target, new, pose, normal, gradient)
         best.evaluations[0] += 1
         gain = value - new_value
         damping = damped(damping, -gain, predicted)
@@ -102,7 +113,7 @@ def _search_by_residual(
             if hopeless(value, gain, best.value[0]):
                 break
         else:
-            linearise(body.lengths, target, q, normal, gradient)
+            linearise(body.lengths, target, q, pose, normal, gradient)
     _better(best, q, value)
     return value
 
@@ -115,18 +126,17 @@ def _search_from_ends(
     value = _search_by_residual(body, target, numbers, iterations, q, best)
     if numbers.ends == 0 or value <= numbers.target:
         return value
-    clones, values, tried = np.empty((16, 8)), np.empty(16), np.empty(16, np.int64)
+    clones, values, tried = np.empty((16, 8)), np.empty((3, 16)), np.empty(16, np.int64)
     pose = known_pose()
     for _ in range(SWEEPS):
         ends(q, body.lower, body.upper, clones)
         know(body.lengths, target, q, pose)
-        for i in range(16):
-            values[i] = changed(body.lengths, target, clones[i], i // 2, pose)
-            tried[i] = 0
+        changed_in_turn(body.lengths, target, clones, pose, values)
+        tried[:] = 0
         best.evaluations[0] += 16
         better = False
         for _ in range(numbers.ends):
-            i = most_promising(q, body.lower, body.upper, values, tried)
+            i = most_promising(q, body.lower, body.upper, values[0], tried)
             if i < 0:
                 break
             tried[i] = 1
@@ -154,17 +164,16 @@ def _search_as_printed(
     best: Best,
 ) -> float:
     """Eq. 12 with central differences, in place; return the value reached."""
-    points, values, jacobian = np.empty((16, 8)), np.empty((16, 1)), np.empty((1, 8))
+    points, values, jacobian = np.empty((16, 8)), np.empty((3, 16)), np.empty((1, 8))
     pose, new, gradient = known_pose(), np.empty(8), jacobian[0]
     damping, accepted = numbers.damping, True
     for _ in range(iterations):
         if accepted:
             stencil(q, body.lower, body.upper, points)
             know(body.lengths, target, q, pose)
-            for i in range(16):
-                values[i, 0] = changed(body.lengths, target, points[i], i // 2, pose)
+            changed_in_turn(body.lengths, target, points, pose, values)
             best.evaluations[0] += 16
-            differences(points, values, jacobian)
+            differences(points, values[:1].T, jacobian)
         if length(gradient) <= numbers.gradient_tolerance:
             break
         predicted = printed_step(q, gradient, damping, body.lower, body.upper, new)
@@ -221,7 +230,7 @@ def _mutate_all(
     best: Best,
 ) -> None:
     """Bacterial mutation of every bacterium, segment by segment in random order."""
-    clones = np.empty((numbers.clones - 1, 8))
+    clones, tried = np.empty((numbers.clones - 1, 8)), np.empty((3, numbers.clones - 1))
     pose = known_pose()
     for i in range(costs.size):
         bacterium = population[i]
@@ -230,15 +239,15 @@ def _mutate_all(
         for first in range(0, 8, numbers.segment):
             segment = genes[first : first + numbers.segment]
             mutate(bacterium, segment, body.lower, body.upper, state, clones)
+            if segment.size == 1:
+                changed(body.lengths, target, clones, segment[0], pose, tried)
+            else:
+                for k in range(clones.shape[0]):
+                    tried[0, k] = know(body.lengths, target, clones[k], pose)
             found = -1
             for k in range(clones.shape[0]):
-                if segment.size == 1:
-                    value = changed(body.lengths, target, clones[k], segment[0], pose)
-                else:
-                    value = know(body.lengths, target, clones[k], pose)
-                if value < costs[i]:
-                    costs[i] = value
-                    found = k
+                if tried[0, k] < costs[i]:
+                    costs[i], found = tried[0, k], k
             best.evaluations[0] += clones.shape[0]
             if found >= 0:
                 for j in range(8):
@@ -348,74 +357,54 @@ def _evolve(
 
 
 @compiled
-def _numbers(ints: Ints, floats: Array) -> Numbers:
-    return Numbers(
-        individuals=ints[0],
-        clones=ints[1],
-        segment=ints[2],
-        transfers=ints[3],
-        transferred=ints[4],
-        local_probability=floats[0],
-        local_iterations=ints[5],
-        damping=floats[1],
-        gradient_tolerance=floats[2],
-        by_residual=ints[6] == 1,
-        ends=ints[10],
-        local_first=ints[11] == 1,
-        first_iterations=ints[7],
-        target=floats[3],
-        patience=ints[8],
+def _unpacked(problem: Array) -> tuple[Body, Numbers]:
+    """Read what :mod:`miburi.ik` packed: lengths, least and greatest angles, settings."""
+    numbers = Numbers(
+        individuals=int(problem[22]),
+        clones=int(problem[23]),
+        segment=int(problem[24]),
+        transfers=int(problem[25]),
+        transferred=int(problem[26]),
+        local_probability=problem[27],
+        local_iterations=int(problem[28]),
+        damping=problem[29],
+        gradient_tolerance=problem[30],
+        by_residual=problem[31] == 1.0,
+        ends=int(problem[32]),
+        local_first=problem[33] == 1.0,
+        first_iterations=int(problem[34]),
+        target=problem[35],
+        patience=int(problem[36]),
+        generations=int(problem[37]),
     )
+    return Body(problem[:6], problem[6:14], problem[14:22]), numbers
 
 
 @compiled
 def solve(
-    lengths: Array,
-    lower: Array,
-    upper: Array,
-    ints: Ints,
-    floats: Array,
-    target: Array,
-    start: Array,
-    has_start: bool,
-    seed: int,
-    found: Array,
+    problem: Array, target: Array, start: Array, has_start: bool, seed: int, found: Array
 ) -> tuple[int, float, int, int]:
     """Search to the end; write pose and errors, (11,).
 
     Returns how it stands, the residual, the evaluations and the generations.
     """
-    body, numbers = Body(lengths, lower, upper), _numbers(ints, floats)
+    body, numbers = _unpacked(problem)
     best = Best(start.copy(), np.empty(1), np.zeros(1, np.int64))
     status, done = _begin(body, target, numbers, has_start, best), 0
     if status == GOES_ON:
         counts = np.full(2, -1)
         state = np.full(1, np.uint64(seed))
         population, costs = np.empty((numbers.individuals, 8)), np.empty(numbers.individuals)
-        status = _evolve(
-            body,
-            target,
-            numbers,
-            population,
-            costs,
-            counts,
-            np.arange(8),
-            state,
-            best,
-            ints[9],
-        )
+        genes, left = np.arange(8), numbers.generations
+        status = _evolve(body, target, numbers, population, costs, counts, genes, state, best, left)
         done = counts[0]
-    residual = finish(lengths, lower, upper, target, start, has_start, best.pose, found)
+    residual = finish(body, target, start, has_start, best.pose, found)
     return status, residual, best.evaluations[0], done
 
 
 @compiled
 def solve_many(
-    lengths: Array,
-    lower: Array,
-    upper: Array,
-    ints: Ints,
-    floats: Array,
+    problem: Array,
     targets: Array,
     start: Array,
     has_start: bool,
@@ -427,7 +416,7 @@ def solve_many(
     """Call :func:`solve` for every row; write (n, 11), (n,), and (n, 3) status and counts."""
     for i in range(targets.shape[0]):
         status, residual, evaluations, generations = solve(
-            lengths, lower, upper, ints, floats, targets[i], start, has_start, seed, found[i]
+            problem, targets[i], start, has_start, seed, found[i]
         )
         residuals[i] = residual
         counts[i, 0] = status
@@ -437,35 +426,31 @@ def solve_many(
 
 @compiled
 def advance(
-    lengths: Array,
-    lower: Array,
-    upper: Array,
-    ints: Ints,
-    floats: Array,
+    problem: Array,
     target: Array,
+    start: Array,
     has_start: bool,
     state: State,
-    pose: Array,
     value: Array,
     population: Array,
     costs: Array,
     counts: Ints,
     genes: Ints,
-) -> int:
+    pose: Array,
+    found: Array,
+) -> tuple[int, float]:
     """Search a little further, for who watches the clock: the beginning, then a generation.
 
     ``counts`` holds the generations done, those without gain, and the evaluations; (-2, 0, 0)
-    begins. Everything from ``state`` on is kept between calls.
+    begins, with ``pose`` at the start. Everything from ``state`` to ``pose`` is kept between
+    calls. Returns how the search stands and the residual; writes pose and errors, (11,).
     """
-    body, numbers = Body(lengths, lower, upper), _numbers(ints, floats)
-    best = Best(pose.copy(), np.empty(1), np.zeros(1, np.int64))
+    body, numbers = _unpacked(problem)
+    best = Best(pose, value, np.zeros(1, np.int64))
     if counts[0] == -2:
         status = _begin(body, target, numbers, has_start, best)
         counts[0] = -1
     else:
-        best.value[0] = value[0]
         status = _evolve(body, target, numbers, population, costs, counts, genes, state, best, 1)
     counts[2] += best.evaluations[0]
-    pose[:] = best.pose
-    value[0] = best.value[0]
-    return status
+    return status, finish(body, target, start, has_start, pose.copy(), found)

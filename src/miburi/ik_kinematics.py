@@ -5,12 +5,12 @@ forward, up): lengths of errors, and so Eq. 13, do not depend on the frame. Impo
 loads Numba.
 """
 
-from math import atan2, cos, pi, sin, sqrt
+from math import atan2, cos, factorial, pi, sin, sqrt
 from typing import NamedTuple
 
 import numpy as np
 
-from miburi.bma_operators import Array
+from miburi.bma_operators import TINY, Array
 from miburi.compiled import compiled
 
 
@@ -25,107 +25,144 @@ class Body(NamedTuple):
 class Pose(NamedTuple):
     """What is known of one pose, so that a change of one joint costs little."""
 
-    turned: Array  # (3, 3) m, the targets right, left, head: out of the shoulder, forward, up
-    arms: Array  # (2, 6): out of the shoulder, off its axis, sin S, cos S, the same two of L23
-    errors: Array  # (3,) m², the squared error of each limb
+    sines: Array  # (8,) of the angles
+    cosines: Array  # (8,)
+    errors: Array  # (3,) m², the squared errors of right hand, left hand and head
 
 
 @compiled
 def known_pose() -> Pose:
     """Return the memory for one pose."""
-    return Pose(np.empty((3, 3)), np.empty((2, 6)), np.empty(3))
+    memory = np.empty((3, 8))
+    return Pose(memory[0], memory[1], memory[2, :3])
+
+
+# 1/3!, 1/5! ... 1/15! and 1/4!, 1/6! ... 1/16!, with the signs of Taylor's series
+_S = tuple((-1) ** k / factorial(2 * k + 1) for k in range(1, 8))
+_C = tuple((-1) ** k / factorial(2 * k) for k in range(2, 9))
+_QUARTER = float.fromhex("0x1.921fb544p+0")  # of a turn: its first 33 bits, and the rest
+_QUARTER_REST = float.fromhex("0x1.0b4611a626331p-34")
+_WHOLE = 1.5 * 2.0**52  # added and taken away, it rounds to a whole number
+
+
+@compiled
+def sine_and_cosine(angle: float) -> tuple[float, float]:
+    """Return both, to 3e-16, for angles up to some thousands.
+
+    Taylor's series about the nearest quarter of a turn; the first term left out is below 5e-17
+    there. Without a branch, so that a loop over angles runs in parallel.
+    """
+    quarter = (angle * (2.0 / pi) + _WHOLE) - _WHOLE
+    x = (angle - quarter * _QUARTER) - quarter * _QUARTER_REST
+    z = x * x
+    sine = _S[1] + z * (_S[2] + z * (_S[3] + z * (_S[4] + z * (_S[5] + z * _S[6]))))
+    cosine = _C[1] + z * (_C[2] + z * (_C[3] + z * (_C[4] + z * (_C[5] + z * _C[6]))))
+    sine = x + x * z * (_S[0] + z * sine)
+    cosine = 1.0 - 0.5 * z + z * z * (_C[0] + z * cosine)
+    half = (0.5 * quarter + _WHOLE) - _WHOLE
+    odd = quarter - 2.0 * half  # -1, 0 or 1, as is the next
+    turned = half - 2.0 * ((0.5 * half + _WHOLE) - _WHOLE)
+    even, sign = 1.0 - odd * odd, 1.0 - 2.0 * turned * turned
+    return sign * (even * sine + odd * cosine), sign * (even * cosine - odd * sine)
+
+
+@compiled
+def _know_angles(q: Array, sines: Array, cosines: Array) -> None:
+    for j in range(q.size):  # not range(8), which would be unrolled and not done in parallel
+        sines[j], cosines[j] = sine_and_cosine(q[j])
 
 
 @compiled
 def know(lengths: Array, target: Array, q: Array, pose: Pose) -> float:
     """Write all that is known of the pose ``q``; return Eq. 13."""
-    sw, cw = sin(q[0]), cos(q[0])
-    for limb in range(3):
-        side = -1.0 if limb else 1.0
-        pose.turned[limb, 0] = side * (target[3 * limb] * sw - target[3 * limb + 1] * cw)
-        pose.turned[limb, 1] = target[3 * limb] * cw + target[3 * limb + 1] * sw
-        pose.turned[limb, 2] = target[3 * limb + 2]
-    for limb in range(2):
-        side = -1.0 if limb else 1.0
-        s, e, f = q[1 + 3 * limb], side * q[2 + 3 * limb], side * q[3 + 3 * limb]
-        arm = pose.arms[limb]
-        arm[2], arm[3] = sin(s), cos(s)
-        arm[4], arm[5] = lengths[1] + lengths[2] * cos(e), lengths[2] * sin(e)
-        arm[0], arm[1] = arm[4] + lengths[3] * cos(e + f), arm[5] + lengths[3] * sin(e + f)
-        pose.errors[limb] = _arm_error(lengths, pose.turned[limb], arm[0], arm[1], arm[2], arm[3])
-    pose.errors[2] = _head_error(lengths, pose.turned[2], q[7])
+    _know_angles(q, pose.sines, pose.cosines)
+    pose.errors[0] = _arm_error(lengths, target, 0, pose.sines, pose.cosines)
+    pose.errors[1] = _arm_error(lengths, target, 1, pose.sines, pose.cosines)
+    pose.errors[2] = _head_error(lengths, target, pose.sines, pose.cosines)
     total: float = pose.errors[0] + pose.errors[1] + pose.errors[2]
     return total
 
 
 @compiled
-def changed(lengths: Array, target: Array, q: Array, joint: int, pose: Pose) -> float:
-    """Return Eq. 13 for a pose that differs in one joint from the known one."""
-    if joint == 0:
-        return _turned_error(lengths, target, q, pose)
-    if joint == 7:
-        head: float = pose.errors[0] + pose.errors[1] + _head_error(lengths, pose.turned[2], q[7])
-        return head
-    limb = 0 if joint < 4 else 1
-    side = -1.0 if limb else 1.0
-    first = 1 + 3 * limb
-    arm = pose.arms[limb]
-    along, out, ss, cs = arm[0], arm[1], arm[2], arm[3]
-    if joint == first:
-        ss, cs = sin(q[first]), cos(q[first])
-    else:
-        e, f = side * q[first + 1], side * q[first + 2]
-        along, out = arm[4], arm[5]
-        if joint == first + 1:
-            along, out = lengths[1] + lengths[2] * cos(e), lengths[2] * sin(e)
-        along += lengths[3] * cos(e + f)
-        out += lengths[3] * sin(e + f)
-    total: float = pose.errors[1 - limb] + pose.errors[2]
-    return total + _arm_error(lengths, pose.turned[limb], along, out, ss, cs)
+def changed(
+    lengths: Array, target: Array, poses: Array, joint: int, pose: Pose, tried: Array
+) -> None:
+    """Write Eq. 13 for poses, (k, 8), that differ from the known one in one joint.
+
+    It is written to the first row of ``tried``, (3, k); the others are working memory.
+    """
+    for i in range(poses.shape[0]):
+        tried[0, i] = poses[i, joint]
+    _know_angles(tried[0], tried[1], tried[2])
+    _changed(lengths, target, joint, pose, tried)
 
 
 @compiled
-def _turned_error(lengths: Array, target: Array, q: Array, pose: Pose) -> float:
-    """Return Eq. 13 with another waist angle."""
-    sw, cw = sin(q[0]), cos(q[0])
-    total: float = 0.0
-    for limb in range(2):
-        side = -1.0 if limb else 1.0
-        x, y = target[3 * limb], target[3 * limb + 1]
-        arm = pose.arms[limb]
-        total += (arm[0] - side * (x * sw - y * cw)) ** 2
-        total += (arm[1] * arm[2] - (x * cw + y * sw)) ** 2
-        total += (lengths[0] - arm[1] * arm[3] - target[3 * limb + 2]) ** 2
-    rise = lengths[5] * sin(q[7]) + lengths[0] + lengths[4] - target[8]
-    total += (lengths[5] * cos(q[7]) - (target[6] * cw + target[7] * sw)) ** 2 + rise * rise
-    total += (target[6] * sw - target[7] * cw) ** 2
-    return total
+def changed_in_turn(lengths: Array, target: Array, poses: Array, pose: Pose, tried: Array) -> None:
+    """Do the same for (16, 8) of which the first two differ in the first joint, and so on."""
+    for i in range(16):
+        tried[0, i] = poses[i, i // 2]
+    _know_angles(tried[0], tried[1], tried[2])
+    for joint in range(8):
+        _changed(lengths, target, joint, pose, tried[:, 2 * joint : 2 * joint + 2])
 
 
 @compiled
-def _arm_error(
-    lengths: Array, there: Array, along: float, out: float, ss: float, cs: float
+def _changed(lengths: Array, target: Array, joint: int, pose: Pose, tried: Array) -> None:
+    """Write Eq. 13 for each sine and cosine of the joint, in the second and third row."""
+    sines, cosines, errors = pose
+    sine, cosine = sines[joint], cosines[joint]
+    right, left, head = errors[0], errors[1], errors[2]
+    for i in range(tried.shape[1]):
+        sines[joint], cosines[joint] = tried[1, i], tried[2, i]
+        if joint < 4:
+            right = _arm_error(lengths, target, 0, sines, cosines)
+        if joint == 0 or 4 <= joint < 7:
+            left = _arm_error(lengths, target, 1, sines, cosines)
+        if joint in (0, 7):
+            head = _head_error(lengths, target, sines, cosines)
+        tried[0, i] = right + left + head
+    sines[joint], cosines[joint] = sine, cosine
+
+
+@compiled
+def _arm_error(lengths: Array, target: Array, limb: int, sines: Array, cosines: Array) -> float:
+    """Return the squared error of a hand: 0 the right one, 1 the left."""
+    side, first = (-1.0, 4) if limb else (1.0, 1)
+    x, y, z = target[3 * limb], target[3 * limb + 1], target[3 * limb + 2]
+    se, ce = side * sines[first + 1], cosines[first + 1]
+    sf, cf = side * sines[first + 2], cosines[first + 2]
+    along = lengths[1] + lengths[2] * ce + lengths[3] * (ce * cf - se * sf)
+    out = lengths[2] * se + lengths[3] * (se * cf + ce * sf)
+    aside = along - side * (x * sines[0] - y * cosines[0])
+    ahead = out * sines[first] - (x * cosines[0] + y * sines[0])
+    above = lengths[0] - out * cosines[first] - z
+    error: float = aside * aside + ahead * ahead + above * above
+    return error
+
+
+@compiled
+def _head_error(lengths: Array, target: Array, sines: Array, cosines: Array) -> float:
+    aside = target[6] * sines[0] - target[7] * cosines[0]
+    ahead = lengths[5] * cosines[7] - (target[6] * cosines[0] + target[7] * sines[0])
+    above = lengths[0] + lengths[4] + lengths[5] * sines[7] - target[8]
+    error: float = aside * aside + ahead * ahead + above * above
+    return error
+
+
+@compiled
+def linearise(
+    lengths: Array, target: Array, q: Array, pose: Pose, normal: Array, gradient: Array
 ) -> float:
-    ahead, above = out * ss - there[1], lengths[0] - out * cs - there[2]
-    error: float = (along - there[0]) ** 2 + ahead * ahead + above * above
-    return error
-
-
-@compiled
-def _head_error(lengths: Array, there: Array, nod: float) -> float:
-    above = lengths[0] + lengths[4] + lengths[5] * sin(nod) - there[2]
-    error: float = there[0] ** 2 + (lengths[5] * cos(nod) - there[1]) ** 2 + above * above
-    return error
-
-
-@compiled
-def linearise(lengths: Array, target: Array, q: Array, normal: Array, gradient: Array) -> float:
     """Write JᵀJ (its lower triangle) and the gradient of Eq. 13, 2 Jᵀe; return Eq. 13.
 
-    ``normal`` must come with zeros where no joint of one limb meets one of another.
+    ``normal`` must come with zeros where no joint of one limb meets one of another. Of ``pose``,
+    sines and cosines are written.
     """
-    sw, cw = sin(q[0]), cos(q[0])
-    reach, rise = lengths[5] * cos(q[7]), lengths[5] * sin(q[7])
+    sines, cosines = pose.sines, pose.cosines
+    _know_angles(q, sines, cosines)
+    sw, cw = sines[0], cosines[0]
+    reach, rise = lengths[5] * cosines[7], lengths[5] * sines[7]
     ahead = reach - (target[6] * cw + target[7] * sw)
     aside = target[6] * sw - target[7] * cw
     above = lengths[0] + lengths[4] + rise - target[8]
@@ -134,40 +171,18 @@ def linearise(lengths: Array, target: Array, q: Array, normal: Array, gradient: 
     gradient[0] = 2.0 * reach * aside
     gradient[7] = 2.0 * (reach * above - rise * ahead)
     total: float = ahead * ahead + aside * aside + above * above
-    total += _add_arm(
-        lengths,
-        target[0] * sw - target[1] * cw,
-        target[0] * cw + target[1] * sw,
-        target[2],
-        q,
-        1,
-        1.0,
-        normal,
-        gradient,
-    )
-    total += _add_arm(
-        lengths,
-        target[4] * cw - target[3] * sw,
-        target[3] * cw + target[4] * sw,
-        target[5],
-        q,
-        4,
-        -1.0,
-        normal,
-        gradient,
-    )
+    total += _add_arm(lengths, target, 0, sines, cosines, normal, gradient)
+    total += _add_arm(lengths, target, 1, sines, cosines, normal, gradient)
     return total
 
 
 @compiled
 def _add_arm(
     lengths: Array,
-    out_there: float,
-    forward_there: float,
-    up_there: float,
-    q: Array,
-    first: int,
-    side: float,
+    target: Array,
+    limb: int,
+    sines: Array,
+    cosines: Array,
     normal: Array,
     gradient: Array,
 ) -> float:
@@ -176,12 +191,16 @@ def _add_arm(
     A column of J holds the hand's velocity sideways, forward and up, for the waist (w), the
     shoulder (s), the elbow (e) or the fingertip (f).
     """
-    e, f = side * q[first + 1], side * q[first + 2]
-    ss, cs, se, ce = sin(q[first]), cos(q[first]), sin(e), cos(e)
-    sef, cef = lengths[3] * sin(e + f), lengths[3] * cos(e + f)
+    side, first = (-1.0, 4) if limb else (1.0, 1)
+    x, y, z = target[3 * limb], target[3 * limb + 1], target[3 * limb + 2]
+    ss, cs = sines[first], cosines[first]
+    se, ce = side * sines[first + 1], cosines[first + 1]
+    sf, cf = side * sines[first + 2], cosines[first + 2]
+    sef, cef = lengths[3] * (se * cf + ce * sf), lengths[3] * (ce * cf - se * sf)
     along, out = lengths[1] + lengths[2] * ce + cef, lengths[2] * se + sef
-    aside, ahead = along - out_there, out * ss - forward_there
-    above = lengths[0] - out * cs - up_there
+    aside = along - side * (x * sines[0] - y * cosines[0])
+    ahead = out * ss - (x * cosines[0] + y * sines[0])
+    above = lengths[0] - out * cs - z
     w_aside, w_ahead = -side * out * ss, side * along
     s_ahead, s_above = out * cs, out * ss
     f_aside, f_swing = -side * sef, side * cef
@@ -206,22 +225,83 @@ def _add_arm(
 
 
 @compiled
+def body_step(normal: Array, gradient: Array, free: Array, damping: float, step: Array) -> None:
+    """Solve what ``bma_operators.residual_step`` solves, knowing what the body's JᵀJ looks like.
+
+    The arms meet in the waist alone and the head meets nothing: each arm's step is a part of its
+    own less another times the waist's step, which follows from both arms.
+    """
+    right, right_stiffness, right_push = _arm_step(normal, gradient, free, damping, 1, step)
+    left, left_stiffness, left_push = _arm_step(normal, gradient, free, damping, 4, step)
+    stiffness = normal[0, 0] + damping - right_stiffness - left_stiffness
+    push = -0.5 * gradient[0] - right_push - left_push
+    waist = free[0] * push / max(stiffness, TINY)
+    step[0] = waist
+    for k in range(3):
+        step[1 + k] -= right[k] * waist
+        step[4 + k] -= left[k] * waist
+    step[7] = -0.5 * free[7] * gradient[7] / (normal[7, 7] + damping)
+
+
+@compiled
+def _arm_step(
+    normal: Array, gradient: Array, free: Array, damping: float, first: int, step: Array
+) -> tuple[tuple[float, float, float], float, float]:
+    """Write an arm's step with the waist at rest.
+
+    Returns by how much less it is for each radian of the waist's step, and what the arm takes
+    away from the waist's stiffness and push. L D Lᵀ from the fingertip (f) to the elbow (e) and
+    the shoulder (s); w is the waist.
+    """
+    s, e, f = first, first + 1, first + 2
+    fe = free[f] * free[e] * normal[f, e]
+    fs = free[f] * free[s] * normal[f, s]
+    es = free[e] * free[s] * normal[e, s]
+    per_f = 1.0 / max(normal[f, f] + damping, TINY)
+    e_by_f, s_by_f = fe * per_f, fs * per_f
+    es -= e_by_f * fs
+    per_e = 1.0 / max(normal[e, e] + damping - e_by_f * fe, TINY)
+    s_by_e = es * per_e
+    per_s = 1.0 / max(normal[s, s] + damping - s_by_f * fs - s_by_e * es, TINY)
+    factors = (e_by_f, s_by_f, s_by_e, per_f, per_e, per_s)
+    ws = free[0] * free[s] * normal[s, 0]
+    we = free[0] * free[e] * normal[e, 0]
+    wf = free[0] * free[f] * normal[f, 0]
+    less = _solved(factors, ws, we, wf)
+    alone = _solved(
+        factors,
+        -0.5 * free[s] * gradient[s],
+        -0.5 * free[e] * gradient[e],
+        -0.5 * free[f] * gradient[f],
+    )
+    step[s], step[e], step[f] = alone
+    stiffness = ws * less[0] + we * less[1] + wf * less[2]
+    return less, stiffness, ws * alone[0] + we * alone[1] + wf * alone[2]
+
+
+@compiled
+def _solved(
+    factors: tuple[float, float, float, float, float, float], s: float, e: float, f: float
+) -> tuple[float, float, float]:
+    """Solve L D Lᵀ x = (s, e, f)."""
+    e_by_f, s_by_f, s_by_e, per_f, per_e, per_s = factors
+    e -= e_by_f * f
+    s -= s_by_f * f + s_by_e * e
+    x_s = s * per_s
+    x_e = e * per_e - s_by_e * x_s
+    return x_s, x_e, f * per_f - s_by_f * x_s - e_by_f * x_e
+
+
+@compiled
 def finish(
-    lengths: Array,
-    lower: Array,
-    upper: Array,
-    target: Array,
-    start: Array,
-    has_start: bool,
-    pose: Array,
-    found: Array,
+    body: Body, target: Array, start: Array, has_start: bool, pose: Array, found: Array
 ) -> float:
     """Choose the pose nearest to ``start``; write pose and errors, (11,); return the residual."""
     if has_start:
-        _nearest_arm(lower, upper, lengths, start, pose, 1, 1.0)
-        _nearest_arm(lower, upper, lengths, start, pose, 4, -1.0)
+        _nearest_arm(body, start, pose, 1, 1.0)
+        _nearest_arm(body, start, pose, 4, -1.0)
     known = known_pose()
-    total = know(lengths, target, pose, known)
+    total = know(body.lengths, target, pose, known)
     for j in range(8):
         found[j] = pose[j]
     for limb in range(3):
@@ -230,15 +310,14 @@ def finish(
 
 
 @compiled
-def _nearest_arm(
-    lower: Array, upper: Array, lengths: Array, start: Array, q: Array, first: int, side: float
-) -> None:
+def _nearest_arm(body: Body, start: Array, q: Array, first: int, side: float) -> None:
     """Replace an arm's pose by that one of the same hand position which is nearest to ``start``.
 
     The elbow mirrored about the line to the hand, the shoulder turned by π, and both: no other
     pose of an arm, with the waist where it is, puts the hand on the same point. With the hand on
     the shoulder axis any shoulder angle will do.
     """
+    lengths, lower, upper = body
     s, e, f = q[first], side * q[first + 1], side * q[first + 2]
     reach = lengths[2] * cos(e) + lengths[3] * cos(e + f)
     out = lengths[2] * sin(e) + lengths[3] * sin(e + f)
