@@ -45,10 +45,10 @@ SETTINGS = Settings(
     first_iterations=30,
     damping=1e-4,
     gradient_tolerance=1e-9,
-    ends=6,
+    ends=4,
     target=TOLERANCE**2,
     local_probability=1.0,
-    patience=4,
+    patience=8,
 )
 
 
@@ -219,7 +219,7 @@ def _cores() -> int:
         return os.cpu_count() or 1
 
 
-_PART = 128  # targets that a thread takes at once
+_PART = 512  # targets that a thread takes at once
 _WORDS = (BUDGET_SPENT, CONVERGED, OUT_OF_REACH)  # by the kernel's GOES_ON, CONVERGED, SETTLED
 
 
