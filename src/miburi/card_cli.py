@@ -2,12 +2,18 @@
 
 import shutil
 import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
+from datetime import datetime
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from miburi.errors import BodyError
+
+if TYPE_CHECKING:
+    from miburi.bodies.card import Card
 
 app = typer.Typer(help="The robot's card: an Arduino with the firmware.", no_args_is_help=True)
 
@@ -93,37 +99,117 @@ def calibrate(
     zeros: Annotated[bool, typer.Option(help="Find zero poses and directions by hand.")] = False,
 ) -> None:
     """Measure the servos in free motion and store their guards, on the card and in a file."""
-    from miburi.bodies.calibration import calibrate as measure_all
-    from miburi.bodies.calibration import find_zero, write_settings
-    from miburi.bodies.card import Card
+    from miburi.bodies.calibration import in_words, measure
+    from miburi.calibration_file import write_calibration
+    from miburi.files import whole_files
+
+    with _connected(port) as card, whole_files(out.parent) as draft:
+        if ids:
+            _give_ids(card)
+        if zeros:
+            _find_zeros(card)
+        typer.confirm("The robot will move now. Is the space around it free?", abort=True)
+        measured = measure(card, lambda what: print(f"{what} …"))
+        lines = in_words(measured)
+        print("\n".join(lines))
+        note = "\n".join(
+            [
+                f"Calibration of the {card.robot.name} on a card, {datetime.now():%Y-%m-%d %H:%M}, "
+                f"from {measured.moves} free moves.",
+                *lines,
+            ]
+        )
+        write_calibration(
+            card.robot, measured.settings.rule, draft / out.name, note, measured.settings.mounting
+        )
+        print("storing …")
+        card.save()
+    print(f"Stored on the card, and in {out}.")
+
+
+@app.command()
+def load(
+    port: Port,
+    file: Annotated[Path, typer.Argument(help="From miburi card calibrate, or miburi tune.")],
+) -> None:
+    """Load a calibration file onto the card, and store it there; nothing moves."""
+    from miburi.bodies.calibration import changes, loaded
+    from miburi.calibration_file import read_calibration
+    from miburi.robot import iphonoid
+
+    calibration = read_calibration(iphonoid(), file)
+    with _connected(port) as card:
+        before = card.settings
+        after = loaded(before, calibration)
+        card.configure(after)
+        said = changes(before, after)
+        print("\n".join(said or ["The card had the same figures already."]))
+        if said:
+            step = card.robot.servo.step
+            print(f"Angles are rounded to the servo's steps of {step:.6f} rad.")
+        if calibration.servos is None:
+            print("The file names no servos: their ids, directions and zeros stay as they were.")
+        print("storing …")
+        card.save()
+    print("Stored on the card.")
+
+
+def _give_ids(card: "Card") -> None:
     from miburi.robot import JOINTS
 
-    card = Card(port)
+    for name, joint in zip(JOINTS, card.settings.joints, strict=True):
+        _wait_for_enter(f"Connect only the servo of the {_spoken(name)}")
+        while True:
+            try:
+                card.identify(1, joint.servo)
+                break
+            except BodyError as error:
+                print(error)
+                _wait_for_enter(f"Look at the {_spoken(name)}'s cable and supply")
+        print(f"This servo is number {joint.servo} now.")
+    _wait_for_enter("Connect all servos")
+
+
+def _find_zeros(card: "Card") -> None:
+    from miburi.bodies.calibration import find_zero
+    from miburi.robot import JOINTS
+
     settings = card.settings
-    if ids:
-        for name, joint in zip(JOINTS, settings.joints, strict=True):
-            typer.prompt(f"Connect only the servo of {name}, then press Enter", default="")
-            card.identify(1, joint.servo)
-        typer.prompt("Connect all servos, then press Enter", default="")
-    if zeros:
-        card.relax()
-        for motor, name in enumerate(JOINTS):
+    card.relax()
+    for motor, name in enumerate(JOINTS):
+        joint = settings.joints[motor]
+        while True:
             places = []
             for what in ("to its zero pose", "about 10° the positive way"):
-                typer.prompt(f"Turn {name} {what}, then press Enter", default="")
+                _wait_for_enter(f"Turn the {_spoken(name)} {what}")
                 card.step(0.2)
-                joint = settings.joints[motor]
                 places.append(joint.zero + joint.direction * card.report.positions[motor])
-            settings = find_zero(settings, motor, places[0], places[1], _TURN)
-        card.configure(settings)
-    typer.confirm("The robot will move now. Is the space around it free?", abort=True)
-    settings = measure_all(card, print)
-    card.stop()
+            try:
+                settings = find_zero(settings, motor, places[0], places[1], _TURN)
+                break
+            except BodyError as error:
+                print(f"{error} Once more, please.")
     card.configure(settings)
-    card.save()
-    write_settings(settings, out)
-    card.close()
-    print(f"Stored on the card, and in {out}.")
+
+
+def _spoken(joint: str) -> str:
+    return joint.replace("_", " ")
+
+
+def _wait_for_enter(what: str) -> None:
+    typer.prompt(f"{what}, then press Enter", default="", show_default=False, prompt_suffix=" ")
+
+
+@contextmanager
+def _connected(port: str) -> Iterator["Card"]:
+    """Reach the card; in the end, whatever it was, stop it and let go of the port."""
+    from miburi.bodies.card import Card
+
+    card = Card(port)
+    try:
+        yield card
+    finally:
+        card.close()
 
 
 @app.command()
