@@ -21,8 +21,9 @@ LEAST = 0.0125
 #: Tracking and arrival are never judged more finely than this, rad (ours).
 TRACKING_FLOOR, ARRIVAL_FLOOR = 0.03, 0.018
 _LONGEST_LAG = 120_000  # µs
-#: Ramps that are tried, as parts of the commanded one.
-_RAMPS = np.linspace(0.6, 1.2, 25)
+#: Ramps that are tried, as parts of the commanded one; and lags with each, µs about the one found.
+_RAMPS = np.linspace(0.6, 1.2, 13)
+_OTHER_LAGS = np.arange(-26_000, 26_001, 2000)
 _WORTH_MEASURING = 50  # steps
 
 
@@ -138,7 +139,8 @@ class Response:
 def response(traces: Sequence[Trace]) -> Response:
     """Measure how servos answer, from free motion: to be read by people, as a check."""
     lag = measured_lag(traces)
-    errors = np.zeros((len(_RAMPS), len(JOINTS)))
+    # A gentle ramp at both ends looks like a longer lag: both are fitted together.
+    errors = np.zeros((len(_RAMPS), len(_OTHER_LAGS), len(JOINTS)))
     squares, count = np.zeros(len(JOINTS)), np.zeros(len(JOINTS))
     for trace in traces:
         profile, travel = trace.profile, trace.travel
@@ -147,13 +149,14 @@ def response(traces: Sequence[Trace]) -> Response:
         for row, ramp in enumerate(_RAMPS):
             acceleration = np.rint(profile.acceleration * ramp).astype(np.int64)
             other = Profile.plan(profile.distance, profile.speed, acceleration)
-            missed = (other.position(trace.times[:, None] - lag) - travel) / FINE
+            expected = other.position(trace.times[:, None, None] - lag - _OTHER_LAGS[:, None])
+            missed = (expected - travel[:, None]) / FINE
             errors[row] += (missed**2 * far).sum(axis=0)
         squares += (((trace.expected(lag) - travel) / FINE) ** 2 * runs).sum(axis=0)
         count += runs.sum(axis=0)
     moved = count > 0
     noise = np.sqrt(np.divide(squares, count, out=np.full(len(JOINTS), np.nan), where=moved))
-    return Response(lag, np.where(moved, _RAMPS[errors.argmin(axis=0)], np.nan), noise)
+    return Response(lag, np.where(moved, _RAMPS[errors.min(axis=1).argmin(axis=0)], np.nan), noise)
 
 
 def calibrate(

@@ -12,6 +12,7 @@ from time import perf_counter
 import numpy as np
 
 from miburi import __version__, ik
+from miburi.bodies import Phase
 from miburi.bodies.plant import Tangible, Touch
 from miburi.bodies.simulated import Simulated
 from miburi.errors import InputError
@@ -210,6 +211,7 @@ class _Observer:
         self._last_touch = -np.inf
         self._peak = 0.0
         self._stopped = False  # whether a stop answered the present contact
+        self._at_rest = False  # whether a stop held already when the latest step began
         self._gesture: tuple[float, Expression] | None = None
         self._began_at = 0
 
@@ -226,6 +228,7 @@ class _Observer:
         result.hands.append(forward(self._robot, state.angles)[:6])
         result.self_collisions += body.touch.itself is not None
         self._contacts(body.touch, state.time)
+        self._at_rest = state.phase is Phase.STOPPED
         for event in events:
             match event:
                 case GestureStarted(time, expression):
@@ -245,6 +248,8 @@ class _Observer:
     def _contacts(self, touch: Touch, time: float) -> None:
         if touch.began is not None:
             if self._touched is None:
+                if self._at_rest:
+                    return  # the hand met, on its way out, a body that does not move
                 self._touched, self._peak, self._stopped = touch.began, 0.0, False
             self._peak, self._last_touch = max(self._peak, touch.force), time
         elif self._touched is not None and time - self._last_touch > PATIENCE:

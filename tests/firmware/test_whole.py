@@ -1,6 +1,7 @@
 """The whole way: the paper's experiment on the real binary, calibration, and a live port."""
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,13 +10,17 @@ from rig import Rig
 
 from miburi import experiment
 from miburi.bodies import Phase
-from miburi.bodies.calibration import calibrate, read_settings, write_settings
-from miburi.bodies.card import Card, SerialLine
+from miburi.bodies.calibration import changes, free_moves, in_words, loaded, measure
+from miburi.bodies.card import Card
+from miburi.bodies.card_settings import ALLOWED
 from miburi.bodies.emulated import EmulatedCard
 from miburi.bodies.emulated_card import EmulatedBody
+from miburi.bodies.line import SerialLine
 from miburi.bodies.servos import Bus
 from miburi.bodies.terminal import pump, servos
-from miburi.errors import BodyError, DescriptionError
+from miburi.calibration_file import Calibration, read_calibration, write_calibration
+from miburi.contact import Rule
+from miburi.errors import BodyError
 from miburi.motion import synchronised
 from miburi.robot import iphonoid
 
@@ -36,29 +41,77 @@ def test_calibration_finds_lags_and_stores_guards_that_hold(firmware: Path, tmp_
     for servo, lag in zip(rig.servos, lags, strict=True):
         servo.shaft.lag = float(lag)
         servo.shaft.noise = lambda: float(rig.rng.uniform(-0.6, 0.6))
-    settings = calibrate(rig.body)
-    for joint, lag in zip(settings.joints, lags, strict=True):
-        # As the card sees it: a servo answers up to 2 ms after it was asked.
-        assert -1_000 <= lag - joint.lag <= 3_000
-        assert 3 <= joint.slack <= 8
-    rig.body.stop()
-    rig.body.configure(settings)
+    said: list[str] = []
+    found = measure(rig.body, said.append)
+    assert said[0] == "moving waist"
+    # As the card sees it: a servo answers up to 2 ms after it was asked.
+    np.testing.assert_allclose(found.response.lag, lags, atol=3_000)
+    assert np.abs(found.response.ramp - 1).max() <= 0.11
+    assert 0.2 <= found.response.noise.min() <= found.response.noise.max() <= 1.5
+    assert "lag 20 ms" in in_words(found)[0] or "lag 19 ms" in in_words(found)[0]
     rig.body.save()
     path = tmp_path / "calibration.toml"
-    write_settings(settings, path)
-    assert read_settings(rig.settings, path) == settings
-    path.write_text("[waist]\n")
-    with pytest.raises(DescriptionError, match="not a calibration"):
-        read_settings(rig.settings, path)
+    settings = found.settings
+    write_calibration(rig.robot, settings.rule, path, "by hand", settings.mounting)
+    assert loaded(rig.settings, read_calibration(rig.robot, path)) == settings
     rig.body.wake()
     for _ in range(5):
-        move = rig.random_move()
-        rig.body.move(move)
+        rig.body.move(rig.random_move())
         assert rig.settle() is Phase.IDLE, rig.body.state.stop
     # Another host finds the calibration on the card.
     again = Card(lambda: rig.line, rig.robot)
     assert again.settings == settings
     rig.close()
+
+
+def test_a_calibration_that_is_broken_off_leaves_the_guards_as_they_were(rig: Rig) -> None:
+    rig.body.stop()
+    rig.body.save()
+    rig.servos[0].shaft.high = rig.servos[0].shaft.place + 100
+    with pytest.raises(BodyError, match=r"contact \(waist\)\. Give the robot room"):
+        measure(rig.body)
+    assert rig.body.state.phase is Phase.STOPPED
+    assert rig.body._hello() == (rig.settings.crc, True, True)
+    rig.servos[0].shaft.high = np.inf
+    # Not even when the host is killed, and cannot put them back.
+    rig.body.configure(rig.settings.generous)
+    assert Card(lambda: rig.line, rig.robot).settings == rig.settings
+
+
+def test_a_servo_that_needs_more_than_the_card_grants_is_named(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rig.servos[6].shaft.noise = lambda: float(rig.rng.uniform(-9, 9))
+    few = [moved for moved in free_moves(rig.robot) if moved[0] == "left_fingertip"]
+    monkeypatch.setattr("miburi.bodies.calibration.free_moves", lambda _: few)
+    monkeypatch.setitem(ALLOWED, "slack", (0, 6, "steps"))
+    with pytest.raises(BodyError, match="left_fingertip would need a slack of .* no more than 6"):
+        measure(rig.body)
+    assert rig.body.settings == rig.settings
+
+
+def test_a_rule_is_loaded_whole_or_not_at_all(rig: Rig) -> None:
+    """Period and ratio too: they outlast the next host."""
+    rig.body.stop()
+    rule = Rule(rig.settings.rule.guards, 80_000, 9100)
+    calibration = Calibration(rig.robot, rule, None)
+    settings = loaded(rig.settings, calibration)
+    rig.body.configure(settings)
+    assert changes(rig.settings, settings) == [
+        "     all joints: period 100 ms → 80 ms, ratio 0.9372 → 0.91"
+    ]
+    assert Card(lambda: rig.line, rig.robot).settings == settings
+    deaf = replace(rule, ratio=5000)
+    with pytest.raises(BodyError, match="refuses ratio 5000: allowed is 8000 to 10000"):
+        rig.body.configure(settings.with_rule(deaf))
+    assert rig.body.settings == settings
+    assert rig.body._hello()[:2] == (settings.crc, True)
+    swapped = settings.mounting.model_copy(update={"id": [2, 1, 3, 4, 5, 6, 7, 8]})
+    rig.body.configure(settings.with_mounting(swapped))
+    assert rig.body._hello()[:2] == (settings.with_mounting(swapped).crc, True)
+    twice = settings.mounting.model_copy(update={"id": [1] * 8})
+    with pytest.raises(BodyError, match="an id of its own"):
+        rig.body.configure(settings.with_mounting(twice))
 
 
 def test_a_body_on_a_pseudo_terminal(firmware: Path, monkeypatch: pytest.MonkeyPatch) -> None:
