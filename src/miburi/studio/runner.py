@@ -18,7 +18,7 @@ import numpy as np
 
 from miburi.bodies import Body, Phase
 from miburi.bodies.registry import make_body
-from miburi.contact import PAPER_PERIOD
+from miburi.contact import PAPER_PERIOD, Rule
 from miburi.errors import BodyError, InputError, MiburiError
 from miburi.feelings import Expression, FeelingModel, Stimulus
 from miburi.gestures import KeyPose
@@ -80,6 +80,8 @@ class Runner:
         A card's serial port.
     seed
         Chooses the small variations of gestures.
+    rule
+        The contact rule of simulated bodies; by default the robot's own.
     """
 
     def __init__(
@@ -91,12 +93,14 @@ class Runner:
         body: str = "simulated",
         port: str | None = None,
         seed: int = 0,
+        rule: Rule | None = None,
     ) -> None:
         self.robot = robot
         self.recordings = recordings
         self.slow_steps = 0
         self._feelings = feelings
         self._seed = seed
+        self._rule = rule
         self._commands: queue.Queue[tuple[Command, Future[Any]]] = queue.Queue(_QUEUE)
         self._thread: threading.Thread | None = None
         self._ending = threading.Event()
@@ -109,7 +113,7 @@ class Runner:
         self._hand_along = np.array([0.0, 0.0, 1.0])
         self._home = forward(robot, robot.neutral)[:6].reshape(2, 3)
         self._hands = self._home
-        self._use(body, make_body(body, robot, port))
+        self._use(body, make_body(body, robot, port, rule))
         self._snapshot = Snapshot(self._observe(0.0))
 
     # What viewers read.
@@ -248,7 +252,7 @@ class Runner:
         InputError, BodyError
             There is no such body here; see :func:`miburi.bodies.registry.make_body`.
         """
-        body = make_body(name, self.robot, port)
+        body = make_body(name, self.robot, port, self._rule)
 
         def run() -> None:
             self._partner.body.stop()

@@ -16,6 +16,7 @@ from types import FrameType
 import uvicorn
 
 from miburi.bodies.registry import KINDS
+from miburi.calibration_file import read_calibration
 from miburi.errors import InputError, OutputError
 from miburi.feelings import EmotionalModel, Stimulus
 from miburi.robot import iphonoid
@@ -51,6 +52,8 @@ class Wish:
         Start in the first mood, and keep none.
     seed
         Chooses the small variations of gestures; 0 or more.
+    calibration
+        A file with the contact rule of simulated bodies; by default the robot's own.
     """
 
     body: str = "simulated"
@@ -62,6 +65,7 @@ class Wish:
     folder: Path | None = None
     forget: bool = False
     seed: int = 0
+    calibration: Path | None = None
 
 
 def own_folder() -> Path:
@@ -77,6 +81,8 @@ def serve(wish: Wish) -> None:
     ------
     InputError
         The host, the port, the body or the temperament is not one.
+    DescriptionError
+        The calibration is not one.
     OutputError
         The port is taken.
     """
@@ -87,6 +93,13 @@ def serve(wish: Wish) -> None:
     feelings = EmotionalModel(shipped_temperament(wish.temperament))
     if wish.body not in KINDS:
         raise InputError(f"the body must be one of {', '.join(KINDS)}, got {wish.body!r}.")
+    rule = None
+    if wish.calibration is not None:
+        if wish.body == "card":
+            raise InputError(
+                "a card has its own calibration; load this one onto it with `miburi card load`."
+            )
+        rule = read_calibration(iphonoid(), wish.calibration).rule
     with _listening(wish.host, wish.port) as listener:
         kept = None if wish.forget else remembered(folder / "feelings.json", feelings.temperament)
         feelings = kept or feelings
@@ -100,6 +113,7 @@ def serve(wish: Wish) -> None:
             body=wish.body,
             port=wish.port_of_body,
             seed=wish.seed,
+            rule=rule,
         )
         runner.start()
         try:
