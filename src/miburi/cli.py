@@ -54,7 +54,7 @@ def main() -> None:
     except MiburiError as error:
         sys.exit(_said(error, 1))
     except _Interrupted as interrupted:
-        print("miburi: interrupted; unfinished files were removed.", file=sys.stderr)
+        print("miburi: interrupted.", file=sys.stderr)
         sys.exit(128 + int(interrupted.args[0]))
 
 

@@ -36,6 +36,7 @@ _SPEEDS = (0.8, 2.5, np.inf)
 _SLOWLY, _BIT = (0.05, 0.1, 0.2, 0.4), 0.15
 #: s for which the servos are watched after each move: longer than the rule waits for them.
 _AFTER = 0.3
+_DEGREES = 360 / 4096
 #: Motors that all answered a reading.
 _ALL = 0xFF
 
@@ -246,8 +247,8 @@ def find_zero(
     """
     if abs(turned - at_zero) < angle:
         raise BodyError(
-            f"{JOINTS[motor]} was turned by {abs(turned - at_zero)} steps only; turn it by at "
-            f"least {angle}, the positive way."
+            f"{JOINTS[motor]} was turned by {abs(turned - at_zero) * _DEGREES:.1f}° only; turn it "
+            f"by at least {angle * _DEGREES:.1f}°."
         )
     joints = list(settings.joints)
     direction = 1 if turned > at_zero else -1

@@ -35,8 +35,8 @@ from miburi.robot import JOINTS, Robot, iphonoid
 _PATIENCE, _TRIES = 0.25, 3
 #: Seconds until a card that has just been reset by the opened line answers.
 _START_UP = 4.0
-#: Seconds without a report after which the card is asked whether it is still there.
-_SILENCE = 0.5
+#: Seconds without a report after which the card is taken for lost; a busy computer may pause so long.
+_SILENCE = 1.0
 #: Seconds between two attempts to reach a lost card.
 _RETRY = 1.0
 #: Least ms between two reports: less than between two readings of the servos, so all are told.
@@ -109,7 +109,8 @@ class Card:
             self._line = self._open()
             self._began = self._due = self._heard = self._line.now()
         except OSError as error:
-            raise BodyError(f"The card cannot be reached: {error}.") from error
+            said = error.strerror or error
+            raise BodyError(f"The card cannot be reached: {said}.") from error
         try:
             self._greet(_START_UP)
         except BaseException:
@@ -241,19 +242,25 @@ class Card:
                 return
         raise BodyError("The card did not keep its settings: each servo needs an id of its own.")
 
+    @property
+    def stored(self) -> bool:
+        """Whether the card would still know its settings after a loss of power."""
+        return self._hello()[2]
+
     def save(self) -> None:
         """Store the settings in the card's EEPROM; takes about 4 s."""
         self._ask(Kind.SAVE)
         for _ in range(50):
             self.step(0.2)
-            if self._hello()[2]:
+            if self.stored:
                 return
         raise BodyError("The card did not store its settings; try again.")
 
     def step(self, dt: float) -> BodyState:
         """Wait ``dt`` seconds, listening; a lost card is looked for again."""
         # Time that a conversation took is made up for; a long sleep is not.
-        self._due = max(self._due + dt, self._line.now() - _SILENCE)
+        now = self._line.now()
+        self._due = (self._due if now - self._due < _SILENCE else now) + dt
         if self._connected:
             self._hear(self._line.now())
         while self._line.now() < self._due:
@@ -351,10 +358,9 @@ class Card:
                 phase = _PHASES[detail[0]]
                 raise BodyError(f"The card is {phase}; it does not take {kind.name.lower()} now.")
             case Result.SERVO:
-                motor = JOINTS[detail[0]] if detail[0] < len(JOINTS) else "the servo"
-                raise BodyError(
-                    f"{motor}: {REASONS[Reason(detail[1])]}. See the errors in docs/card.md."
-                )
+                said = f"{REASONS[Reason(detail[1])]}. See the errors in docs/card.md."
+                motor = f"{JOINTS[detail[0]]}: " if detail[0] < len(JOINTS) else "The "
+                raise BodyError(motor + said)
             case Result.RANGE:
                 raise _OutOfRangeError(kind, detail[0])
             case Result.SETTINGS:

@@ -1,5 +1,6 @@
 """Serial lines to a card: what carries bytes, and tells the time."""
 
+import errno
 from time import monotonic, sleep
 from typing import Protocol
 
@@ -32,7 +33,12 @@ class SerialLine:
         import serial
 
         # exclusive: two programs that command one robot would be one too many.
-        self._port = serial.Serial(port, BAUD, timeout=0, write_timeout=1, exclusive=True)
+        try:
+            self._port = serial.Serial(port, BAUD, timeout=0, write_timeout=1, exclusive=True)
+        except OSError as error:
+            raise OSError(error.errno, _in_words(port, error)) from error
+        except ValueError as error:
+            raise OSError(f"{port!r} is no name of a port") from error
 
     def now(self) -> float:
         """Return the time in s."""
@@ -55,3 +61,18 @@ class SerialLine:
     def close(self) -> None:
         """Let go of the port."""
         self._port.close()
+
+
+def _in_words(port: str, error: OSError) -> str:
+    match error.errno:
+        case errno.ENOENT:
+            return f"there is no port {port}; `miburi card list` names those that are there"
+        case errno.EACCES | errno.EPERM:
+            return (
+                f"you are not allowed to use {port}; on Debian and its kin, run "
+                "`sudo adduser $USER dialout`, then log out and in again"
+            )
+        case errno.EAGAIN | errno.EBUSY:
+            return f"another program uses {port}; close it first"
+        case _:
+            return f"{port} is no serial port that can be used ({error})"
