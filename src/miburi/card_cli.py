@@ -92,9 +92,13 @@ def upload(
     """Write the firmware to an Arduino Mega 2560, with avrdude."""
     from miburi.bodies.emulated import built
 
+    image = firmware or built("miburi.hex")
+    if not image.is_file():
+        raise BodyError(f"There is no file {image}.")
     if shutil.which("avrdude") is None:
         raise BodyError("avrdude is missing; install it (Debian: apt install avrdude).")
-    image = firmware or built("miburi.hex")
+    if not Path(port).exists():
+        raise BodyError(f"There is no port {port}; `miburi card list` names those that are there.")
     done = subprocess.run(  # noqa: S603
         ["avrdude", "-p", "m2560", "-c", "wiring", "-P", port, "-b", "115200", "-D",  # noqa: S607
          "-U", f"flash:w:{image}:i"],
@@ -215,7 +219,7 @@ def _find_zeros(card: "Card") -> None:
             places = []
             for what in (f"to its zero: {zero}", f"by about 10°: {onwards}"):
                 _wait_for_enter(f"Turn the {_spoken(name)} {what}")
-                card.step(0.2)
+                card.look()
                 if not card.report.heard >> motor & 1:
                     raise BodyError(f"{name}: its servo does not answer. Look at cable and supply.")
                 places.append(joint.zero + joint.direction * card.report.positions[motor])

@@ -1,5 +1,6 @@
 """The whole way: the paper's experiment on the real binary, calibration, and a live port."""
 
+import errno
 import os
 from dataclasses import replace
 from pathlib import Path
@@ -8,11 +9,11 @@ import numpy as np
 import pytest
 from rig import Rig
 
-from miburi import experiment
+from miburi import card_cli, experiment
 from miburi.bodies import Phase
 from miburi.bodies.calibration import changes, free_moves, in_words, loaded, measure
 from miburi.bodies.card import Card
-from miburi.bodies.card_settings import ALLOWED
+from miburi.bodies.card_settings import ALLOWED, CardSettings
 from miburi.bodies.emulated import EmulatedCard
 from miburi.bodies.emulated_card import EmulatedBody
 from miburi.bodies.line import SerialLine
@@ -22,7 +23,7 @@ from miburi.calibration_file import Calibration, read_calibration, write_calibra
 from miburi.contact import Rule
 from miburi.errors import BodyError
 from miburi.motion import synchronised
-from miburi.robot import iphonoid
+from miburi.robot import JOINTS, iphonoid
 
 
 def test_the_papers_experiment_with_the_real_firmware_in_the_loop(firmware: Path) -> None:
@@ -75,7 +76,7 @@ def test_a_calibration_that_is_broken_off_leaves_the_guards_as_they_were(rig: Ri
     rig.servos[0].shaft.high = np.inf
     # Not even when the host is killed, and cannot put them back.
     rig.body.configure(rig.settings.generous)
-    assert Card(lambda: rig.line, rig.robot).settings == rig.settings
+    assert Card(lambda: rig.line, rig.robot).settings == CardSettings.of(rig.robot)
 
 
 def test_a_servo_that_needs_more_than_the_card_grants_is_named(
@@ -102,7 +103,7 @@ def test_a_rule_is_loaded_whole_or_not_at_all(rig: Rig) -> None:
     ]
     assert Card(lambda: rig.line, rig.robot).settings == settings
     deaf = replace(rule, ratio=5000)
-    with pytest.raises(BodyError, match="refuses ratio 5000: allowed is 8000 to 10000"):
+    with pytest.raises(BodyError, match="refuses ratio 0.5: allowed is 0.8 to 1"):
         rig.body.configure(settings.with_rule(deaf))
     assert rig.body.settings == settings
     assert rig.body._hello()[:2] == (settings.crc, True)
@@ -148,6 +149,41 @@ def test_a_body_on_a_pseudo_terminal(firmware: Path, monkeypatch: pytest.MonkeyP
     emulation.close()
 
 
-def test_no_card_is_said_in_words() -> None:
-    with pytest.raises(BodyError, match="cannot be reached"):
+def test_no_card_is_said_in_words(monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(BodyError, match="no port /dev/no-such-port; `miburi card list` names"):
         Card("/dev/no-such-port")
+    with pytest.raises(BodyError, match="no serial port that can be used"):
+        Card("/dev/null")
+    for number, said in ((errno.EACCES, "dialout"), (errno.EBUSY, "another program")):
+
+        def refuse(*_: object, number: int = number, **__: object) -> None:
+            raise OSError(number, "refused")
+
+        monkeypatch.setattr("serial.Serial", refuse)
+        with pytest.raises(BodyError, match=said):
+            Card("/dev/ttyACM0")
+
+
+def test_zeros_and_directions_are_found_by_hand(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """However long the person takes, and a second time where a joint was turned too little."""
+    rig.body.stop()
+    asked: list[str] = []
+
+    def turned(what: str) -> None:
+        asked.append(what)
+        rig.line.run(rig.line.mega.time + 3e6)  # reports pile up meanwhile
+        motor = next(i for i, name in enumerate(JOINTS) if name.replace("_", " ") in what)
+        zero = 1500 + 10 * motor
+        way = 20 if len(asked) == 2 else 120
+        sign = -1 if motor == 3 else 1
+        rig.servos[motor].shaft.place = zero if "its zero" in what else zero + sign * way
+
+    monkeypatch.setattr(card_cli, "_wait_for_enter", turned)
+    card_cli._find_zeros(rig.body)
+    assert "waist was turned by 1.8° only" in capsys.readouterr().out
+    assert len(asked) == 2 * 9
+    mounting = rig.body.settings.mounting
+    assert mounting.zero == [1500 + 10 * i for i in range(8)]
+    assert mounting.direction == [1, 1, 1, -1, 1, 1, 1, 1]

@@ -20,12 +20,13 @@ from miburi.bodies.card_settings import (
     JointSettings,
     real_acceleration,
     real_speed,
+    shown,
 )
 from miburi.calibration import Response, Trace, calibrate, response
 from miburi.calibration_file import Calibration
 from miburi.contact import Rule
 from miburi.errors import BodyError
-from miburi.motion import SECOND, Move, Profile, Steps, to_steps
+from miburi.motion import Move, Profile, Steps, to_steps
 from miburi.robot import JOINTS, Array, Robot
 
 #: Where a joint goes: so much of half its range, to both sides of the middle (ours).
@@ -173,11 +174,11 @@ def measure(card: Card, tell: Callable[[str], None] = lambda _: None) -> Measure
 def _check(settings: CardSettings) -> None:
     for name, joint in zip(JOINTS, settings.joints, strict=True):
         for guard in GUARDS:
-            most, unit = ALLOWED[guard][1:]
-            if getattr(joint, guard) > most:
+            most, needed = ALLOWED[guard][1], getattr(joint, guard)
+            if needed > most:
                 raise BodyError(
-                    f"{name} would need a {guard} of {getattr(joint, guard)} {unit}, and the card "
-                    f"grants no more than {most}. Look for a loose horn or screw, a cable that "
+                    f"{name} would need a {guard} of {shown(guard, needed)}, and the card grants "
+                    f"no more than {shown(guard, most)}. Look for a loose horn or screw, a cable that "
                     "pulls, or a hand in the way; then calibrate again."
                 )
 
@@ -207,25 +208,13 @@ def changes(before: CardSettings, after: CardSettings) -> list[str]:
     said = []
     for name, old, new in zip(names, olds, news, strict=True):
         parts = [
-            f"{field} {_shown(field, getattr(old, field))} → {_shown(field, getattr(new, field))}"
+            f"{field} {shown(field, getattr(old, field))} → {shown(field, getattr(new, field))}"
             for field in (field.name for field in fields(old))
             if getattr(old, field) != getattr(new, field)
         ]
         if parts:
             said.append(f"{name:>15}: {', '.join(parts)}")
     return said
-
-
-def _shown(field: str, value: int) -> str:
-    match field:
-        case "period" | "lag":
-            return f"{value * 1000 / SECOND:g} ms"
-        case "ratio":
-            return f"{value / 10_000:g}"
-        case "servo" | "direction":
-            return f"{value}"
-        case _:
-            return f"{value} steps"
 
 
 def find_zero(

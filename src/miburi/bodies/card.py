@@ -35,12 +35,14 @@ from miburi.robot import JOINTS, Robot, iphonoid
 _PATIENCE, _TRIES = 0.25, 3
 #: Seconds until a card that has just been reset by the opened line answers.
 _START_UP = 4.0
-#: Seconds without a report after which the card is taken for lost; a busy computer may pause so long.
+#: Seconds without a report after which the card is lost; a busy computer may pause almost as long.
 _SILENCE = 1.0
 #: Seconds between two attempts to reach a lost card.
 _RETRY = 1.0
 #: Least ms between two reports: less than between two readings of the servos, so all are told.
 _REPORT_PERIOD = 10
+#: Seconds in which several reports come.
+_LOOK = 0.1
 #: Reports over which velocities are measured: 60 ms.
 _VELOCITY_REPORTS = 4
 _SETTINGS_PIECE = len(JOINTS)
@@ -270,6 +272,11 @@ class Card:
                 self._find_again()
         return self.state
 
+    def look(self) -> BodyState:
+        """Return the state as it is now, however long nobody listened."""
+        self._due = self._line.now()
+        return self.step(_LOOK)
+
     def close(self) -> None:
         """Stop, if the card is there, and let go of the line."""
         with suppress(BodyError):
@@ -344,6 +351,7 @@ class Card:
             except OSError as error:
                 self._lose(LINE_LOST)
                 raise _NoAnswerError(f"The line to the card is broken: {error}.") from error
+        self._lose(LINE_LOST)
         raise _NoAnswerError(
             "The card does not answer. Check cable and power, and that it has Miburi's firmware "
             "(miburi card upload)."

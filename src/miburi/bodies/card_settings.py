@@ -228,13 +228,23 @@ def refusal(settings: CardSettings, piece: int, index: int) -> str:
             f"zero at {joint.zero} it would cross the servo's seam between 4095 and 0. Mount the "
             "horn a quarter turn further, and find the zero again."
         )
-    low, high, unit = ALLOWED.get(name) or (
-        settings.joints[piece].min,
-        settings.joints[piece].max,
-        "steps",
-    )
+    joint_range = (settings.joints[piece].min, settings.joints[piece].max) if of_joint else (0, 0)
+    low, high = ALLOWED[name][:2] if name in ALLOWED else joint_range
     whose = f"{JOINTS[piece]}'s {name}" if of_joint else name
-    return f"The card refuses {whose} {value}: allowed is {low} to {high}{unit and ' '}{unit}."
+    return (
+        f"The card refuses {whose} {shown(name, value)}: allowed is {shown(name, low)} to "
+        f"{shown(name, high)}."
+    )
+
+
+def shown(name: str, value: int) -> str:
+    """Say a value of the settings as people and files do."""
+    if name in ("period", "lag"):
+        return f"{value / 1000:g} ms"
+    if name == "ratio":
+        return f"{value / 10_000:g}"
+    unit = ALLOWED[name][2] if name in ALLOWED else "steps"
+    return f"{value} {unit}".rstrip()
 
 
 #: The guards' names, in the card's order.

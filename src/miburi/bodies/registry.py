@@ -93,5 +93,5 @@ def make_body(name: str, robot: Robot, port: str | None = None, rule: Rule | Non
         there = ", ".join(other.name for other in KINDS.values() if other.available)
         raise BodyError(f"this installation has no {name} body; it has: {there}.")
     if kind.needs_port and not port:
-        raise InputError(f"the {name} body needs a port, such as /dev/ttyACM0; give it one.")
+        raise InputError(f"the {name} body needs a serial port, such as /dev/ttyACM0 (--serial).")
     return kind.make(robot, port, rule)

@@ -115,6 +115,9 @@ def serve(wish: Wish) -> None:
             seed=wish.seed,
             rule=rule,
         )
+        stop = runner.body.state.stop
+        if stop is not None:
+            print(f"The body is stopped: {stop.reason}. Make room, then release it in the studio.")
         runner.start()
         try:
             # NiceGUI takes a second to load: the robot moves already.
