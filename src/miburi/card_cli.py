@@ -97,7 +97,7 @@ def upload(
         raise BodyError(f"There is no file {image}.")
     if shutil.which("avrdude") is None:
         raise BodyError("avrdude is missing; install it (Debian: apt install avrdude).")
-    if not Path(port).exists():
+    if port.startswith("/") and not Path(port).exists():
         raise BodyError(f"There is no port {port}; `miburi card list` names those that are there.")
     done = subprocess.run(  # noqa: S603
         ["avrdude", "-p", "m2560", "-c", "wiring", "-P", port, "-b", "115200", "-D",  # noqa: S607

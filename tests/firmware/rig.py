@@ -179,6 +179,7 @@ class Rig:
             servo.shaft.load = float(self.rng.uniform(-3, 3))
             servo.shaft.lag = float(self.rng.uniform(28_000, 32_000))
             servo.shaft.noise = lambda: float(self.rng.uniform(-0.6, 0.6))
+        self.run(0.1)  # the load is there before the move begins
 
     def at_rest(self) -> bool:
         """Whether no servo's trajectory is under way, now or in half a second."""
@@ -204,7 +205,6 @@ def calibrated(firmware: Path) -> CardSettings:
     traces = []
     for _ in range(CALIBRATION_MOVES):
         rig.shake()
-        rig.run(0.1)
         traces += record(rig.body, [rig.random_move()])
     rig.close()
     return settings.with_rule(Rule(calibrate(traces, rig.robot.servo.step)))

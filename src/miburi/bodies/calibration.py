@@ -178,8 +178,8 @@ def _check(settings: CardSettings) -> None:
             if needed > most:
                 raise BodyError(
                     f"{name} would need a {guard} of {shown(guard, needed)}, and the card grants "
-                    f"no more than {shown(guard, most)}. Look for a loose horn or screw, a cable that "
-                    "pulls, or a hand in the way; then calibrate again."
+                    f"no more than {shown(guard, most)}. Look for a loose horn or screw, a cable "
+                    "that pulls, or a hand in the way; then calibrate again."
                 )
 
 

@@ -182,6 +182,11 @@ class Card:
         phase = self.state.phase
         if phase is not Phase.STOPPED:
             raise BodyError(f"The body is {phase}; only a stopped body can be released.")
+        if not self._connected:
+            raise BodyError(
+                "The card cannot be reached. Look at its cable and power; it is looked for again "
+                "every second, and stays stopped until you release it."
+            )
         answer = self._ask(Kind.RELEASE)
         self._own_stop = None
         self.goals = tuple(joint.neutral for joint in self._settings.joints)
