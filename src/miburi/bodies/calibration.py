@@ -26,13 +26,15 @@ from miburi.calibration import Response, Trace, calibrate, response
 from miburi.calibration_file import Calibration
 from miburi.contact import Rule
 from miburi.errors import BodyError
-from miburi.motion import Move, Profile, Steps, to_steps
+from miburi.motion import Move, Profile, Steps, synchronised, to_steps
 from miburi.robot import JOINTS, Array, Robot
 
 #: Where a joint goes: so much of half its range, to both sides of the middle (ours).
 _REACH = 0.35
 #: How fast, in rad/s; the last is above every servo's speed (ours).
 _SPEEDS = (0.8, 2.5, np.inf)
+#: How long a move of all joints takes, s; the last is shorter than any servo can (ours).
+_DURATIONS = (1.5, 0.8, 0.1)
 #: Slow speeds, over so many rad: where an encoder's step is a large part of what is judged (ours).
 _SLOWLY, _BIT = (0.05, 0.1, 0.2, 0.4), 0.15
 #: s for which the servos are watched after each move: longer than the rule waits for them.
@@ -54,25 +56,30 @@ class Measured:
 def free_moves(robot: Robot) -> Iterator[tuple[str, Move]]:
     """Yield what is moved and the move: each joint to and fro; then all at once, slow to fast.
 
-    They begin and end at neutral.
+    They begin and end at neutral. Between, joints that rest are in the middle of their ranges,
+    where the arms are off the body and off each other.
     """
     middle, half = (robot.lower + robot.upper) / 2, (robot.upper - robot.lower) / 2 * _REACH
+    yield "all joints", _move(robot, middle, _SPEEDS[0])
     for motor, name in enumerate(JOINTS):
         only = np.arange(len(JOINTS)) == motor
         for speed in (_SPEEDS[0], _SPEEDS[-1]):
             for side in (-1.0, 1.0):
-                yield name, _move(robot, np.where(only, middle + side * half, robot.neutral), speed)
-        yield name, _move(robot, robot.neutral, _SPEEDS[1])
+                yield name, _move(robot, middle + side * half * only, speed)
+        yield name, _move(robot, middle, _SPEEDS[1])
     # Both arms do the same, so that they do not meet: the left one's lower joints count backwards.
     alike = np.where([name in ("left_elbow", "left_fingertip") for name in JOINTS], -1.0, 1.0)
-    yield "all joints", _move(robot, middle, _SPEEDS[0])
     for speed in _SLOWLY:
         for bit in (_BIT, 0.0):
             yield "all joints", _move(robot, middle + alike * bit, speed)
-    for speed in _SPEEDS:
+    # As in gestures: they leave together and arrive together.
+    here = middle
+    for duration in _DURATIONS:
         for side in (-1.0, 1.0):
-            yield "all joints", _move(robot, middle + side * alike * half, speed)
-    yield "all joints", _move(robot, robot.neutral, _SPEEDS[1])
+            there = middle + side * alike * half
+            yield "all joints", synchronised(robot, here, there, duration)
+            here = there
+    yield "all joints", synchronised(robot, here, robot.neutral, _DURATIONS[0])
 
 
 def _move(robot: Robot, angles: Array, speed: float) -> Move:
