@@ -117,6 +117,23 @@ def test_mistakes_are_answered_in_words(arguments: list[str], given: str, said: 
     assert out.stdout == ""
 
 
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["card", "info", "/dev/nowhere"], "there is no port /dev/nowhere"),
+        (["card", "load", "/dev/nowhere", "no.toml"], "no.toml: cannot be read"),
+        (["card", "upload", "/dev/nowhere", "--firmware", "no.hex"], "no.hex"),
+        (["experiment", "--calibration", "no.toml"], "no.toml: cannot be read"),
+        (["run", "--calibration", "no.toml"], "no.toml: cannot be read"),
+    ],
+)
+def test_what_is_not_there_is_said_in_words(arguments: list[str], said: str) -> None:
+    out = miburi(*arguments)
+    assert out.returncode == 1
+    assert said in out.stderr
+    assert "Traceback" not in out.stderr
+
+
 def test_a_seed_that_is_no_number() -> None:
     out = miburi("experiment", "--seed", "one")
     assert out.returncode == 2

@@ -5,6 +5,7 @@ import pytest
 
 from miburi import gestures
 from miburi.bodies import BodyState, Phase, Stop
+from miburi.errors import BodyError
 from miburi.feelings import FEELINGS, EmotionalModel, Expression, Stimulus
 from miburi.motion import Move
 from miburi.partner import (
@@ -305,3 +306,55 @@ def test_what_is_asked_for_comes_next_and_once(robot: Robot) -> None:
     assert started.expression == Expression("surprise", 0.8)
     assert of(MoveSent, events)
     assert not partner.asked
+
+
+@pytest.mark.parametrize("ending", [False, True])
+def test_what_failed_waits_for_a_person(robot: Robot, ending: bool) -> None:
+    """Even if a contact came first, and at the end of all: the card may come back by itself."""
+    body = PaperBody(robot)
+    partner = Partner(body, happy())
+    run(partner, 0.1)
+    body.touch()
+    run(partner, 0.5)
+    body.touch("the connection to the card was lost")
+    if ending:
+        partner.rest()
+    assert of(Released, run(partner, 30.0)) == []
+    assert body.phase is Phase.STOPPED
+    partner.release()
+    assert body.phase is Phase.RETURNING
+
+
+def test_a_body_that_is_not_ready_is_asked_again(
+    robot: Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    body = PaperBody(robot)
+    partner = Partner(body, happy())
+    run(partner, 0.1)
+    body.touch()
+    with monkeypatch.context() as refusing:
+        refusing.setattr(body, "release", _refuse)
+        assert of(Released, run(partner, 5.0)) == []
+    assert len(of(Released, run(partner, 2.0))) == 1
+
+
+def test_a_move_that_comes_too_late_for_a_stopped_body_is_no_failure(
+    robot: Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    body = PaperBody(robot)
+    partner = Partner(body, happy())
+
+    def stopped_just_now(move: Move) -> None:
+        body.touch("the connection to the card was lost")
+        _refuse()
+
+    monkeypatch.setattr(body, "move", stopped_just_now)
+    assert len(of(Stopped, run(partner, 1.0))) == 1
+    body.phase = Phase.IDLE
+    monkeypatch.setattr(body, "move", _refuse)
+    with pytest.raises(BodyError):  # but what an idle body refuses is a mistake of ours
+        run(partner, 4.0)
+
+
+def _refuse(_move: Move | None = None) -> None:
+    raise BodyError("refused")

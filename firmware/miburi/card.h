@@ -1,13 +1,10 @@
-// The card: serves the host, polls the servos, and lets the controller decide.
+// The card: answers the host, and tells it how the body is.
 //
-// `Io` adds to what the servo layer needs: host_read() gives a byte or -1; host_write(bytes,
-// count); eeprom_ready(), eeprom_read(address), eeprom_write(address, byte).
+// `Io` adds to what the body needs: host_read() gives a byte or -1; host_write(bytes, count).
 #pragma once
 
-#include "controller.h"
+#include "body.h"
 #include "link.h"
-#include "servo_xl330.h"
-#include "settings.h"
 
 namespace miburi {
 
@@ -16,54 +13,31 @@ const uint8_t FIRMWARE[3] = {0, 1, 0};
 template <class Io>
 class Card {
  public:
-  explicit Card(Io& io) : io_(io), servos_(*this) {}
+  explicit Card(Io& io) : io_(io), body_(*this) {}
 
-  // Power-on: nothing moves. Servos that still follow an order from before a reset are stopped.
-  void begin() {
-    uint8_t bytes[TABLE_SIZE + 2];
-    for (uint8_t i = 0; i < sizeof bytes; i++) {
-      bytes[i] = io_.eeprom_read(i);
-    }
-    // A blank EEPROM has no valid CRC.
-    if (u16_at(bytes) == (crc16(bytes + 2, TABLE_SIZE) ^ EEPROM_SALT)) {
-      table_.read(bytes + 2);
-      adopt();
-    }
-    controller_.phase = Phase::stopped;
-    controller_.latched = Stop{Reason::started, now(), Contact{Sign::none, NO_MOTOR, 0, 0}};
-  }
+  void begin() { body_.begin(); }
 
   // Called again and again; returns after a few milliseconds at most.
   void work() {
     if (decoder_.complete()) {
       serve();
     }
-    const int64_t time = now();
-    if (time >= next_poll_) {
-      next_poll_ += POLL;
-      if (next_poll_ < time) {
-        next_poll_ = time + POLL;
-      }
-      if (table_.complete()) {
-        poll();
-      } else {
-        time_ = time;
-      }
-      store();
-      if (report_period_ != 0 && time_ >= next_report_) {
-        next_report_ = time_ + report_period_;
-        report();
-      }
-    } else {
+    if (!body_.work()) {
       rest();
+    } else if (report_period_ != 0 && body_.time() >= next_report_) {
+      next_report_ = body_.time() + report_period_;
+      report();
     }
   }
 
-  // For the servo layer.
+  // For the body.
   uint32_t micros() { return io_.micros(); }
   int bus_read() { return io_.bus_read(); }
   void bus_write(const uint8_t* bytes, uint8_t count) { io_.bus_write(bytes, count); }
   void bus_speed(uint32_t baud) { io_.bus_speed(baud); }
+  bool eeprom_ready() { return io_.eeprom_ready(); }
+  uint8_t eeprom_read(uint16_t address) { return io_.eeprom_read(address); }
+  void eeprom_write(uint16_t address, uint8_t byte) { io_.eeprom_write(address, byte); }
   void rest() {
     int byte;
     while (!decoder_.complete() && (byte = io_.host_read()) >= 0) {
@@ -75,152 +49,6 @@ class Card {
   }
 
  private:
-  static const int32_t POLL = 20000;              // µs between two readings of the servos
-  static const int32_t HEALTH_POLLS = 25;         // readings between two looks at the health
-  static const int32_t SILENCE = 60000;           // µs without an answer: the servo is lost
-  static const uint16_t EEPROM_SALT = 0x4d31;
-
-  // The clock: 64 bits that never wrap; called at least once in 71 minutes.
-  int64_t now() {
-    const uint32_t ticks = io_.micros();
-    clock_ += static_cast<uint32_t>(ticks - ticks_);
-    ticks_ = ticks;
-    return clock_;
-  }
-
-  // The settings in the form that the rule and the servos use.
-  void adopt() {
-    rule_ = table_.rule();
-    acceleration_ = Servos::real_acceleration(table_.settings.acceleration);
-  }
-
-  int16_t to_joint(uint8_t motor, int32_t position) const {
-    const Joint& joint = table_.joints[motor];
-    const int32_t angle = (position - joint.zero) * joint.direction;
-    return static_cast<int16_t>(angle > 32000 ? 32000 : angle < -32000 ? -32000 : angle);
-  }
-  int32_t to_servo(uint8_t motor, int16_t angle) const {
-    const Joint& joint = table_.joints[motor];
-    return static_cast<int32_t>(joint.zero) + static_cast<int32_t>(angle) * joint.direction;
-  }
-
-  // Reads all positions, once; true when every servo answered.
-  bool look_around() {
-    const int64_t asked = now();
-    heard_ = servos_.read_motion(table_.joints, motion_);
-    time_ = asked;
-    for (uint8_t i = 0; i < MOTORS; i++) {
-      if (heard_ & (1u << i)) {
-        last_heard_[i] = asked;
-        known_ = static_cast<uint8_t>(known_ | (1u << i));
-        positions_[i] = to_joint(i, motion_[i].position);
-      }
-    }
-    return heard_ == ALL;
-  }
-
-  void poll() {
-    const bool all = look_around();
-    if (all) {
-      update(controller_, rule_, positions_, time_);
-    }
-    for (uint8_t i = 0; i < MOTORS; i++) {
-      if (time_ - last_heard_[i] > SILENCE) {
-        give_up(Reason::silent, i);
-      } else if ((heard_ & (1u << i)) && motion_[i].alert) {
-        give_up(Reason::faulty, i);
-      }
-    }
-    if (++polls_ % HEALTH_POLLS == 0) {
-      look_at_health();
-    }
-    if (controller_.phase == Phase::stopped) {
-      hold();
-    } else {
-      held_ = false;
-    }
-  }
-
-  void give_up(Reason reason, uint8_t motor) {
-    stop(controller_, reason, motor, positions_, time_);
-  }
-
-  // What speaks against moving: NO_MOTOR, or the motor, with the reason.
-  uint8_t unfit(uint8_t measured, Reason& reason) const {
-    for (uint8_t i = 0; i < MOTORS; i++) {
-      if (measured & (1u << i)) {
-        if (health_[i].temperature >= table_.settings.hottest) {
-          reason = Reason::hot;
-          return i;
-        }
-        if (health_[i].voltage < table_.settings.lowest) {
-          reason = Reason::low_voltage;
-          return i;
-        }
-      }
-    }
-    return NO_MOTOR;
-  }
-
-  void look_at_health() {
-    Reason reason = Reason::none;
-    const uint8_t motor = unfit(servos_.read_health(table_.joints, health_), reason);
-    if (motor != NO_MOTOR) {
-      give_up(reason, motor);
-    }
-  }
-
-  // Holds a stopped body softly where it is, until the servos are known to do so.
-  void hold() {
-    if (held_ || limp_) {
-      return;
-    }
-    for (uint8_t i = 0; i < MOTORS; i++) {
-      if (known_ & ~pinned_ & (1u << i)) {
-        controller_.origin[i] = positions_[i];
-      }
-      orders_[i] = Order{table_.settings.hold_current, 0, 0, to_servo(i, controller_.origin[i])};
-    }
-    pinned_ = known_;
-    if (clear_watchdog_) {
-      servos_.set_bus_watchdog(table_.joints, false);
-    }
-    // A motor whose place is not known gets no goal.
-    servos_.command(table_.joints, orders_, pinned_);
-    held_ = pinned_ == ALL && servos_.deaf(table_.joints, orders_) == 0;
-    servos_.set_bus_watchdog(table_.joints, true);
-    clear_watchdog_ = !held_;
-  }
-
-  // The table's image in EEPROM: CRC first.
-  void image(uint8_t* bytes) const {
-    table_.write(bytes + 2);
-    const uint16_t crc = crc16(bytes + 2, TABLE_SIZE) ^ EEPROM_SALT;
-    bytes[0] = static_cast<uint8_t>(crc);
-    bytes[1] = static_cast<uint8_t>(crc >> 8);
-  }
-  // Saves a byte at a time: each takes the EEPROM 3 ms.
-  void store() {
-    if (saving_ < TABLE_SIZE + 2 && io_.eeprom_ready()) {
-      uint8_t bytes[TABLE_SIZE + 2];
-      image(bytes);
-      io_.eeprom_write(saving_, bytes[saving_]);
-      saving_++;
-    }
-  }
-  bool stored() {
-    uint8_t bytes[TABLE_SIZE + 2];
-    image(bytes);
-    for (uint8_t i = 0; i < TABLE_SIZE + 2; i++) {
-      if (io_.eeprom_read(i) != bytes[i]) {
-        return false;
-      }
-    }
-    return true;
-  }
-
-  // --- the host -------------------------------------------------------------------------------
-
   void serve() {
     Frame frame;
     const Result result = decoder_.take(frame);
@@ -254,23 +82,24 @@ class Card {
       case Kind::hello:
         return frame.count == 0 ? hello(out) : Result::length;
       case Kind::settings:
-        return frame.count == SETTINGS_SIZE ? set_settings(in, out) : Result::length;
+        return frame.count == SETTINGS_SIZE ? body_.set_settings(read_settings(in), out)
+                                            : Result::length;
       case Kind::joint:
         return frame.count == 1 + JOINT_SIZE ? set_joint(in, out) : Result::length;
       case Kind::read:
-        return frame.count == 1 ? read(in.u8(), out) : Result::length;
+        return frame.count == 1 ? body_.read(in.u8(), out) : Result::length;
       case Kind::save:
-        return frame.count == 0 ? save(out) : Result::length;
+        return frame.count == 0 ? body_.save(out) : Result::length;
       case Kind::move:
         return frame.count == 4 * MOTORS ? move(in, out) : Result::length;
       case Kind::stop:
-        return frame.count == 0 ? ask_stop() : Result::length;
+        return frame.count == 0 ? body_.ask_stop() : Result::length;
       case Kind::release:
-        return frame.count == 0 ? release(out) : Result::length;
+        return frame.count == 0 ? body_.release(out) : Result::length;
       case Kind::status:
         return frame.count == 2 ? set_reports(in.u16()) : Result::length;
       case Kind::relax:
-        return frame.count == 0 ? relax(out) : Result::length;
+        return frame.count == 0 ? body_.relax(out) : Result::length;
       case Kind::identify:
         return frame.count == 2 ? identify(in, out) : Result::length;
       default:
@@ -278,211 +107,35 @@ class Card {
     }
   }
 
-  Result wrong_phase(Writer& out) const {
-    out.put(static_cast<uint8_t>(controller_.phase), 1);
-    return Result::phase;
-  }
-  Result unready(uint8_t motor, Reason reason, Writer& out) const {
-    out.put(motor, 1).put(static_cast<uint8_t>(reason), 1);
-    return Result::servo;
-  }
-
   Result hello(Writer& out) {
     uint8_t bytes[TABLE_SIZE];
-    table_.write(bytes);
+    body_.table().write(bytes);
     out.put(LINK_VERSION, 1).put(FIRMWARE[0], 1).put(FIRMWARE[1], 1).put(FIRMWARE[2], 1);
-    out.put(MOTORS, 1).put(table_.complete(), 1).put(stored(), 1);
+    out.put(MOTORS, 1).put(body_.table().complete(), 1).put(body_.stored(), 1);
     out.put(crc16(bytes, TABLE_SIZE), 2);
     return Result::ok;
   }
 
-  Result set_settings(Reader& in, Writer& out) {
-    if (controller_.phase != Phase::stopped) {
-      return wrong_phase(out);
-    }
-    const Settings settings = read_settings(in);
-    const uint8_t wrong = out_of_range(settings);
-    if (wrong != IN_RANGE) {
-      out.put(wrong, 1);
-      return Result::range;
-    }
-    table_.settings = settings;
-    piece_given(MOTORS);
-    return Result::ok;
-  }
-
   Result set_joint(Reader& in, Writer& out) {
-    if (controller_.phase != Phase::stopped) {
-      return wrong_phase(out);
-    }
     const uint8_t index = in.u8();
-    const Joint joint = read_joint(in);
-    const uint8_t wrong = index < MOTORS ? out_of_range(joint) : 0;
-    if (wrong != IN_RANGE) {
-      out.put(wrong, 1);
-      return Result::range;
-    }
-    table_.joints[index] = joint;
-    piece_given(index);
-    return Result::ok;
-  }
-
-  void piece_given(uint8_t piece) {
-    table_.given = static_cast<uint16_t>(table_.given | (1u << piece));
-    if (table_.complete() && !table_.ids_differ()) {
-      table_.given = static_cast<uint16_t>(table_.given & ~(1u << piece));
-    }
-    adopt();
-    // Positions, and where to hold, have another meaning now.
-    held_ = false;
-    known_ = pinned_ = 0;
-    for (uint8_t i = 0; i < MOTORS; i++) {
-      last_heard_[i] = now();
-    }
-  }
-
-  Result read(uint8_t piece, Writer& out) const {
-    if (piece > MOTORS) {
-      out.put(0, 1);
-      return Result::range;
-    }
-    if (!(table_.given & (1u << piece))) {
-      return Result::settings;
-    }
-    if (piece == MOTORS) {
-      write_settings(table_.settings, out);
-    } else {
-      write_joint(table_.joints[piece], out);
-    }
-    return Result::ok;
-  }
-
-  Result save(Writer& out) {
-    if (controller_.phase != Phase::stopped) {
-      return wrong_phase(out);
-    }
-    if (!table_.complete()) {
-      return Result::settings;
-    }
-    saving_ = 0;
-    return Result::ok;
+    return body_.set_joint(index, read_joint(in), out);
   }
 
   Result move(Reader& in, Writer& out) {
-    if (controller_.phase != Phase::idle) {
-      return wrong_phase(out);
-    }
     int16_t goal[MOTORS];
     uint16_t speeds[MOTORS];
-    uint8_t wrong = IN_RANGE;
     for (uint8_t i = 0; i < MOTORS; i++) {
       goal[i] = in.i16();
-      if (!within(goal[i], table_.joints[i].min, table_.joints[i].max) && wrong == IN_RANGE) {
-        wrong = i;
-      }
     }
     for (uint8_t i = 0; i < MOTORS; i++) {
       speeds[i] = in.u16();
-      if (speeds[i] > table_.settings.max_speed && wrong == IN_RANGE) {
-        wrong = static_cast<uint8_t>(MOTORS + i);
-      }
     }
-    if (wrong != IN_RANGE) {
-      out.put(wrong, 1);
-      return Result::range;
-    }
-    go(Phase::moving, goal, speeds);
-    out.put(static_cast<uint64_t>(controller_.began), 8);
-    return Result::ok;
+    return body_.move(goal, speeds, out);
   }
 
-  void go(Phase phase, const int16_t* goal, uint16_t* speeds) {
-    for (uint8_t i = 0; i < MOTORS; i++) {
-      speeds[i] = Servos::real_speed(speeds[i]);
-      orders_[i] = Order{table_.settings.move_current, speeds[i], acceleration_, to_servo(i, goal[i])};
-    }
-    held_ = false;
-    servos_.command(table_.joints, orders_);
-    start(controller_, rule_, phase, goal, speeds, acceleration_, positions_, now());
-    // Whoever did not hear it is told once more; who still did not will be missed by the rule.
-    if (servos_.deaf(table_.joints, orders_) != 0) {
-      servos_.command(table_.joints, orders_);
-      const uint8_t deaf = servos_.deaf(table_.joints, orders_);
-      for (uint8_t i = 0; i < MOTORS; i++) {
-        if (deaf & (1u << i)) {
-          give_up(Reason::deaf, i);
-        }
-      }
-    }
-  }
-
-  Result ask_stop() {
-    if (table_.complete() && controller_.phase != Phase::stopped) {
-      look_around();
-      give_up(Reason::asked, NO_MOTOR);
-      hold();
-    }
-    return Result::ok;
-  }
-
-  // The only way out of a stop, and the only place where torque goes on: pinned to the positions
-  // where the motors are.
-  Result release(Writer& out) {
-    if (controller_.phase != Phase::stopped) {
-      return wrong_phase(out);
-    }
-    if (!table_.complete()) {
-      return Result::settings;
-    }
-    for (uint8_t i = 0; i < MOTORS; i++) {
-      if (!servos_.set_mode(table_.joints[i].id)) {
-        return unready(i, Reason::silent, out);
-      }
-    }
-    look_around();
-    for (uint8_t i = 0; i < MOTORS; i++) {
-      if (!(heard_ & (1u << i))) {
-        return unready(i, Reason::silent, out);
-      }
-      if (motion_[i].alert) {
-        servos_.reboot(table_.joints[i].id);
-        return unready(i, Reason::faulty, out);
-      }
-    }
-    Reason reason = Reason::silent;
-    const uint8_t measured = servos_.read_health(table_.joints, health_);
-    const uint8_t motor = unfit(measured, reason);
-    if (motor != NO_MOTOR) {
-      return unready(motor, reason, out);
-    }
-    // A motor that has been held stays at its goal: it would sink under its load if that were
-    // moved to where it hangs. One that was moved, or had no torque, starts from where it is.
-    const uint8_t limp = servos_.limp(table_.joints);
-    for (uint8_t i = 0; i < MOTORS; i++) {
-      if ((limp & (1u << i)) || distance_between(positions_[i], controller_.origin[i]) >
-                                    table_.joints[i].guards.arrival) {
-        pinned_ = static_cast<uint8_t>(pinned_ & ~(1u << i));
-      }
-    }
-    held_ = limp_ = false;
-    clear_watchdog_ = true;
-    hold();
-    servos_.set_torque(table_.joints, true);
-    const uint8_t weak = servos_.limp(table_.joints);
-    for (uint8_t i = 0; i < MOTORS; i++) {
-      if (!held_ || (weak & (1u << i))) {
-        return unready(i, Reason::deaf, out);
-      }
-    }
-    int16_t goal[MOTORS];
-    uint16_t speeds[MOTORS];
-    for (uint8_t i = 0; i < MOTORS; i++) {
-      goal[i] = table_.joints[i].neutral;
-    }
-    return_speeds(controller_.origin, goal, table_.settings.return_speed, speeds);
-    go(Phase::returning, goal, speeds);
-    out.put(static_cast<uint64_t>(controller_.began), 8);
-    return Result::ok;
+  Result identify(Reader& in, Writer& out) {
+    const uint8_t old_id = in.u8();
+    return body_.identify(old_id, in.u8(), out);
   }
 
   Result set_reports(uint16_t period_ms) {
@@ -491,55 +144,10 @@ class Card {
     return Result::ok;
   }
 
-  Result relax(Writer& out) {
-    if (controller_.phase != Phase::stopped) {
-      return wrong_phase(out);
-    }
-    if (!table_.complete()) {
-      return Result::settings;
-    }
-    limp_ = true;
-    servos_.set_torque(table_.joints, false);
-    return Result::ok;
-  }
-
-  Result identify(Reader& in, Writer& out) {
-    if (controller_.phase != Phase::stopped) {
-      return wrong_phase(out);
-    }
-    const uint8_t old_id = in.u8();
-    const uint8_t new_id = in.u8();
-    if (old_id > 252 || new_id > 252) {
-      out.put(old_id > 252 ? 0 : 1, 1);
-      return Result::range;
-    }
-    if (!servos_.identify(old_id, new_id)) {
-      return unready(NO_MOTOR, Reason::silent, out);
-    }
-    return Result::ok;
-  }
-
   void report() {
     uint8_t bytes[MAX_PAYLOAD];
     Writer out(bytes, sizeof bytes);
-    const Stop& latched = controller_.latched;
-    const bool stopped = controller_.phase == Phase::stopped;
-    out.put(static_cast<uint64_t>(time_), 8).put(static_cast<uint8_t>(controller_.phase), 1);
-    out.put(stopped ? static_cast<uint8_t>(latched.reason) : 0, 1);
-    out.put(latched.contact.motor, 1).put(static_cast<uint8_t>(latched.contact.sign), 1);
-    out.put(static_cast<uint32_t>(latched.contact.measured), 4);
-    out.put(static_cast<uint32_t>(latched.contact.expected), 4);
-    out.put(static_cast<uint64_t>(latched.time), 8);
-    out.put(heard_, 1).put((held_ ? 1u : 0u) | (limp_ ? 2u : 0u), 1);
-    for (uint8_t i = 0; i < MOTORS; i++) {
-      out.put(static_cast<uint16_t>(positions_[i]), 2);
-    }
-    for (uint8_t i = 0; i < MOTORS; i++) {
-      out.put(static_cast<uint16_t>(motion_[i].speed * table_.joints[i].direction), 2);
-    }
-    for (uint8_t i = 0; i < MOTORS; i++) {
-      out.put(health_[i].temperature, 1).put(health_[i].voltage, 1);
-    }
+    body_.report(out);
     send(static_cast<uint8_t>(Kind::report), reports_++, bytes, out.count());
   }
 
@@ -548,36 +156,9 @@ class Card {
     io_.host_write(bytes, encode(kind, sequence, payload, count, bytes));
   }
 
-  using Servos = Xl330<Card>;
-
   Io& io_;
-  Servos servos_;
+  Body<Card> body_;
   Decoder decoder_;
-  Table table_ = Table();
-  Rule rule_ = Rule();
-  uint16_t acceleration_ = 1;
-  Controller controller_ = Controller();
-
-  Motion motion_[MOTORS] = {};
-  Health health_[MOTORS] = {};
-  Order orders_[MOTORS] = {};
-  int16_t positions_[MOTORS] = {};
-  uint8_t heard_ = 0;  // motors that answered the latest reading
-  uint8_t known_ = 0;  // motors that have answered at all
-  int64_t last_heard_[MOTORS] = {};
-
-  uint32_t ticks_ = 0;
-  int64_t clock_ = 0;
-  int64_t time_ = 0;  // when positions_ were read
-  int64_t next_poll_ = 0;
-  uint16_t polls_ = 0;
-
-  bool held_ = false;            // the servos are known to hold
-  bool limp_ = false;            // torque was taken off on purpose
-  uint8_t pinned_ = 0;           // motors for which controller_.origin says where to hold
-  bool clear_watchdog_ = false;  // a servo may have stopped by its own watchdog
-
-  uint8_t saving_ = 0xff;  // next EEPROM address to write
 
   uint8_t answer_[48];
   uint8_t answer_count_ = 0;

@@ -1,7 +1,7 @@
 """From free motion to guards: what the contact rule must grant the servos of one robot (ours).
 
 A calibration needs only what a card sees: encoder readings beside the commanded profile of each
-move. So the same code serves the simulated servos and those on a bench.
+move. So the same code serves the simulated servos and those of a built robot.
 """
 
 from collections.abc import Iterable, Sequence
@@ -11,8 +11,8 @@ import numpy as np
 
 from miburi.contact import PAPER_PERIOD, PAPER_RATIO, Guards
 from miburi.errors import InputError
-from miburi.motion import FINE, SECOND, Profile, Steps
-from miburi.robot import JOINTS
+from miburi.motion import FINE, Profile, Steps
+from miburi.robot import JOINTS, Array
 
 #: Guards are so many times what free motion needed, and an encoder step more (ours).
 MARGIN = 1.3
@@ -22,6 +22,9 @@ LEAST = 0.0125
 #: (ours).
 SLACK_FLOOR, TRACKING_FLOOR, ARRIVAL_FLOOR = 0.006, 0.02, 0.0123
 _LONGEST_LAG = 120_000  # µs
+#: Ramps that are tried, as parts of the commanded one; and lags with each, µs about the one found.
+_RAMPS = np.linspace(0.6, 1.2, 13)
+_OTHER_LAGS = np.arange(-26_000, 26_001, 2000)
 _WORTH_MEASURING = 50  # steps
 
 
@@ -33,17 +36,18 @@ class Trace:
     ----------
     profile, start, direction
         As :class:`miburi.contact.Watch` takes them.
+    times
+        (n,) µs since the move began, in order; they need not be regular.
     positions
-        (n, 8) steps, the encoders at the move's start and every ``interval`` after it.
-    interval
-        µs.
+        (n, 8) steps, the encoders at these times. A reading in which a motor was not heard is
+        left out: the card does not judge it either.
     """
 
     profile: Profile
     start: Steps
     direction: Steps
+    times: Steps
     positions: Steps
-    interval: int = SECOND // 100
 
     @property
     def travel(self) -> Steps:
@@ -53,8 +57,7 @@ class Trace:
 
     def expected(self, lag: Steps) -> Steps:
         """Travel that the profile, ``lag`` (8,) µs late, commanded at each reading, (n, 8)."""
-        times = np.arange(len(self.positions), dtype=np.int64)[:, None] * self.interval
-        return self.profile.position(times - lag)
+        return self.profile.position(self.times[:, None] - lag)
 
 
 @dataclass(frozen=True)
@@ -77,18 +80,18 @@ def need(traces: Iterable[Trace], lag: Steps, least: Steps, period: int, ratio: 
     for trace in traces:
         expected, travel = trace.expected(lag), trace.travel
         tracking = np.maximum(tracking, np.abs(expected - travel).max(axis=0))
-        times = np.arange(len(travel), dtype=np.int64)[:, None] * trace.interval
-        late = times >= trace.profile.total + lag + period
+        late = trace.times[:, None] >= trace.profile.total + lag + period
         away = np.abs(trace.profile.distance * FINE - travel)
         arrival = np.maximum(arrival, np.where(late, away, 0).max(axis=0))
-        judged_expected, judged_travel = zero, zero
-        for row in range(1, len(travel)):
+        judged_expected, judged_travel, period_ends = zero, zero, period
+        for row, time in enumerate(trace.times.tolist()):
             should, did = expected[row] - judged_expected, travel[row] - judged_travel
             judged = should >= least * FINE
             # Rounded up: so much, in whole parts, would have been enough.
             missing = -((did * 10_000 - should * ratio) // 10_000)
             slack = np.where(judged, np.maximum(slack, missing), slack)
-            if row * trace.interval % period == 0:
+            if time >= period_ends:
+                period_ends += period
                 judged_expected = np.where(judged, expected[row], judged_expected)
                 judged_travel = np.where(judged, travel[row], judged_travel)
     return Need(slack, tracking, arrival)
@@ -112,6 +115,48 @@ def measured_lag(traces: Sequence[Trace]) -> Steps:
     best = candidates[errors.argmin(axis=0)]
     others = int(np.median(best[moved])) if moved.any() else 0
     return np.where(moved, best, others).astype(np.int64)
+
+
+@dataclass(frozen=True)
+class Response:
+    """How servos answer their commands, (8,): NaN for a ramp or noise of one that never moved.
+
+    Attributes
+    ----------
+    lag
+        µs.
+    ramp
+        Acceleration over the commanded one.
+    noise
+        Steps, the root mean square of what lag alone does not explain while a profile runs.
+    """
+
+    lag: Steps
+    ramp: Array
+    noise: Array
+
+
+def response(traces: Sequence[Trace]) -> Response:
+    """Measure how servos answer, from free motion: to be read by people, as a check."""
+    lag = measured_lag(traces)
+    # A gentle ramp at both ends looks like a longer lag: both are fitted together.
+    errors = np.zeros((len(_RAMPS), len(_OTHER_LAGS), len(JOINTS)))
+    squares, count = np.zeros(len(JOINTS)), np.zeros(len(JOINTS))
+    for trace in traces:
+        profile, travel = trace.profile, trace.travel
+        far = profile.distance >= _WORTH_MEASURING
+        runs = far & (trace.times[:, None] <= profile.total + lag)
+        for row, ramp in enumerate(_RAMPS):
+            acceleration = np.rint(profile.acceleration * ramp).astype(np.int64)
+            other = Profile.plan(profile.distance, profile.speed, acceleration)
+            expected = other.position(trace.times[:, None, None] - lag - _OTHER_LAGS[:, None])
+            missed = (expected - travel[:, None]) / FINE
+            errors[row] += (missed**2 * far).sum(axis=0)
+        squares += (((trace.expected(lag) - travel) / FINE) ** 2 * runs).sum(axis=0)
+        count += runs.sum(axis=0)
+    moved = count > 0
+    noise = np.sqrt(np.divide(squares, count, out=np.full(len(JOINTS), np.nan), where=moved))
+    return Response(lag, np.where(moved, _RAMPS[errors.min(axis=1).argmin(axis=0)], np.nan), noise)
 
 
 def calibrate(

@@ -1,10 +1,13 @@
-"""A calibration on disk: period, ratio and guards of the contact rule for one robot's servos."""
+"""A calibration on disk: period, ratio and guards of the contact rule for one robot's servos.
 
-from dataclasses import fields
+A card's calibration also says how its servos are mounted; all others leave that out.
+"""
+
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from miburi import contact
 from miburi.contact import Rule
@@ -21,17 +24,56 @@ class RuleTable(Table):
     ratio: Annotated[float, Field(ge=0, le=1)]
 
 
+_Eight = Field(min_length=8, max_length=8)
+
+
+class Mounting(Table):
+    """How a card's servos are mounted, in the order of the joints.
+
+    Attributes
+    ----------
+    id
+        Each servo's number on the bus.
+    direction
+        The sign of the joint's angle against the servo's: 1 or −1.
+    zero
+        The servo's position at joint angle 0, in its steps.
+    """
+
+    id: Annotated[list[Annotated[int, Field(ge=0, le=252)]], _Eight]
+    direction: Annotated[list[Literal[1, -1]], _Eight]
+    zero: Annotated[list[Annotated[int, Field(ge=0, le=4095)]], _Eight]
+
+    @model_validator(mode="after")
+    def _differ(self) -> "Mounting":
+        if len(set(self.id)) < len(self.id):
+            raise ValueError(f"each servo needs an id of its own, got {self.id}")
+        return self
+
+
 class CalibrationFile(Table):
     """The file: ``guards`` are the table of the robot's description."""
 
     rule: RuleTable
     guards: Guards
+    servos: Mounting | None = None
 
 
-def write_calibration(robot: Robot, rule: Rule, path: Path, note: str) -> None:
-    """Write a rule's period, ratio and guards as TOML, in s and rad; ``note`` heads the file."""
+@dataclass(frozen=True)
+class Calibration:
+    """What a file says: the robot with its guards, the rule, and a card's mounting if any."""
+
+    robot: Robot
+    rule: Rule
+    servos: Mounting | None
+
+
+def write_calibration(
+    robot: Robot, rule: Rule, path: Path, note: str, servos: Mounting | None = None
+) -> None:
+    """Write a calibration as TOML, angles in rad and times in s; ``note`` heads the file."""
     step = robot.servo.step
-    lines = [f"# {line}" for line in note.splitlines()]
+    lines = [f"# {line}".rstrip() for line in note.splitlines()]
     lines += ["", "[rule]", f"period = {rule.period / SECOND:g} # s"]
     lines += [f"ratio = {rule.ratio / 10_000:g}", "", "[guards]"]
     for field in fields(contact.Guards):
@@ -39,11 +81,14 @@ def write_calibration(robot: Robot, rule: Rule, path: Path, note: str) -> None:
         scaled = values / SECOND if field.name == "lag" else values * step
         unit = "s" if field.name == "lag" else "rad"
         lines.append(f"{field.name} = [{', '.join(f'{v:.6f}' for v in scaled)}] # {unit}")
-    path.write_text("\n".join(lines) + "\n")
+    if servos is not None:
+        lines += ["", "[servos]"]
+        lines += [f"{name} = {values}" for name, values in servos.model_dump().items()]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def read_calibration(robot: Robot, path: Path) -> tuple[Robot, Rule]:
-    """Return the robot with the file's guards, and the rule.
+def read_calibration(robot: Robot, path: Path) -> Calibration:
+    """Read a calibration of ``robot``; angles are rounded to its servo's steps.
 
     Raises
     ------
@@ -52,6 +97,5 @@ def read_calibration(robot: Robot, path: Path) -> tuple[Robot, Rule]:
     """
     found = load_table(CalibrationFile, path)
     robot = robot.model_copy(update={"guards": found.guards})
-    guards = contact.Guards.of(robot)
-    period = round(found.rule.period * SECOND)
-    return robot, Rule(guards, period, round(found.rule.ratio * 10_000))
+    period, ratio = round(found.rule.period * SECOND), round(found.rule.ratio * 10_000)
+    return Calibration(robot, Rule(contact.Guards.of(robot), period, ratio), found.servos)

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 from types import FrameType
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -16,6 +16,9 @@ from miburi.errors import InputError, MiburiError
 from miburi.gestures_cli import gallery, gesture_app
 from miburi.studio.commands import run
 from miburi.trials_cli import calibrate, safety_page, trials, tune
+
+if TYPE_CHECKING:
+    from miburi.bodies.plant import Tangible
 
 app = typer.Typer(
     help="Feelings that show in a small robot's whole body, and a body that is safe to touch.",
@@ -27,6 +30,10 @@ _NEGATIVE_NUMBERS = {"ignore_unknown_options": True}
 
 RobotFile = Annotated[
     Path | None, typer.Option("--robot", help="A robot description; default: the iphonoid.")
+]
+CalibrationFile = Annotated[
+    Path | None,
+    typer.Option("--calibration", help="A file of miburi calibrate or tune.", show_default=False),
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Answer as JSON, a line each.")]
 Point = tuple[float, float, float]
@@ -47,7 +54,7 @@ def main() -> None:
     except MiburiError as error:
         sys.exit(_said(error, 1))
     except _Interrupted as interrupted:
-        print("miburi: interrupted; unfinished files were removed.", file=sys.stderr)
+        print("miburi: interrupted.", file=sys.stderr)
         sys.exit(128 + int(interrupted.args[0]))
 
 
@@ -86,17 +93,29 @@ def experiment(
     body: Annotated[
         str, typer.Option(help="simulated, or emulated-card: the real firmware in the loop.")
     ] = "simulated",
+    calibration: CalibrationFile = None,
 ) -> None:
     """Run the paper's experiment: happiness, mood 0.9, and a hand in the way (Section 5)."""
     from miburi.experiment_files import write_experiment
 
     if body not in (known := ("simulated", "emulated-card")):
-        raise InputError(f"the body must be one of {', '.join(known)}, got {body!r}.")
-    moved = None
+        raise InputError(
+            f"the body must be one of {', '.join(known)}, got {body!r}: only in a simulation can "
+            "the hand be put in the way."
+        )
+    from miburi.calibration_file import read_calibration
+    from miburi.robot import iphonoid
+
+    rule = None if calibration is None else read_calibration(iphonoid(), calibration).rule
+    moved: Tangible
     if body == "emulated-card":
         from miburi.bodies.emulated_card import EmulatedBody
 
-        moved = EmulatedBody()
+        moved = EmulatedBody(iphonoid(), rule)
+    else:
+        from miburi.bodies.simulated import Simulated
+
+        moved = Simulated(iphonoid(), rule)
     written = write_experiment(seed, seconds, out, film=film, hand=hand, face=face, body=moved)
     for line in written:
         print(line)

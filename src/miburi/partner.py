@@ -13,6 +13,7 @@ import numpy as np
 
 from miburi import gestures, ik
 from miburi.bodies import Body, BodyState, Phase, Stop
+from miburi.errors import BodyError
 from miburi.feelings import FEELINGS, Expression, FeelingModel
 from miburi.motion import Move, synchronised
 from miburi.robot import Array, Robot
@@ -22,6 +23,8 @@ FIRST_PAUSE = 1.0
 LONGEST_PAUSE = 16.0
 #: Seconds that the way home to neutral takes at least, at the end (ours).
 HOMECOMING = 1.5
+#: Stops that are ended at the end of all; others wait for a person to mend what failed.
+_ENDED_BY_US = ("contact", "asked")
 
 Solve = Callable[[Robot, Array, Array], ik.Solution]
 
@@ -221,12 +224,16 @@ class Partner:
         if state.stop is not None and state.stop != self._known_stop:
             self._known_stop = state.stop
             yield from self._take(state.stop, state.time)
-        if self._resting:
+        if self._resting and state.stop is not None and state.stop.reason in _ENDED_BY_US:
             self._release_at, self._held = self._release_at or state.time, False
         due = self._release_at is not None and state.time >= self._release_at
         if due and not self._held:
-            self.release()
-            yield Released(state.time)
+            try:
+                self.release()
+            except BodyError:  # a servo is not ready, or the card has just gone
+                self._release_at = state.time + FIRST_PAUSE
+            else:
+                yield Released(state.time)
 
     def _take(self, stop: Stop, time: float) -> Iterator[Event]:
         """Take a new stop in: break off the gesture and, after a contact, lower the mood."""
@@ -237,6 +244,8 @@ class Partner:
             pause = min(FIRST_PAUSE * 2**self._encounters, LONGEST_PAUSE)
             self._release_at = time + pause
             self._encounters += 1
+        else:
+            self._release_at = None  # what failed waits for a person
         yield Stopped(time, stop, before, self._mood_of(shown))
         yield from self._end(time, complete=False)
 
@@ -286,10 +295,10 @@ class Partner:
             move = synchronised(robot, self._angles, solution.angles, pose.duration)
             if np.max(np.abs(solution.angles - self._angles)) < robot.servo.step:
                 continue  # nowhere to go: a mood of 0 rests at neutral
-            self.body.move(move)
-            self._angles = solution.angles
-            performance.hold, performance.hold_until = pose.hold, None
-            yield MoveSent(state.time, index, move, solution)
+            if self._send(move):
+                self._angles = solution.angles
+                performance.hold, performance.hold_until = pose.hold, None
+                yield MoveSent(state.time, index, move, solution)
             return
         yield from self._end(state.time, complete=performance.next_pose == len(poses))
 
@@ -315,9 +324,20 @@ class Partner:
 
     def _go_home(self) -> None:
         neutral = self.body.robot.neutral
-        if not np.array_equal(self._angles, neutral):
-            self.body.move(synchronised(self.body.robot, self._angles, neutral, HOMECOMING))
+        if not np.array_equal(self._angles, neutral) and self._send(
+            synchronised(self.body.robot, self._angles, neutral, HOMECOMING)
+        ):
             self._angles = np.array(neutral)
+
+    def _send(self, move: Move) -> bool:
+        """Start a move, unless the body has stopped since it told its state."""
+        try:
+            self.body.move(move)
+        except BodyError:
+            if self.body.state.phase is Phase.IDLE:
+                raise
+            return False
+        return True
 
     def _mood_of(self, expression: Expression | None) -> float:
         if expression is None:

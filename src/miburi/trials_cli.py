@@ -178,7 +178,8 @@ def _plan(
     if servos:
         watched = [(one, calibrated(one, seed)) for one in varied_servos(body, seed, servos)]
     elif calibration is not None:
-        watched = [read_calibration(body, calibration)]
+        found = read_calibration(body, calibration)
+        watched = [(found.robot, found.rule)]
     else:
         watched = [(body, Rule.of(body))]
     if rule_name == "printed":

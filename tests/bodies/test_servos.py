@@ -114,6 +114,6 @@ def test_bus_watchdog_stops_a_servo_that_hears_nothing() -> None:
     there = servo.setpoint(250_000)
     assert there == servo.setpoint(3e6) < 100
     assert servo.get("bus_watchdog") == -1
-    assert servo.write(116, bytes(4), 3e6) == 7  # closed until the watchdog is cleared
+    assert servo.write(116, bytes(4), 3e6) == 4  # closed until the watchdog is cleared
     assert servo.write(98, bytes(1), 3e6) == 0
     assert servo.write(116, bytes(4), 3e6) == 0

@@ -1,8 +1,10 @@
 """Builds what these tests run."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from rig import Rig
 from toolchain import BUILD, HERE, NATIVE, ROOT, SANITIZED, SKETCH, building, need, run
 
 
@@ -26,6 +28,14 @@ def firmware() -> Path:
     with building():
         run("make", "-C", ROOT / "firmware")
     return BUILD
+
+
+@pytest.fixture
+def rig(firmware: Path) -> Iterator[Rig]:
+    """The card with its servos, awake at neutral."""
+    made = Rig(firmware, twin=False)
+    yield made
+    made.close()
 
 
 @pytest.fixture(scope="session")

@@ -2,30 +2,26 @@
 
 import copy
 import struct
+from functools import cache
+from pathlib import Path
 
 import numpy as np
 
 from miburi.bodies import Phase
+from miburi.bodies.calibration import record
 from miburi.bodies.card import Card
 from miburi.bodies.card_settings import CardSettings, real_acceleration, real_speed
 from miburi.bodies.controller import Controller
 from miburi.bodies.emulated import EmulatedCard
 from miburi.bodies.link import Kind, Report
 from miburi.bodies.servos import Bus, Servo
-from miburi.contact import Sign
+from miburi.calibration import calibrate
+from miburi.contact import Rule, Sign
 from miburi.motion import SECOND, Move, synchronised, to_steps
 from miburi.robot import JOINTS, Robot, iphonoid
-from miburi.robot.description import Guards
 
-#: What these servos need, which carry loads and turn at every speed and from every angle; the
-#: description's guards are the simulated body's.
-GUARDS = Guards(
-    lag=[0.03] * 8,
-    slack=[0.02] + [0.008] * 7,
-    least=[0.025] * 8,
-    tracking=[0.08] * 8,
-    arrival=[0.03] * 8,
-)
+#: Free moves from which the servos of all rigs are calibrated.
+CALIBRATION_MOVES = 40
 SIGNS = (None, Sign.SPEED, Sign.TRACKING, Sign.ARRIVAL)
 PHASES = (Phase.IDLE, Phase.MOVING, Phase.STOPPED, Phase.RETURNING)
 
@@ -104,9 +100,17 @@ class Twin:
 class Rig:
     """All of it, switched on; `wake` brings the body to neutral."""
 
-    def __init__(self, firmware, seed: int = 0, *, wake: bool = True, twin: bool = True) -> None:
-        self.robot = iphonoid().model_copy(update={"guards": GUARDS})
-        self.settings = CardSettings.of(self.robot)
+    def __init__(
+        self,
+        firmware: Path,
+        seed: int = 0,
+        *,
+        wake: bool = True,
+        twin: bool = True,
+        settings: CardSettings | None = None,
+    ) -> None:
+        self.robot = iphonoid()
+        self.settings = settings or calibrated(firmware)
         self.rng = np.random.default_rng(seed)
         self.servos = [
             Servo.new(j.servo, j.zero + j.direction * (j.neutral - 30))
@@ -114,7 +118,7 @@ class Rig:
         ]
         self.bus = Bus(self.servos)
         self.line = Line(self.bus, elf=firmware / "miburi.elf", library=firmware / "libmega.so")
-        self.body = Card(lambda: self.line, self.robot)
+        self.body = Card(lambda: self.line, self.robot, self.settings)
         self.twin = Twin(self.robot, self.settings)
         if twin:
             self._join_twin()
@@ -173,6 +177,7 @@ class Rig:
             servo.shaft.load = float(self.rng.uniform(-3, 3))
             servo.shaft.lag = float(self.rng.uniform(28_000, 32_000))
             servo.shaft.noise = lambda: float(self.rng.uniform(-0.6, 0.6))
+        self.run(0.1)  # the load is there before the move begins
 
     def at_rest(self) -> bool:
         """Whether no servo's trajectory is under way, now or in half a second."""
@@ -185,3 +190,19 @@ class Rig:
 
     def close(self) -> None:
         self.line.mega.close()
+
+
+@cache
+def calibrated(firmware: Path) -> CardSettings:
+    """What the card is to know of these servos, which carry loads and turn at every speed.
+
+    The description's guards are the simulated body's: these servos are calibrated as a card's.
+    """
+    settings = CardSettings.of(iphonoid())
+    rig = Rig(firmware, 1000, twin=False, settings=settings.generous)
+    traces = []
+    for _ in range(CALIBRATION_MOVES):
+        rig.shake()
+        traces += record(rig.body, [rig.random_move()])
+    rig.close()
+    return settings.with_rule(Rule(calibrate(traces, rig.robot.servo.step)))

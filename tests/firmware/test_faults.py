@@ -9,18 +9,18 @@ import pytest
 from rig import Rig
 
 from miburi.bodies import Phase
+from miburi.bodies.card_settings import (
+    ALLOWED,
+    GENERAL_NAMES,
+    GUARDS,
+    JOINT_NAMES,
+    CardSettings,
+)
 from miburi.bodies.link import Kind
 from miburi.bodies.servos import Servo
 from miburi.errors import BodyError
 from miburi.motion import Move
 from miburi.robot import JOINTS
-
-
-@pytest.fixture
-def rig(firmware: Path):
-    made = Rig(firmware, twin=False)
-    yield made
-    made.close()
 
 
 def raise_arms(rig: Rig, speed: float = 1.0) -> None:
@@ -298,25 +298,31 @@ def test_settings_stay_inside_safe_ranges_and_change_only_while_stopped(rig: Rig
     with pytest.raises(BodyError, match="idle"):
         rig.body.configure(settings)
     rig.body.stop()
-    worst = {
-        "period": (19_999, 200_001), "ratio": (7999, 10_001), "acceleration": (0, 243, 40_001),
-        "max_speed": (15, 6958), "return_speed": (15, 1305), "move_current": (49, 1751),
-        "hold_current": (701,), "hottest": (39, 76), "lowest": (34, 61),
-    }  # fmt: skip
-    for name, values in worst.items():
-        for value in values:
+    for name in GENERAL_NAMES:
+        low, high = ALLOWED[name][:2]
+        for value in (low - 1, high + 1) if low else (high + 1,):
             wrong = replace(settings, general=replace(settings.general, **{name: value}))
-            with pytest.raises(BodyError, match=f"{name}: out of range"):
+            said = f"refuses {name} .*: allowed is "
+            with pytest.raises(BodyError, match=said):
                 rig.body.configure(wrong)
-    for name, values in {
-        "servo": (253,), "direction": (0, 2, -2), "zero": (4096, 0), "lag": (-1, 100_001),
-        "slack": (-1, 41), "least": (0, 101), "tracking": (0, 301), "arrival": (0, 151),
-        "neutral": (-3000, 3000), "min": (3000, -4096), "max": (-3000, 4096),
-    }.items():  # fmt: skip
+    joint = settings.joints[0]
+    beyond = {name: (ALLOWED[name][0] - 1, ALLOWED[name][1] + 1) for name in JOINT_NAMES[6:]}
+    beyond |= {"servo": (253,), "direction": (0, 2, -2), "zero": (4096, 0)}
+    beyond |= {"neutral": (-3000, 3000), "min": (3000, -4096), "max": (-3000, 4096)}
+    for name, values in beyond.items():
         for value in values:
-            joints = (replace(settings.joints[0], **{name: value}), *settings.joints[1:])
-            with pytest.raises(BodyError, match="out of range"):
+            joints = (replace(joint, **{name: value}), *settings.joints[1:])
+            seam = name in ("min", "max") or (name, value) == ("zero", 0)
+            said = "cross the servo's seam" if seam else f"refuses waist's {name} .*: allowed is "
+            with pytest.raises(BodyError, match=said):
                 rig.body.configure(replace(settings, joints=joints))
+    # What is just allowed is taken: the ranges in words are the card's.
+    for end in (0, 1):
+        joints = tuple(
+            replace(j, **{name: ALLOWED[name][end] for name in GUARDS}) for j in settings.joints
+        )
+        general = type(settings.general)(*(ALLOWED[name][end] for name in GENERAL_NAMES))
+        rig.body.configure(CardSettings(general, joints))
     twice = (replace(settings.joints[0], servo=2), *settings.joints[1:])
     rig.body.configure(settings)
     with pytest.raises(BodyError):

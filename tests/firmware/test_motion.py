@@ -21,7 +21,6 @@ def test_free_moves_are_never_stopped(firmware: Path, seed: int) -> None:
     rig = Rig(firmware, seed)
     for _ in range(FREE // WORKERS):
         rig.shake()
-        rig.run(0.1)
         move = rig.random_move()
         rig.body.move(move)
         assert rig.settle() is Phase.IDLE, rig.body.state.stop

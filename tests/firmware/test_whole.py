@@ -1,23 +1,29 @@
 """The whole way: the paper's experiment on the real binary, calibration, and a live port."""
 
+import errno
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from rig import Rig
 
-from miburi import experiment
+from miburi import card_cli, experiment
 from miburi.bodies import Phase
-from miburi.bodies.calibration import calibrate, read_settings, write_settings
-from miburi.bodies.card import Card, SerialLine
+from miburi.bodies.calibration import changes, free_moves, in_words, loaded, measure
+from miburi.bodies.card import Card
+from miburi.bodies.card_settings import ALLOWED, CardSettings
 from miburi.bodies.emulated import EmulatedCard
 from miburi.bodies.emulated_card import EmulatedBody
+from miburi.bodies.line import SerialLine
 from miburi.bodies.servos import Bus
 from miburi.bodies.terminal import pump, servos
-from miburi.errors import BodyError, DescriptionError
+from miburi.calibration_file import Calibration, read_calibration, write_calibration
+from miburi.contact import Rule
+from miburi.errors import BodyError
 from miburi.motion import synchronised
-from miburi.robot import iphonoid
+from miburi.robot import JOINTS, iphonoid
 
 
 def test_the_papers_experiment_with_the_real_firmware_in_the_loop(firmware: Path) -> None:
@@ -36,29 +42,77 @@ def test_calibration_finds_lags_and_stores_guards_that_hold(firmware: Path, tmp_
     for servo, lag in zip(rig.servos, lags, strict=True):
         servo.shaft.lag = float(lag)
         servo.shaft.noise = lambda: float(rig.rng.uniform(-0.6, 0.6))
-    settings = calibrate(rig.body)
-    for joint, lag in zip(settings.joints, lags, strict=True):
-        # As the card sees it: a servo answers up to 2 ms after it was asked.
-        assert -1_000 <= lag - joint.lag <= 3_000
-        assert 3 <= joint.slack <= 8
-    rig.body.stop()
-    rig.body.configure(settings)
+    said: list[str] = []
+    found = measure(rig.body, said.append)
+    assert said[:2] == ["moving all joints", "moving waist"]
+    # As the card sees it: a servo answers up to 2 ms after it was asked.
+    np.testing.assert_allclose(found.response.lag, lags, atol=3_000)
+    assert np.abs(found.response.ramp - 1).max() <= 0.11
+    assert 0.2 <= found.response.noise.min() <= found.response.noise.max() <= 1.5
+    assert "lag 20 ms" in in_words(found)[0] or "lag 19 ms" in in_words(found)[0]
     rig.body.save()
     path = tmp_path / "calibration.toml"
-    write_settings(settings, path)
-    assert read_settings(rig.settings, path) == settings
-    path.write_text("[waist]\n")
-    with pytest.raises(DescriptionError, match="not a calibration"):
-        read_settings(rig.settings, path)
+    settings = found.settings
+    write_calibration(rig.robot, settings.rule, path, "by hand", settings.mounting)
+    assert loaded(rig.settings, read_calibration(rig.robot, path)) == settings
     rig.body.wake()
     for _ in range(5):
-        move = rig.random_move()
-        rig.body.move(move)
+        rig.body.move(rig.random_move())
         assert rig.settle() is Phase.IDLE, rig.body.state.stop
     # Another host finds the calibration on the card.
     again = Card(lambda: rig.line, rig.robot)
     assert again.settings == settings
     rig.close()
+
+
+def test_a_calibration_that_is_broken_off_leaves_the_guards_as_they_were(rig: Rig) -> None:
+    rig.body.stop()
+    rig.body.save()
+    rig.servos[0].shaft.high = rig.servos[0].shaft.place + 100
+    with pytest.raises(BodyError, match=r"contact \(waist\)\. Give the robot room"):
+        measure(rig.body)
+    assert rig.body.state.phase is Phase.STOPPED
+    assert rig.body._hello() == (rig.settings.crc, True, True)
+    rig.servos[0].shaft.high = np.inf
+    # Not even when the host is killed, and cannot put them back.
+    rig.body.configure(rig.settings.generous)
+    assert Card(lambda: rig.line, rig.robot).settings == CardSettings.of(rig.robot)
+
+
+def test_a_servo_that_needs_more_than_the_card_grants_is_named(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rig.servos[6].shaft.noise = lambda: float(rig.rng.uniform(-9, 9))
+    few = [moved for moved in free_moves(rig.robot) if moved[0] == "left_fingertip"]
+    monkeypatch.setattr("miburi.bodies.calibration.free_moves", lambda _: few)
+    monkeypatch.setitem(ALLOWED, "slack", (0, 6, "steps"))
+    with pytest.raises(BodyError, match="left_fingertip would need a slack of .* no more than 6"):
+        measure(rig.body)
+    assert rig.body.settings == rig.settings
+
+
+def test_a_rule_is_loaded_whole_or_not_at_all(rig: Rig) -> None:
+    """Period and ratio too: they outlast the next host."""
+    rig.body.stop()
+    rule = Rule(rig.settings.rule.guards, 80_000, 9100)
+    calibration = Calibration(rig.robot, rule, None)
+    settings = loaded(rig.settings, calibration)
+    rig.body.configure(settings)
+    assert changes(rig.settings, settings) == [
+        "     all joints: period 100 ms → 80 ms, ratio 0.9372 → 0.91"
+    ]
+    assert Card(lambda: rig.line, rig.robot).settings == settings
+    deaf = replace(rule, ratio=5000)
+    with pytest.raises(BodyError, match="refuses ratio 0.5: allowed is 0.8 to 1"):
+        rig.body.configure(settings.with_rule(deaf))
+    assert rig.body.settings == settings
+    assert rig.body._hello()[:2] == (settings.crc, True)
+    swapped = settings.mounting.model_copy(update={"id": [2, 1, 3, 4, 5, 6, 7, 8]})
+    rig.body.configure(settings.with_mounting(swapped))
+    assert rig.body._hello()[:2] == (settings.with_mounting(swapped).crc, True)
+    twice = settings.mounting.model_copy(update={"id": [1] * 8})
+    with pytest.raises(BodyError, match="an id of its own"):
+        rig.body.configure(settings.with_mounting(twice))
 
 
 def test_a_body_on_a_pseudo_terminal(firmware: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -95,6 +149,41 @@ def test_a_body_on_a_pseudo_terminal(firmware: Path, monkeypatch: pytest.MonkeyP
     emulation.close()
 
 
-def test_no_card_is_said_in_words() -> None:
-    with pytest.raises(BodyError, match="cannot be reached"):
+def test_no_card_is_said_in_words(monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(BodyError, match="no port /dev/no-such-port; `miburi card list` names"):
         Card("/dev/no-such-port")
+    with pytest.raises(BodyError, match="no serial port that can be used"):
+        Card("/dev/null")
+    for number, said in ((errno.EACCES, "dialout"), (errno.EBUSY, "another program")):
+
+        def refuse(*_: object, number: int = number, **__: object) -> None:
+            raise OSError(number, "refused")
+
+        monkeypatch.setattr("serial.Serial", refuse)
+        with pytest.raises(BodyError, match=said):
+            Card("/dev/ttyACM0")
+
+
+def test_zeros_and_directions_are_found_by_hand(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """However long the person takes, and a second time where a joint was turned too little."""
+    rig.body.stop()
+    asked: list[str] = []
+
+    def turned(what: str) -> None:
+        asked.append(what)
+        rig.line.run(rig.line.mega.time + 3e6)  # reports pile up meanwhile
+        motor = next(i for i, name in enumerate(JOINTS) if name.replace("_", " ") in what)
+        zero = 1500 + 10 * motor
+        way = 20 if len(asked) == 2 else 120
+        sign = -1 if motor == 3 else 1
+        rig.servos[motor].shaft.place = zero if "its zero" in what else zero + sign * way
+
+    monkeypatch.setattr(card_cli, "_wait_for_enter", turned)
+    card_cli._find_zeros(rig.body)
+    assert "waist was turned by 1.8° only" in capsys.readouterr().out
+    assert len(asked) == 2 * 9
+    mounting = rig.body.settings.mounting
+    assert mounting.zero == [1500 + 10 * i for i in range(8)]
+    assert mounting.direction == [1, 1, 1, -1, 1, 1, 1, 1]

@@ -1,164 +1,227 @@
 """Finds out what a card's servos are like, from free motion, and derives their guards for the rule.
 
-For each joint, a few moves to and fro while nobody touches the robot; the card reports positions
-about 50 times a second. The lag is the delay at which the commanded profile fits best; the ramp
-is fitted beside it, as a check; the noise is what is left.
+The card makes moves while nobody touches the robot, and tells every reading of its encoders; what
+follows from those is :mod:`miburi.calibration`'s, for this card as for the simulated servos.
 """
 
-import tomllib
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from pathlib import Path
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
 from miburi.bodies.base import Phase
 from miburi.bodies.card import Card
 from miburi.bodies.card_settings import (
+    ALLOWED,
+    GUARDS,
     CardSettings,
+    General,
     JointSettings,
     real_acceleration,
     real_speed,
+    shown,
 )
-from miburi.bodies.link import Report
-from miburi.errors import BodyError, DescriptionError
-from miburi.motion import FINE, Move, Profile, Steps, to_steps
-from miburi.robot import JOINTS, Array
+from miburi.calibration import Response, Trace, calibrate, response
+from miburi.calibration_file import Calibration
+from miburi.contact import Rule
+from miburi.errors import BodyError
+from miburi.motion import Move, Profile, Steps, synchronised, to_steps
+from miburi.robot import JOINTS, Array, Robot
 
-#: The moves: fractions of the range about its middle, and speeds in rad/s (ours).
+#: Where a joint goes: so much of half its range, to both sides of the middle (ours).
 _REACH = 0.35
-_SPEEDS = (0.8, 2.5)
-#: Lags that are tried, µs.
-_LAGS = np.arange(0, 80_001, 500)
-#: Ramps that are tried, as parts of the commanded one.
-_RAMPS = np.linspace(0.6, 1.2, 25)
-#: While the lags are not known the rule is on, with guards that any lag up to 50 ms passes (ours).
-_GENEROUS = {"lag": 30_000, "slack": 40, "least": 16, "tracking": 150, "arrival": 60}
-#: Guards never go below these steps: an encoder step and the play of the gears (ours).
-_LEAST_SLACK, _LEAST_TRACKING, _LEAST_ARRIVAL = 3, 20, 10
+#: How fast, in rad/s; the last is above every servo's speed (ours).
+_SPEEDS = (0.8, 2.5, np.inf)
+#: How long a move of all joints takes, s; the last is shorter than any servo can (ours).
+_DURATIONS = (1.5, 0.8, 0.1)
+#: Slow speeds, over so many rad: where an encoder's step is a large part of what is judged (ours).
+_SLOWLY, _BIT = (0.05, 0.1, 0.2, 0.4), 0.15
+#: s for which the servos are watched after each move: longer than the rule waits for them.
+_AFTER = 0.3
+_DEGREES = 360 / 4096
+#: Motors that all answered a reading.
+_ALL = 0xFF
 
 
 @dataclass(frozen=True)
 class Measured:
-    """A joint's servo: lag µs, ramp over the commanded one, noise and worst misses in steps."""
+    """A card's servos: how they answer, how many moves told so, and settings with their guards."""
 
-    lag: int
-    ramp: float
-    noise: float
-    behind: float
-    at_goal: float
-
-    def guards(self, joint: JointSettings) -> JointSettings:
-        """Return the joint with guards of three times what was measured, none too small."""
-        return replace(
-            joint,
-            lag=self.lag,
-            slack=min(max(_LEAST_SLACK, 1 + round(3 * self.noise)), 40),
-            tracking=min(max(_LEAST_TRACKING, 1 + round(3 * self.behind)), 300),
-            arrival=min(max(_LEAST_ARRIVAL, 1 + round(3 * self.at_goal)), 150),
-        )
+    response: Response
+    moves: int
+    settings: CardSettings
 
 
-def fit(profile: Profile, times: Steps, travel: Array, at_goal: float) -> Measured:
-    """Fit lag and ramp to one motor's travel (n,) steps at ``times`` (n,) µs."""
+def free_moves(robot: Robot) -> Iterator[tuple[str, Move]]:
+    """Yield what is moved and the move: each joint to and fro; then all at once, slow to fast.
 
-    def misses(lag: int, ramp: float) -> Array:
-        steeper = Profile.plan(
-            profile.distance, profile.speed, np.rint(profile.acceleration * ramp).astype(np.int64)
-        )
-        missed: Array = travel - steeper.position(times - lag) / FINE
-        return missed
+    They begin and end at neutral. Between, joints that rest are in the middle of their ranges,
+    where the arms are off the body and off each other.
+    """
+    middle, half = (robot.lower + robot.upper) / 2, (robot.upper - robot.lower) / 2 * _REACH
+    yield "all joints", _move(robot, middle, _SPEEDS[0])
+    for motor, name in enumerate(JOINTS):
+        only = np.arange(len(JOINTS)) == motor
+        for speed in (_SPEEDS[0], _SPEEDS[-1]):
+            for side in (-1.0, 1.0):
+                yield name, _move(robot, middle + side * half * only, speed)
+        yield name, _move(robot, middle, _SPEEDS[1])
+    # Both arms do the same, so that they do not meet: the left one's lower joints count backwards.
+    alike = np.where([name in ("left_elbow", "left_fingertip") for name in JOINTS], -1.0, 1.0)
+    for speed in _SLOWLY:
+        for bit in (_BIT, 0.0):
+            yield "all joints", _move(robot, middle + alike * bit, speed)
+    # As in gestures: they leave together and arrive together.
+    here = middle
+    for duration in _DURATIONS:
+        for side in (-1.0, 1.0):
+            there = middle + side * alike * half
+            yield "all joints", synchronised(robot, here, there, duration)
+            here = there
+    yield "all joints", synchronised(robot, here, robot.neutral, _DURATIONS[0])
 
-    def error(lag: int, ramp: float) -> float:
-        return float(np.sum(misses(lag, ramp) ** 2))
 
-    lag = int(min(_LAGS, key=lambda value: error(int(value), 1.0)))
-    ramp = float(min(_RAMPS, key=lambda value: error(lag, float(value))))
-    left = misses(lag, 1.0)
-    return Measured(lag, ramp, float(left.std()), float(np.abs(left).max()), at_goal)
+def _move(robot: Robot, angles: Array, speed: float) -> Move:
+    return Move(np.array(angles), np.full(len(JOINTS), min(speed, robot.servo.max_speed)))
 
 
-def measure(card: Card, motor: int) -> Measured:
-    """Move one joint of an idle card to and fro, and fit its servo.
+def record(card: Card, moves: Iterable[Move]) -> list[Trace]:
+    """Let an idle card make free moves, and return what it saw of them.
 
     Raises
     ------
     BodyError
         A move was stopped.
     """
-    robot = card.robot
-    reports: list[Report] = []
-    found = []
-    heard, card.on_report = card.on_report, reports.append
-    middle = (robot.lower[motor] + robot.upper[motor]) / 2
-    half = (robot.upper[motor] - robot.lower[motor]) / 2 * _REACH
+    return [_record_one(card, move) for move in moves]
+
+
+def _record_one(card: Card, move: Move) -> Trace:
+    origin, reports = np.array(card.goals), [card.report]
+    told, card.on_report = card.on_report, reports.append
     try:
-        for index, speed in enumerate((_SPEEDS[0], *_SPEEDS, *_SPEEDS)):
-            angles = np.array(robot.neutral)
-            angles[motor] = middle + (half if index % 2 else -half)
-            start, origin = card.report.positions[motor], card.goals[motor]
-            reports.clear()
-            card.move(Move(angles, np.full(len(JOINTS), speed)))
-            began = card.move_began
-            while card.step(0.02).phase is Phase.MOVING:
-                pass
-            stop = card.state.stop
-            if stop is not None:
-                raise BodyError(
-                    f"{JOINTS[motor]}: the calibration was stopped ({stop.reason}). Give the "
-                    "robot room, keep hands away, and start again."
-                )
-            way = int(to_steps(robot, angles)[motor]) - origin
-            if index == 0:
-                continue  # on the way to the first place
-            profile = _profile(card, abs(way), speed)
-            seen = [r for r in reports if r.heard >> motor & 1]
-            times = np.array([r.time - began for r in seen])
-            travel = np.array([r.positions[motor] - start for r in seen]) * np.sign(way)
-            ends = float(abs(travel[-1] - abs(way)))
-            found.append(fit(profile, times, travel.astype(np.float64), ends))
+        card.move(move)
+        while card.step(0.02).phase is Phase.MOVING:
+            pass
+        stop = card.state.stop
+        if stop is not None:
+            where = "" if stop.motor is None else f" ({stop.motor})"
+            hint = "Give the robot room, keep hands away, and" if stop.sign else "Mend that, and"
+            raise BodyError(f"Stopped: {stop.reason}{where}. {hint} calibrate again.")
+        card.step(_AFTER)
     finally:
-        card.on_report = heard
-    return Measured(
-        lag=int(np.median([one.lag for one in found])),
-        ramp=float(np.median([one.ramp for one in found])),
-        noise=max(one.noise for one in found),
-        behind=max(one.behind for one in found),
-        at_goal=max(one.at_goal for one in found),
+        card.on_report = told
+    way = np.array(card.goals) - origin
+    profile = _profile(card, np.abs(way), move)
+    before = [report for report in reports if report.time <= card.move_began]
+    # The card judges no reading in which a motor was missing.
+    seen = [r for r in reports if r.time > card.move_began and r.heard == _ALL]
+    return Trace(
+        profile,
+        start=np.array(before[-1].positions),
+        direction=np.where(way < 0, -1, 1),
+        times=np.array([report.time - card.move_began for report in seen]),
+        positions=np.array([report.positions for report in seen]),
     )
 
 
-def _profile(card: Card, distance: int, speed: float) -> Profile:
-    steps = real_speed(round(speed / card.robot.servo.step))
-    one = np.ones(1, dtype=np.int64)
-    acceleration = real_acceleration(card.settings.general.acceleration)
-    return Profile.plan(one * distance, one * steps, one * acceleration)
+def _profile(card: Card, distance: Steps, move: Move) -> Profile:
+    """Return what the card commands for a move, in the servos' own units."""
+    general = card.settings.general
+    speeds = np.minimum(to_steps(card.robot, move.speeds), general.max_speed)
+    return Profile.plan(
+        distance,
+        np.array([real_speed(speed) for speed in speeds.tolist()]),
+        np.full(len(JOINTS), real_acceleration(general.acceleration)),
+    )
 
 
-def calibrate(card: Card, tell: Callable[[str], None] = lambda _: None) -> CardSettings:
-    """Measure all joints of a card; return its settings with the guards derived.
+def measure(card: Card, tell: Callable[[str], None] = lambda _: None) -> Measured:
+    """Move an awake or stopped card's joints freely, and give it the guards that they need.
 
-    The card is stopped first, and woken with generous guards; it is idle in the end.
+    Meanwhile the rule is on with generous guards. In the end the card is stopped.
 
     Raises
     ------
     BodyError
-        A move was stopped.
+        A move was stopped, or a servo needs more than the card grants; the card has then the
+        guards that it had before.
     """
-    settings = card.settings
-    generous = tuple(replace(joint, **_GENEROUS) for joint in settings.joints)
+    settings, moves = card.settings, list(free_moves(card.robot))
     card.stop()
-    card.configure(replace(settings, joints=generous))
-    card.wake()
-    joints = []
-    for motor, joint in enumerate(settings.joints):
-        measured = measure(card, motor)
-        tell(
-            f"{JOINTS[motor]:>15}: lag {measured.lag / 1000:.1f} ms, ramp × {measured.ramp:.2f}, "
-            f"noise {measured.noise:.2f} steps"
+    try:
+        card.configure(settings.generous)
+        card.wake()
+        traces: list[Trace] = []
+        for index, (name, move) in enumerate(moves):
+            if index == 0 or name != moves[index - 1][0]:
+                tell(f"moving {name.replace('_', ' ')}")
+            traces += record(card, [move])
+        found = calibrate(
+            traces,
+            card.robot.servo.step,
+            period=settings.general.period,
+            ratio=settings.general.ratio,
         )
-        joints.append(measured.guards(joint))
-    return replace(settings, joints=tuple(joints))
+        calibrated = settings.with_rule(
+            Rule(found, settings.general.period, settings.general.ratio)
+        )
+        _check(calibrated)
+    except BaseException:
+        with suppress(BodyError):
+            card.stop()
+            card.configure(settings)
+        raise
+    card.stop()
+    card.configure(calibrated)
+    return Measured(response(traces), len(moves), calibrated)
+
+
+def _check(settings: CardSettings) -> None:
+    for name, joint in zip(JOINTS, settings.joints, strict=True):
+        for guard in GUARDS:
+            most, needed = ALLOWED[guard][1], getattr(joint, guard)
+            if needed > most:
+                raise BodyError(
+                    f"{name} would need a {guard} of {shown(guard, needed)}, and the card grants "
+                    f"no more than {shown(guard, most)}. Look for a loose horn or screw, a cable "
+                    "that pulls, or a hand in the way; then calibrate again."
+                )
+
+
+def in_words(measured: Measured) -> list[str]:
+    """Say a line for each joint: lag, ramp and noise, and what follows from them."""
+    found = measured.response
+    return [
+        f"{name:>15}: lag {found.lag[i] / 1000:.0f} ms, ramp × {found.ramp[i]:.2f}, "
+        f"noise {found.noise[i]:.1f} steps; guards: slack {joint.slack}, "
+        f"tracking {joint.tracking}, arrival {joint.arrival} steps"
+        for i, (name, joint) in enumerate(zip(JOINTS, measured.settings.joints, strict=True))
+    ]
+
+
+def loaded(settings: CardSettings, calibration: Calibration) -> CardSettings:
+    """Return a card's settings with those of a calibration; without a mounting, its own stays."""
+    settings = settings.with_rule(calibration.rule)
+    return settings if calibration.servos is None else settings.with_mounting(calibration.servos)
+
+
+def changes(before: CardSettings, after: CardSettings) -> list[str]:
+    """Say in words how two cards' calibrations differ, a line for all joints and one for each."""
+    names = ("all joints", *JOINTS)
+    olds: tuple[General | JointSettings, ...] = (before.general, *before.joints)
+    news: tuple[General | JointSettings, ...] = (after.general, *after.joints)
+    said = []
+    for name, old, new in zip(names, olds, news, strict=True):
+        parts = [
+            f"{field} {shown(field, getattr(old, field))} → {shown(field, getattr(new, field))}"
+            for field in (field.name for field in fields(old))
+            if getattr(old, field) != getattr(new, field)
+        ]
+        if parts:
+            said.append(f"{name:>15}: {', '.join(parts)}")
+    return said
 
 
 def find_zero(
@@ -180,40 +243,10 @@ def find_zero(
     """
     if abs(turned - at_zero) < angle:
         raise BodyError(
-            f"{JOINTS[motor]} was turned by {abs(turned - at_zero)} steps only; turn it by at "
-            f"least {angle}, the positive way."
+            f"{JOINTS[motor]} was turned by {abs(turned - at_zero) * _DEGREES:.1f}° only; turn it "
+            f"by at least {angle * _DEGREES:.1f}°."
         )
     joints = list(settings.joints)
     direction = 1 if turned > at_zero else -1
     joints[motor] = replace(joints[motor], zero=at_zero, direction=direction)
     return replace(settings, joints=tuple(joints))
-
-
-def write_settings(settings: CardSettings, path: Path) -> None:
-    """Write ids, directions, zeros and guards to a TOML file, a table for each joint."""
-    names = ("servo", "direction", "zero", "lag", "slack", "least", "tracking", "arrival")
-    lines = ["# A calibration of one robot's servos: µs and encoder steps.\n"]
-    for name, joint in zip(JOINTS, settings.joints, strict=True):
-        lines.append(f"[{name}]\n" + "".join(f"{n} = {getattr(joint, n)}\n" for n in names))
-    path.write_text("\n".join(lines), encoding="utf-8")
-
-
-def read_settings(settings: CardSettings, path: Path) -> CardSettings:
-    """Return the settings with a calibration file's values.
-
-    Raises
-    ------
-    DescriptionError
-        The file cannot be read or is not a calibration.
-    """
-    try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8"))
-        joints = tuple(
-            replace(joint, **{key: int(value) for key, value in tables[name].items()})
-            for name, joint in zip(JOINTS, settings.joints, strict=True)
-        )
-    except (OSError, tomllib.TOMLDecodeError, KeyError, TypeError, ValueError) as error:
-        raise DescriptionError(
-            f"{path}: not a calibration: {error}. Write one with `miburi card calibrate`."
-        ) from error
-    return replace(settings, joints=joints)

@@ -8,15 +8,13 @@ import struct
 from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
-from time import monotonic, sleep
-from typing import Protocol
 
 import numpy as np
 
 from miburi.bodies.base import BodyState, Phase, Stop
-from miburi.bodies.card_settings import GENERAL_NAMES, JOINT_NAMES, CardSettings, General
-from miburi.bodies.card_settings import JointSettings as JointPiece
+from miburi.bodies.card_settings import CardSettings, General, JointSettings, refusal
 from miburi.bodies.controller import check_move
+from miburi.bodies.line import Line, SerialLine
 from miburi.bodies.link import (
     ANSWER,
     VERSION,
@@ -33,17 +31,18 @@ from miburi.errors import BodyError
 from miburi.motion import SECOND, Move, to_steps
 from miburi.robot import JOINTS, Robot, iphonoid
 
-BAUD = 115_200
 #: Seconds to wait for an answer, and how often to ask.
 _PATIENCE, _TRIES = 0.25, 3
 #: Seconds until a card that has just been reset by the opened line answers.
 _START_UP = 4.0
-#: Seconds without a report after which the card is asked whether it is still there.
-_SILENCE = 0.5
+#: Seconds without a report after which the card is lost; a busy computer may pause almost as long.
+_SILENCE = 1.0
 #: Seconds between two attempts to reach a lost card.
 _RETRY = 1.0
-#: ms between two reports.
-_REPORT_PERIOD = 20
+#: Least ms between two reports: less than between two readings of the servos, so all are told.
+_REPORT_PERIOD = 10
+#: Seconds in which several reports come.
+_LOOK = 0.1
 #: Reports over which velocities are measured: 60 ms.
 _VELOCITY_REPORTS = 4
 _SETTINGS_PIECE = len(JOINTS)
@@ -65,57 +64,6 @@ REASONS = {
 LINE_LOST = "the connection to the card was lost"
 
 
-class Line(Protocol):
-    """A serial line to a card; it raises OSError when it is broken."""
-
-    def now(self) -> float:
-        """Return the time in s, on the line's clock."""
-
-    def read(self, until: float) -> bytes:
-        """Return what has come, as soon as something has, or nothing at the time ``until``."""
-
-    def write(self, data: bytes) -> None:
-        """Send."""
-
-    def wait(self, until: float) -> None:
-        """Let time pass until ``until``, even on a broken line."""
-
-    def close(self) -> None:
-        """Let go of the line."""
-
-
-class SerialLine:
-    """A serial port as a :class:`Line`; its clock is the computer's."""
-
-    def __init__(self, port: str) -> None:
-        import serial
-
-        # exclusive: two programs that command one robot would be one too many.
-        self._port = serial.Serial(port, BAUD, timeout=0, write_timeout=1, exclusive=True)
-
-    def now(self) -> float:
-        """Return the time in s."""
-        return monotonic()
-
-    def read(self, until: float) -> bytes:
-        """Return what has come; see :class:`Line`."""
-        self._port.timeout = max(until - monotonic(), 0.0)
-        first = self._port.read(1)
-        return bytes(first + self._port.read(self._port.in_waiting)) if first else b""
-
-    def write(self, data: bytes) -> None:
-        """Send."""
-        self._port.write(data)
-
-    def wait(self, until: float) -> None:
-        """Sleep until then."""
-        sleep(max(until - monotonic(), 0.0))
-
-    def close(self) -> None:
-        """Let go of the port."""
-        self._port.close()
-
-
 class Card:
     """A body on a card; a :class:`~miburi.bodies.Body`.
 
@@ -126,8 +74,8 @@ class Card:
     robot
         The description; the iphonoid by default. Its limits and speeds are the card's.
     settings
-        What the card is to know; by default its servos and guards are those that the card has
-        stored, or else :meth:`CardSettings.of` the robot.
+        What the card is to know; by default its calibration is the one that the card has, or else
+        :meth:`CardSettings.of` the robot.
 
     Raises
     ------
@@ -156,14 +104,20 @@ class Card:
         self.goals: tuple[int, ...] = ()
         self.move_began = 0
         self._connected = self._fresh = False
+        self._settings = settings or CardSettings.of(self._robot)
         #: Called with every report, for recorders and tests.
         self.on_report: Callable[[Report], None] = lambda _: None
         try:
             self._line = self._open()
             self._began = self._due = self._heard = self._line.now()
-            self._greet(_START_UP)
         except OSError as error:
-            raise BodyError(f"The card cannot be reached: {error}.") from error
+            said = error.strerror or error
+            raise BodyError(f"The card cannot be reached: {said}.") from error
+        try:
+            self._greet(_START_UP)
+        except BaseException:
+            self._line.close()
+            raise
 
     @property
     def robot(self) -> Robot:
@@ -228,6 +182,11 @@ class Card:
         phase = self.state.phase
         if phase is not Phase.STOPPED:
             raise BodyError(f"The body is {phase}; only a stopped body can be released.")
+        if not self._connected:
+            raise BodyError(
+                "The card cannot be reached. Look at its cable and power; it is looked for again "
+                "every second, and stays stopped until you release it."
+            )
         answer = self._ask(Kind.RELEASE)
         self._own_stop = None
         self.goals = tuple(joint.neutral for joint in self._settings.joints)
@@ -259,37 +218,56 @@ class Card:
         self._ask(Kind.IDENTIFY, bytes((old, new)), patience=1.0)
 
     def configure(self, settings: CardSettings) -> None:
-        """Tell a stopped card what it must know.
+        """Tell a stopped card what it must know: all of it, or what it knew before.
 
         Raises
         ------
         BodyError
             The card is not stopped, or a value is outside its safe range.
         """
-        pieces: list[JointPiece | General] = [*settings.joints, settings.general]
+        try:
+            self._tell(settings)
+        except BodyError:
+            with suppress(BodyError):
+                self._tell(self._settings)
+            raise
+        self._settings = settings
+
+    def _tell(self, settings: CardSettings) -> None:
+        pieces: list[JointSettings | General] = [*settings.joints, settings.general]
         # Ids may change places: send the joints twice where the first time two were alike.
         for _ in range(2):
             for piece, value in enumerate(pieces):
                 index = b"" if isinstance(value, General) else bytes((piece,))
                 kind = Kind.SETTINGS if isinstance(value, General) else Kind.JOINT
-                self._ask(kind, index + value.pack())
-            if self._hello()[0] == settings.crc:
-                break
-        self._settings = settings
+                try:
+                    self._ask(kind, index + value.pack())
+                except _OutOfRangeError as error:
+                    raise BodyError(refusal(settings, piece, error.index)) from None
+            crc, complete, _ = self._hello()
+            if complete and crc == settings.crc:
+                return
+        raise BodyError("The card did not keep its settings: each servo needs an id of its own.")
+
+    @property
+    def stored(self) -> bool:
+        """Whether the card would still know its settings after a loss of power."""
+        return self._hello()[2]
 
     def save(self) -> None:
         """Store the settings in the card's EEPROM; takes about 4 s."""
         self._ask(Kind.SAVE)
         for _ in range(50):
             self.step(0.2)
-            if self._hello()[2]:
+            if self.stored:
                 return
         raise BodyError("The card did not store its settings; try again.")
 
     def step(self, dt: float) -> BodyState:
         """Wait ``dt`` seconds, listening; a lost card is looked for again."""
         # Time that a conversation took is made up for; a long sleep is not.
-        self._due = max(self._due + dt, self._line.now() - _SILENCE)
+        now = self._line.now()
+        self._due = (self._due if now - self._due < _SILENCE else now) + dt
         if self._connected:
             self._hear(self._line.now())
         while self._line.now() < self._due:
@@ -298,6 +276,11 @@ class Card:
             else:
                 self._find_again()
         return self.state
+
+    def look(self) -> BodyState:
+        """Return the state as it is now, however long nobody listened."""
+        self._due = self._line.now()
+        return self.step(_LOOK)
 
     def close(self) -> None:
         """Stop, if the card is there, and let go of the line."""
@@ -332,9 +315,9 @@ class Card:
         of_robot = CardSettings.of(self._robot)
         if not complete:
             return of_robot
-        joints = [JointPiece.unpack(self._read_piece(i)) for i in range(len(JOINTS))]
+        joints = [JointSettings.unpack(self._read_piece(i)) for i in range(len(JOINTS))]
         general = General.unpack(self._read_piece(_SETTINGS_PIECE))
-        return of_robot.with_servos(CardSettings(general, tuple(joints)))
+        return of_robot.with_calibration(CardSettings(general, tuple(joints)))
 
     def _read_piece(self, piece: int) -> bytes:
         return self._ask(Kind.READ, bytes((piece,)))
@@ -373,6 +356,7 @@ class Card:
             except OSError as error:
                 self._lose(LINE_LOST)
                 raise _NoAnswerError(f"The line to the card is broken: {error}.") from error
+        self._lose(LINE_LOST)
         raise _NoAnswerError(
             "The card does not answer. Check cable and power, and that it has Miburi's firmware "
             "(miburi card upload)."
@@ -387,12 +371,11 @@ class Card:
                 phase = _PHASES[detail[0]]
                 raise BodyError(f"The card is {phase}; it does not take {kind.name.lower()} now.")
             case Result.SERVO:
-                motor = JOINTS[detail[0]] if detail[0] < len(JOINTS) else "the servo"
-                raise BodyError(
-                    f"{motor}: {REASONS[Reason(detail[1])]}. See the errors in docs/card.md."
-                )
+                said = f"{REASONS[Reason(detail[1])]}. See the errors in docs/card.md."
+                motor = f"{JOINTS[detail[0]]}: " if detail[0] < len(JOINTS) else "The "
+                raise BodyError(motor + said)
             case Result.RANGE:
-                raise BodyError(f"The card refuses {_value_name(kind, detail[0])}: out of range.")
+                raise _OutOfRangeError(kind, detail[0])
             case Result.SETTINGS:
                 raise BodyError("The card has not been told all that it must know of the body.")
             case Result.VERSION:
@@ -500,10 +483,12 @@ class _NoAnswerError(BodyError):
     """Nothing came back."""
 
 
-def _value_name(kind: Kind, index: int) -> str:
-    names = {
-        Kind.SETTINGS: GENERAL_NAMES,
-        Kind.JOINT: JOINT_NAMES,
-        Kind.MOVE: tuple(f"the {what} of {j}" for what in ("goal", "speed") for j in JOINTS),
-    }.get(kind, ())
-    return names[index] if index < len(names) else f"value {index}"
+class _OutOfRangeError(BodyError):
+    """A value is outside what the card allows."""
+
+    def __init__(self, kind: Kind, index: int) -> None:
+        self.index = index
+        motor = JOINTS[index % len(JOINTS)]
+        what = f"the {'goal' if index < len(JOINTS) else 'speed'} of {motor}"
+        named = what if kind is Kind.MOVE else f"value {index} of {kind.name.lower()}"
+        super().__init__(f"The card refuses {named}: out of range.")

@@ -10,9 +10,10 @@ import numpy as np
 
 from miburi.bodies.controller import RETURN_SPEED
 from miburi.bodies.link import crc16
+from miburi.calibration_file import Mounting
 from miburi.contact import Guards, Rule
 from miburi.motion import to_steps
-from miburi.robot import Robot
+from miburi.robot import JOINTS, Robot
 
 _GENERAL = struct.Struct("<i6H2B")
 _JOINT = struct.Struct("<BbHhhhihhhh")
@@ -22,6 +23,28 @@ MILLIAMPERES_PER_NM = 1470 / 0.52
 HOTTEST, LOWEST = 65, 42
 #: The servo's middle position.
 _MIDDLE = 2048
+#: While the lags are not known the rule is on, with guards that any lag up to 50 ms passes (ours).
+_GENEROUS = {"lag": 30_000, "slack": 40, "least": 16, "tracking": 150, "arrival": 60}
+#: What the card takes (``settings.h``), with its unit; it takes no range that crosses the seam.
+ALLOWED = {
+    "period": (20_000, 200_000, "µs"),
+    "ratio": (8000, 10_000, "parts of 10 000"),
+    "acceleration": (244, 40_000, "steps/s²"),
+    "max_speed": (16, 6957, "steps/s"),
+    "return_speed": (16, 1304, "steps/s"),
+    "move_current": (50, 1750, "mA"),
+    "hold_current": (0, 700, "mA"),
+    "hottest": (40, 75, "°C"),
+    "lowest": (35, 60, "× 0.1 V"),
+    "servo": (0, 252, ""),
+    "direction": (-1, 1, ""),
+    "zero": (0, 4095, "steps"),
+    "lag": (0, 100_000, "µs"),
+    "slack": (0, 40, "steps"),
+    "least": (1, 100, "steps"),
+    "tracking": (1, 300, "steps"),
+    "arrival": (1, 150, "steps"),
+}
 
 
 def real_speed(speed: int) -> int:
@@ -102,13 +125,13 @@ class CardSettings:
     joints: tuple[JointSettings, ...]
 
     @classmethod
-    def of(cls, robot: Robot) -> "CardSettings":
-        """Return settings for a robot that has not been calibrated.
+    def of(cls, robot: Robot, rule: Rule | None = None) -> "CardSettings":
+        """Return settings for a robot whose card has not been calibrated.
 
-        Servos have the ids 1–8 and are mounted so that the middle of each joint's range is the
-        servo's middle.
+        The rule is the robot's own by default. Servos have the ids 1–8, and are mounted so that
+        the middle of each joint's range is the servo's middle.
         """
-        rule, step = Rule.of(robot), robot.servo.step
+        rule, step = rule or Rule.of(robot), robot.servo.step
         lower, upper = to_steps(robot, robot.lower), to_steps(robot, robot.upper)
         neutral = to_steps(robot, robot.neutral)
         guards = zip(*(getattr(rule.guards, name).tolist() for name in GUARDS), strict=True)
@@ -136,14 +159,47 @@ class CardSettings:
             ),
         )
 
-    def with_servos(self, other: "CardSettings") -> "CardSettings":
-        """Return these settings with the other's ids, directions, zeros and guards."""
-        kept = ("servo", "direction", "zero", *GUARDS)
+    def with_rule(self, rule: Rule) -> "CardSettings":
+        """Return these settings with a rule's period, ratio and guards."""
+        columns = zip(*(getattr(rule.guards, name).tolist() for name in GUARDS), strict=True)
         joints = (
-            replace(mine, **{name: getattr(theirs, name) for name in kept})
-            for mine, theirs in zip(self.joints, other.joints, strict=True)
+            replace(joint, **dict(zip(GUARDS, values, strict=True)))
+            for joint, values in zip(self.joints, columns, strict=True)
+        )
+        general = replace(self.general, period=rule.period, ratio=rule.ratio)
+        return CardSettings(general, tuple(joints))
+
+    def with_mounting(self, mounting: Mounting) -> "CardSettings":
+        """Return these settings with other ids, directions and zeros."""
+        columns = zip(mounting.id, mounting.direction, mounting.zero, strict=True)
+        joints = (
+            replace(joint, servo=servo, direction=direction, zero=zero)
+            for joint, (servo, direction, zero) in zip(self.joints, columns, strict=True)
         )
         return replace(self, joints=tuple(joints))
+
+    def with_calibration(self, other: "CardSettings") -> "CardSettings":
+        """Return these settings with the other's mounting and rule.
+
+        What a calibration that was broken off has left on a card is no rule to keep.
+        """
+        mounted = self.with_mounting(other.mounting)
+        return mounted if other.generous == other else mounted.with_rule(other.rule)
+
+    @property
+    def generous(self) -> "CardSettings":
+        """These settings with guards for the time in which the servos are not known yet."""
+        joints = tuple(replace(joint, **_GENEROUS) for joint in self.joints)
+        return replace(self, joints=joints)
+
+    @property
+    def mounting(self) -> Mounting:
+        """How the servos are mounted."""
+        return Mounting(
+            id=[joint.servo for joint in self.joints],
+            direction=[1 if joint.direction > 0 else -1 for joint in self.joints],
+            zero=[joint.zero for joint in self.joints],
+        )
 
     @property
     def rule(self) -> Rule:
@@ -158,6 +214,37 @@ class CardSettings:
     def crc(self) -> int:
         """The check sum by which the card names the settings that it has."""
         return crc16(self.general.pack() + b"".join(joint.pack() for joint in self.joints))
+
+
+def refusal(settings: CardSettings, piece: int, index: int) -> str:
+    """Say in words which value the card refused: of joint ``piece``, or of all (8)."""
+    of_joint = piece < len(JOINTS)
+    name = (JOINT_NAMES if of_joint else GENERAL_NAMES)[index]
+    value = astuple(settings.joints[piece] if of_joint else settings.general)[index]
+    if name in ("min", "max"):
+        joint = settings.joints[piece]
+        return (
+            f"The card refuses {JOINTS[piece]}: from {joint.min} to {joint.max} steps about its "
+            f"zero at {joint.zero} it would cross the servo's seam between 4095 and 0. Mount the "
+            "horn a quarter turn further, and find the zero again."
+        )
+    joint_range = (settings.joints[piece].min, settings.joints[piece].max) if of_joint else (0, 0)
+    low, high = ALLOWED[name][:2] if name in ALLOWED else joint_range
+    whose = f"{JOINTS[piece]}'s {name}" if of_joint else name
+    return (
+        f"The card refuses {whose} {shown(name, value)}: allowed is {shown(name, low)} to "
+        f"{shown(name, high)}."
+    )
+
+
+def shown(name: str, value: int) -> str:
+    """Say a value of the settings as people and files do."""
+    if name in ("period", "lag"):
+        return f"{value / 1000:g} ms"
+    if name == "ratio":
+        return f"{value / 10_000:g}"
+    unit = ALLOWED[name][2] if name in ALLOWED else "steps"
+    return f"{value} {unit}".rstrip()
 
 
 #: The guards' names, in the card's order.

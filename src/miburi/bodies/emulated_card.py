@@ -12,6 +12,7 @@ from miburi.bodies.card_settings import MILLIAMPERES_PER_NM, CardSettings, Joint
 from miburi.bodies.emulated import EmulatedCard
 from miburi.bodies.plant import Plant, Touch
 from miburi.bodies.servos import Bus, Servo, Shaft
+from miburi.contact import Rule
 from miburi.robot import Array, Robot, iphonoid
 from miburi.robot.mjcf import TIMESTEP
 
@@ -67,6 +68,8 @@ class EmulatedBody(Card):
     ----------
     robot
         The description; the iphonoid by default.
+    rule
+        The card's contact rule; by default the robot's own.
 
     Raises
     ------
@@ -74,9 +77,9 @@ class EmulatedBody(Card):
         The firmware or the emulated processor has not been built (``make firmware``).
     """
 
-    def __init__(self, robot: Robot | None = None) -> None:
+    def __init__(self, robot: Robot | None = None, rule: Rule | None = None) -> None:
         robot = robot or iphonoid()
-        settings, self._plant = CardSettings.of(robot), Plant(robot)
+        settings, self._plant = CardSettings.of(robot, rule), Plant(robot)
         joints = [
             _Joint(self._plant, motor, joint, robot.servo.step)
             for motor, joint in enumerate(settings.joints)

@@ -6,6 +6,7 @@ from importlib import import_module
 from importlib.util import find_spec
 
 from miburi.bodies.base import Body
+from miburi.contact import Rule
 from miburi.errors import BodyError, InputError
 from miburi.robot import Robot
 
@@ -21,14 +22,14 @@ class Kind:
     module
         Where it is made; a kind whose module is missing is not available.
     make
-        Robot and port to a body at neutral.
+        Robot, port and contact rule to a body at neutral.
     needs_port
         Whether it must be told a serial port.
     """
 
     name: str
     module: str
-    make: Callable[[Robot, str | None], Body]
+    make: Callable[[Robot, str | None, Rule | None], Body]
     needs_port: bool = False
 
     @property
@@ -37,19 +38,19 @@ class Kind:
         return find_spec(self.module) is not None
 
 
-def _simulated(robot: Robot, _port: str | None) -> Body:
+def _simulated(robot: Robot, _port: str | None, rule: Rule | None) -> Body:
     from miburi.bodies.simulated import Simulated
 
-    return Simulated(robot)
+    return Simulated(robot, rule)
 
 
-def _emulated_card(robot: Robot, _port: str | None) -> Body:
+def _emulated_card(robot: Robot, _port: str | None, rule: Rule | None) -> Body:
     from miburi.bodies.emulated_card import EmulatedBody
 
-    return EmulatedBody(robot)
+    return EmulatedBody(robot, rule)
 
 
-def _card(robot: Robot, port: str | None) -> Body:
+def _card(robot: Robot, port: str | None, _rule: Rule | None) -> Body:
     body: Body = import_module("miburi.bodies.card").Card(port, robot)
     return body
 
@@ -64,7 +65,7 @@ KINDS = {
 }
 
 
-def make_body(name: str, robot: Robot, port: str | None = None) -> Body:
+def make_body(name: str, robot: Robot, port: str | None = None, rule: Rule | None = None) -> Body:
     """Make a body at neutral.
 
     Parameters
@@ -75,6 +76,8 @@ def make_body(name: str, robot: Robot, port: str | None = None) -> Body:
         The description.
     port
         The serial port of a card, such as ``/dev/ttyACM0``.
+    rule
+        The contact rule of a simulated body, by default the robot's own; a card has its own.
 
     Raises
     ------
@@ -90,5 +93,5 @@ def make_body(name: str, robot: Robot, port: str | None = None) -> Body:
         there = ", ".join(other.name for other in KINDS.values() if other.available)
         raise BodyError(f"this installation has no {name} body; it has: {there}.")
     if kind.needs_port and not port:
-        raise InputError(f"the {name} body needs a port, such as /dev/ttyACM0; give it one.")
-    return kind.make(robot, port)
+        raise InputError(f"the {name} body needs a serial port, such as /dev/ttyACM0 (--serial).")
+    return kind.make(robot, port, rule)

@@ -243,7 +243,7 @@ class Servo:
         if address < _EEPROM_END and self.get("torque_enable"):
             return self._error(_ACCESS_ERROR)
         if goals and self.get("bus_watchdog") == -1:
-            return self._error(_ACCESS_ERROR)
+            return self._error(_RANGE_ERROR)
         if self.deaf:
             return self._error(0)
         if address <= TABLE["torque_enable"][0] < end:

@@ -7,7 +7,7 @@ import typer
 
 
 def run(
-    body: Annotated[str, typer.Option(help="simulated, emulated-card, or card.")] = "simulated",
+    body: Annotated[str, typer.Option(help="simulated, card or emulated-card.")] = "simulated",
     serial: Annotated[
         str | None, typer.Option(help="A card's serial port.", show_default=False)
     ] = None,
@@ -23,8 +23,12 @@ def run(
     ] = None,
     forget: Annotated[bool, typer.Option("--forget", help="Start afresh; keep no mood.")] = False,
     seed: Annotated[int, typer.Option(help="Varies the gestures; 0 or more.")] = 0,
+    calibration: Annotated[
+        Path | None,
+        typer.Option(help="A file of miburi calibrate or tune.", show_default=False),
+    ] = None,
 ) -> None:
     """Wake the live partner and open its studio."""
     from miburi.studio.server import Wish, serve
 
-    serve(Wish(body, serial, host, port, headless, temperament, folder, forget, seed))
+    serve(Wish(body, serial, host, port, headless, temperament, folder, forget, seed, calibration))

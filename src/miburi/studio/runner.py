@@ -19,6 +19,7 @@ import numpy as np
 
 from miburi.bodies import Body
 from miburi.bodies.registry import make_body
+from miburi.contact import Rule
 from miburi.errors import BodyError, InputError, MiburiError
 from miburi.feelings import Expression, FeelingModel, Stimulus
 from miburi.gestures import KeyPose
@@ -81,6 +82,8 @@ class Runner:
         A card's serial port.
     seed
         Chooses the small variations of gestures.
+    rule
+        The contact rule of simulated bodies; by default the robot's own.
     """
 
     def __init__(
@@ -92,12 +95,14 @@ class Runner:
         body: str = "simulated",
         port: str | None = None,
         seed: int = 0,
+        rule: Rule | None = None,
     ) -> None:
         self.robot = robot
         self.recordings = recordings
         self.slow_steps = 0
         self._feelings = feelings
         self._seed = seed
+        self._rule = rule
         self._commands: queue.Queue[tuple[Command, Future[Any]]] = queue.Queue(_QUEUE)
         self._thread: threading.Thread | None = None
         self._ending = threading.Event()
@@ -108,7 +113,7 @@ class Runner:
         self._paused = self._at_home = False
         self._hand_goal: Array | None = None
         self._hand_along = np.array([0.0, 0.0, 1.0])
-        self._use(body, port, make_body(body, robot, port))
+        self._use(body, port, make_body(body, robot, port, rule))
 
     # What viewers read.
 
@@ -261,7 +266,7 @@ class Runner:
                 f"the card at {port} is this body already; one that was lost is found again by "
                 "itself."
             )
-        body = make_body(name, self.robot, port)
+        body = make_body(name, self.robot, port, self._rule)
 
         def run() -> None:
             self._let_go()

@@ -17,6 +17,7 @@ import uvicorn
 
 from miburi import ik
 from miburi.bodies.registry import KINDS
+from miburi.calibration_file import read_calibration
 from miburi.errors import InputError, OutputError
 from miburi.feelings import EmotionalModel, Stimulus
 from miburi.robot import forward, iphonoid
@@ -54,6 +55,8 @@ class Wish:
         Start in the first mood, and keep none.
     seed
         Chooses the small variations of gestures; 0 or more.
+    calibration
+        A file with the contact rule of simulated bodies; by default the robot's own.
     """
 
     body: str = "simulated"
@@ -65,6 +68,7 @@ class Wish:
     folder: Path | None = None
     forget: bool = False
     seed: int = 0
+    calibration: Path | None = None
 
 
 def own_folder() -> Path:
@@ -80,6 +84,8 @@ def serve(wish: Wish) -> None:
     ------
     InputError
         The host, the port, the body or the temperament is not one.
+    DescriptionError
+        The calibration is not one.
     OutputError
         The port is taken.
     """
@@ -95,6 +101,13 @@ def serve(wish: Wish) -> None:
             f"the {wish.body} body needs a port, such as /dev/ttyACM0; give it one with --serial. "
             "`miburi card list` names the ports that are there."
         )
+    rule = None
+    if wish.calibration is not None:
+        if wish.body == "card":
+            raise InputError(
+                "a card has its own calibration; load this one onto it with `miburi card load`."
+            )
+        rule = read_calibration(iphonoid(), wish.calibration).rule
     with _listening(wish.host, wish.port) as listener:
         kept = None if wish.forget else remembered(folder / "feelings.json", feelings.temperament)
         feelings = kept or feelings
@@ -111,7 +124,11 @@ def serve(wish: Wish) -> None:
             body=wish.body,
             port=wish.port_of_body,
             seed=wish.seed,
+            rule=rule,
         )
+        stop = runner.body.state.stop
+        if stop is not None:
+            print(f"The body is stopped: {stop.reason}. Make room, then release it in the studio.")
         runner.start()
         try:
             # NiceGUI takes a second to load: the robot moves already.

@@ -70,8 +70,8 @@ def judge(rule: Rule, run: Run) -> Judgement:
 def _first_stop(rule: Rule, run: Run) -> float | None:
     for trace, began in zip(run.traces, run.began, strict=True):
         watch = rule.watch(trace.profile, trace.start, trace.direction)
-        for row, positions in enumerate(trace.positions):
-            elapsed = row * trace.interval
+        for time, positions in zip(trace.times, trace.positions, strict=True):
+            elapsed = int(time)
             if watch.look(positions, elapsed) is not None:
                 return began + elapsed / SECOND
             if watch.arrived(positions, elapsed):

@@ -11,7 +11,7 @@ from miburi.bodies.simulated import READING, Simulated
 from miburi.calibration import Trace
 from miburi.contact import Rule
 from miburi.errors import InputError
-from miburi.motion import Move, Steps, commanded, to_steps
+from miburi.motion import SECOND, Move, Steps, commanded, to_steps
 from miburi.robot import Array, Robot
 from miburi.robot.mjcf import TIMESTEP
 from miburi.trials.conditions import Conditions, HandKind, Person, draw, draw_person
@@ -28,6 +28,7 @@ SUSTAINED = 0.1
 #: Somebody is in the way if a robot that does not stop presses on them with this sustained
 #: force, N (ours); what is less only brushes past.
 IN_THE_WAY = 1.0
+_READING_US = round(READING * SECOND)
 #: At most so often the gesture, and for each the person, are drawn again until they meet.
 _GESTURES, _PERSONS = 50, 25
 
@@ -233,7 +234,8 @@ def _trace(robot: Robot, origin: Array, move: Move, readings: list[Steps]) -> Tr
     profile, direction = commanded(
         robot, to_steps(robot, origin), to_steps(robot, move.angles), to_steps(robot, move.speeds)
     )
-    return Trace(profile, readings[0], direction, np.array(readings))
+    times = np.arange(len(readings), dtype=np.int64) * _READING_US
+    return Trace(profile, readings[0], direction, times, np.array(readings))
 
 
 def measure(result: Run, kind: Kind, index: int, servo: int) -> Outcome:

@@ -19,8 +19,9 @@ from miburi.trials.replay import judge
 from miburi.trials.trial import PATIENCE, Run
 
 #: What is searched, and from where to where: p in readings of 10 ms, the ratio, the travel in
-#: rad below which a motor is judged later, and the margin of the guards (ours).
-BOX = ((5.0, 20.0), (0.5, 0.99), (0.004, 0.05), (1.0, 2.5))
+#: rad below which a motor is judged later, and the margin of the guards (ours). A card takes no
+#: ratio below 0.8.
+BOX = ((5.0, 20.0), (0.8, 0.99), (0.004, 0.05), (1.0, 2.5))
 #: Points that are tried at most, and seconds that a false stop above the bound costs.
 _BUDGET, _PENALTY = 150, 100.0
 _READING = SECOND // 100

@@ -1,0 +1,440 @@
+// The body: polls the servos, lets the controller decide, and takes orders; it knows no host.
+//
+// `Io` is what the servo layer and the memory need.
+#pragma once
+
+#include "controller.h"
+#include "link.h"
+#include "memory.h"
+#include "servo_xl330.h"
+#include "settings.h"
+
+namespace miburi {
+
+template <class Io>
+class Body {
+ public:
+  explicit Body(Io& io) : io_(io), memory_(io), servos_(io) {}
+
+  // Power-on: nothing moves. Servos that still follow an order from before a reset are stopped.
+  void begin() {
+    memory_.recall(table_);
+    if (table_.complete()) {
+      adopt();
+    }
+    controller_.phase = Phase::stopped;
+    controller_.latched = Stop{Reason::started, now(), Contact{Sign::none, NO_MOTOR, 0, 0}};
+  }
+
+  // Called again and again; true when the servos' turn had come, and they were read.
+  bool work() {
+    const int64_t time = now();
+    if (time < next_poll_) {
+      return false;
+    }
+    next_poll_ += POLL;
+    if (next_poll_ < time) {
+      next_poll_ = time + POLL;
+    }
+    if (table_.complete()) {
+      poll();
+    } else {
+      time_ = time;
+    }
+    memory_.work(table_);
+    return true;
+  }
+
+  int64_t time() const { return time_; }  // of the latest reading
+  const Table& table() const { return table_; }
+  bool stored() { return memory_.has(table_); }
+
+  // --- orders: each is carried out, or refused with a reason and its details in `out` ----------
+
+  Result set_settings(const Settings& settings, Writer& out) {
+    if (controller_.phase != Phase::stopped) {
+      return wrong_phase(out);
+    }
+    const uint8_t wrong = out_of_range(settings);
+    if (wrong != IN_RANGE) {
+      out.put(wrong, 1);
+      return Result::range;
+    }
+    table_.settings = settings;
+    piece_given(MOTORS);
+    return Result::ok;
+  }
+
+  Result set_joint(uint8_t index, const Joint& joint, Writer& out) {
+    if (controller_.phase != Phase::stopped) {
+      return wrong_phase(out);
+    }
+    const uint8_t wrong = index < MOTORS ? out_of_range(joint) : 0;
+    if (wrong != IN_RANGE) {
+      out.put(wrong, 1);
+      return Result::range;
+    }
+    table_.joints[index] = joint;
+    piece_given(index);
+    return Result::ok;
+  }
+
+  Result read(uint8_t piece, Writer& out) const {
+    if (piece > MOTORS) {
+      out.put(0, 1);
+      return Result::range;
+    }
+    if (!(table_.given & (1u << piece))) {
+      return Result::settings;
+    }
+    if (piece == MOTORS) {
+      write_settings(table_.settings, out);
+    } else {
+      write_joint(table_.joints[piece], out);
+    }
+    return Result::ok;
+  }
+
+  Result save(Writer& out) {
+    if (controller_.phase != Phase::stopped) {
+      return wrong_phase(out);
+    }
+    if (!table_.complete()) {
+      return Result::settings;
+    }
+    memory_.save();
+    return Result::ok;
+  }
+
+  Result move(const int16_t* goal, uint16_t* speeds, Writer& out) {
+    if (controller_.phase != Phase::idle) {
+      return wrong_phase(out);
+    }
+    uint8_t wrong = IN_RANGE;
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      if (!within(goal[i], table_.joints[i].min, table_.joints[i].max) && wrong == IN_RANGE) {
+        wrong = i;
+      }
+    }
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      if (speeds[i] > table_.settings.max_speed && wrong == IN_RANGE) {
+        wrong = static_cast<uint8_t>(MOTORS + i);
+      }
+    }
+    if (wrong != IN_RANGE) {
+      out.put(wrong, 1);
+      return Result::range;
+    }
+    go(Phase::moving, goal, speeds);
+    out.put(static_cast<uint64_t>(controller_.began), 8);
+    return Result::ok;
+  }
+
+  Result ask_stop() {
+    if (table_.complete() && controller_.phase != Phase::stopped) {
+      look_around();
+      give_up(Reason::asked, NO_MOTOR);
+      hold();
+    }
+    return Result::ok;
+  }
+
+  // The only way out of a stop, and the only place where torque goes on: pinned to the positions
+  // where the motors are.
+  Result release(Writer& out) {
+    if (controller_.phase != Phase::stopped) {
+      return wrong_phase(out);
+    }
+    if (!table_.complete()) {
+      return Result::settings;
+    }
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      if (!servos_.set_mode(table_.joints[i].id)) {
+        return unready(i, Reason::silent, out);
+      }
+    }
+    look_around();
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      if (!(heard_ & (1u << i))) {
+        return unready(i, Reason::silent, out);
+      }
+      if (motion_[i].alert) {
+        servos_.reboot(table_.joints[i].id);
+        return unready(i, Reason::faulty, out);
+      }
+    }
+    Reason reason = Reason::silent;
+    const uint8_t measured = servos_.read_health(table_.joints, health_);
+    const uint8_t motor = unfit(measured, reason);
+    if (motor != NO_MOTOR) {
+      return unready(motor, reason, out);
+    }
+    // A motor that has been held stays at its goal: it would sink under its load if that were
+    // moved to where it hangs. One that was moved, or had no torque, starts from where it is.
+    const uint8_t limp = servos_.limp(table_.joints);
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      if ((limp & (1u << i)) || distance_between(positions_[i], controller_.origin[i]) >
+                                    table_.joints[i].guards.arrival) {
+        pinned_ = static_cast<uint8_t>(pinned_ & ~(1u << i));
+      }
+    }
+    held_ = limp_ = false;
+    clear_watchdog_ = true;
+    hold();
+    servos_.set_torque(table_.joints, true);
+    const uint8_t weak = servos_.limp(table_.joints);
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      if (!held_ || (weak & (1u << i))) {
+        return unready(i, Reason::deaf, out);
+      }
+    }
+    int16_t goal[MOTORS];
+    uint16_t speeds[MOTORS];
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      goal[i] = table_.joints[i].neutral;
+    }
+    return_speeds(controller_.origin, goal, table_.settings.return_speed, speeds);
+    go(Phase::returning, goal, speeds);
+    out.put(static_cast<uint64_t>(controller_.began), 8);
+    return Result::ok;
+  }
+
+  Result relax(Writer& out) {
+    if (controller_.phase != Phase::stopped) {
+      return wrong_phase(out);
+    }
+    if (!table_.complete()) {
+      return Result::settings;
+    }
+    limp_ = true;
+    servos_.set_torque(table_.joints, false);
+    return Result::ok;
+  }
+
+  Result identify(uint8_t old_id, uint8_t new_id, Writer& out) {
+    if (controller_.phase != Phase::stopped) {
+      return wrong_phase(out);
+    }
+    if (old_id > 252 || new_id > 252) {
+      out.put(old_id > 252 ? 0 : 1, 1);
+      return Result::range;
+    }
+    if (!servos_.identify(old_id, new_id)) {
+      return unready(NO_MOTOR, Reason::silent, out);
+    }
+    return Result::ok;
+  }
+
+  void report(Writer& out) const {
+    const Stop& latched = controller_.latched;
+    const bool stopped = controller_.phase == Phase::stopped;
+    out.put(static_cast<uint64_t>(time_), 8).put(static_cast<uint8_t>(controller_.phase), 1);
+    out.put(stopped ? static_cast<uint8_t>(latched.reason) : 0, 1);
+    out.put(latched.contact.motor, 1).put(static_cast<uint8_t>(latched.contact.sign), 1);
+    out.put(static_cast<uint32_t>(latched.contact.measured), 4);
+    out.put(static_cast<uint32_t>(latched.contact.expected), 4);
+    out.put(static_cast<uint64_t>(latched.time), 8);
+    out.put(heard_, 1).put((held_ ? 1u : 0u) | (limp_ ? 2u : 0u), 1);
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      out.put(static_cast<uint16_t>(positions_[i]), 2);
+    }
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      out.put(static_cast<uint16_t>(motion_[i].speed * table_.joints[i].direction), 2);
+    }
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      out.put(health_[i].temperature, 1).put(health_[i].voltage, 1);
+    }
+  }
+
+ private:
+  static const int32_t POLL = 20000;              // µs between two readings of the servos
+  static const int32_t HEALTH_POLLS = 25;         // readings between two looks at the health
+  static const int32_t SILENCE = 60000;           // µs without an answer: the servo is lost
+
+  // The clock: 64 bits that never wrap; called at least once in 71 minutes.
+  int64_t now() {
+    const uint32_t ticks = io_.micros();
+    clock_ += static_cast<uint32_t>(ticks - ticks_);
+    ticks_ = ticks;
+    return clock_;
+  }
+
+  // The settings in the form that the rule and the servos use.
+  void adopt() {
+    rule_ = table_.rule();
+    acceleration_ = Servos::real_acceleration(table_.settings.acceleration);
+  }
+
+  int16_t to_joint(uint8_t motor, int32_t position) const {
+    const Joint& joint = table_.joints[motor];
+    const int32_t angle = (position - joint.zero) * joint.direction;
+    return static_cast<int16_t>(angle > 32000 ? 32000 : angle < -32000 ? -32000 : angle);
+  }
+
+  int32_t to_servo(uint8_t motor, int16_t angle) const {
+    const Joint& joint = table_.joints[motor];
+    return static_cast<int32_t>(joint.zero) + static_cast<int32_t>(angle) * joint.direction;
+  }
+
+  // Reads all positions, once; true when every servo answered.
+  bool look_around() {
+    const int64_t asked = now();
+    heard_ = servos_.read_motion(table_.joints, motion_);
+    time_ = asked;
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      if (heard_ & (1u << i)) {
+        last_heard_[i] = asked;
+        known_ = static_cast<uint8_t>(known_ | (1u << i));
+        positions_[i] = to_joint(i, motion_[i].position);
+      }
+    }
+    return heard_ == ALL;
+  }
+
+  void poll() {
+    const bool all = look_around();
+    if (all) {
+      update(controller_, rule_, positions_, time_);
+    }
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      if (time_ - last_heard_[i] > SILENCE) {
+        give_up(Reason::silent, i);
+      } else if ((heard_ & (1u << i)) && motion_[i].alert) {
+        give_up(Reason::faulty, i);
+      }
+    }
+    if (++polls_ % HEALTH_POLLS == 0) {
+      look_at_health();
+    }
+    if (controller_.phase == Phase::stopped) {
+      hold();
+    } else {
+      held_ = false;
+    }
+  }
+
+  void give_up(Reason reason, uint8_t motor) {
+    stop(controller_, reason, motor, positions_, time_);
+  }
+
+  // What speaks against moving: NO_MOTOR, or the motor, with the reason.
+  uint8_t unfit(uint8_t measured, Reason& reason) const {
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      if (measured & (1u << i)) {
+        if (health_[i].temperature >= table_.settings.hottest) {
+          reason = Reason::hot;
+          return i;
+        }
+        if (health_[i].voltage < table_.settings.lowest) {
+          reason = Reason::low_voltage;
+          return i;
+        }
+      }
+    }
+    return NO_MOTOR;
+  }
+
+  void look_at_health() {
+    Reason reason = Reason::none;
+    const uint8_t motor = unfit(servos_.read_health(table_.joints, health_), reason);
+    if (motor != NO_MOTOR) {
+      give_up(reason, motor);
+    }
+  }
+
+  // Holds a stopped body softly where it is, until the servos are known to do so.
+  void hold() {
+    if (held_ || limp_) {
+      return;
+    }
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      if (known_ & ~pinned_ & (1u << i)) {
+        controller_.origin[i] = positions_[i];
+      }
+      orders_[i] = Order{table_.settings.hold_current, 0, 0, to_servo(i, controller_.origin[i])};
+    }
+    pinned_ = known_;
+    if (clear_watchdog_) {
+      servos_.set_bus_watchdog(table_.joints, false);
+    }
+    // A motor whose place is not known gets no goal.
+    servos_.command(table_.joints, orders_, pinned_);
+    held_ = pinned_ == ALL && servos_.deaf(table_.joints, orders_) == 0;
+    servos_.set_bus_watchdog(table_.joints, true);
+    clear_watchdog_ = !held_;
+  }
+
+  void go(Phase phase, const int16_t* goal, uint16_t* speeds) {
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      speeds[i] = Servos::real_speed(speeds[i]);
+      orders_[i] = Order{table_.settings.move_current, speeds[i], acceleration_, to_servo(i, goal[i])};
+    }
+    held_ = false;
+    servos_.command(table_.joints, orders_);
+    start(controller_, rule_, phase, goal, speeds, acceleration_, positions_, now());
+    // Whoever did not hear it is told once more; who still did not will be missed by the rule.
+    if (servos_.deaf(table_.joints, orders_) != 0) {
+      servos_.command(table_.joints, orders_);
+      const uint8_t deaf = servos_.deaf(table_.joints, orders_);
+      for (uint8_t i = 0; i < MOTORS; i++) {
+        if (deaf & (1u << i)) {
+          give_up(Reason::deaf, i);
+        }
+      }
+    }
+  }
+
+  void piece_given(uint8_t piece) {
+    table_.given = static_cast<uint16_t>(table_.given | (1u << piece));
+    if (table_.complete() && !table_.ids_differ()) {
+      table_.given = static_cast<uint16_t>(table_.given & ~(1u << piece));
+    }
+    adopt();
+    // Positions, and where to hold, have another meaning now.
+    held_ = false;
+    known_ = pinned_ = 0;
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      last_heard_[i] = now();
+    }
+  }
+
+  Result wrong_phase(Writer& out) const {
+    out.put(static_cast<uint8_t>(controller_.phase), 1);
+    return Result::phase;
+  }
+  Result unready(uint8_t motor, Reason reason, Writer& out) const {
+    out.put(motor, 1).put(static_cast<uint8_t>(reason), 1);
+    return Result::servo;
+  }
+
+  using Servos = Xl330<Io>;
+
+  Io& io_;
+  Memory<Io> memory_;
+  Servos servos_;
+  Table table_ = Table();
+  Rule rule_ = Rule();
+  uint16_t acceleration_ = 1;
+  Controller controller_ = Controller();
+
+  Motion motion_[MOTORS] = {};
+  Health health_[MOTORS] = {};
+  Order orders_[MOTORS] = {};
+  int16_t positions_[MOTORS] = {};
+  uint8_t heard_ = 0;  // motors that answered the latest reading
+  uint8_t known_ = 0;  // motors that have answered at all
+  int64_t last_heard_[MOTORS] = {};
+
+  uint32_t ticks_ = 0;
+  int64_t clock_ = 0;
+  int64_t time_ = 0;  // when positions_ were read
+  int64_t next_poll_ = 0;
+  uint16_t polls_ = 0;
+
+  bool held_ = false;            // the servos are known to hold
+  bool limp_ = false;            // torque was taken off on purpose
+  uint8_t pinned_ = 0;           // motors for which controller_.origin says where to hold
+  bool clear_watchdog_ = false;  // a servo may have stopped by its own watchdog
+};
+
+}  // namespace miburi
