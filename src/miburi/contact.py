@@ -131,11 +131,25 @@ class Contact:
 
 @dataclass(frozen=True)
 class Window:
-    """What one reading compared: travel (8,) in 1/256 steps, and who was judged."""
+    """What one reading compared.
+
+    Attributes
+    ----------
+    measured, expected
+        (8,) travel in 1/256 steps.
+    granted
+        (8,) the measured travel with the slack: what is held against the expected.
+    judged
+        (8,) whether enough was expected to judge the motor.
+    length
+        (8,) µs over which the motor was looked at.
+    """
 
     measured: Steps
     expected: Steps
+    granted: Steps
     judged: Flags
+    length: Steps
 
 
 @dataclass
@@ -161,6 +175,7 @@ class Watch:
     window: Window | None = field(init=False, default=None)
     _expected: Steps = field(init=False)
     _measured: Steps = field(init=False)
+    _since: Steps = field(init=False)
     _period_ends: int = field(init=False)
     _end: int = field(init=False)
     _ahead: dict[int, Steps] = field(init=False, default_factory=dict)
@@ -174,6 +189,7 @@ class Watch:
         self._period_ends = self.rule.period
         self._expected = np.zeros_like(self.start)
         self._measured = np.zeros_like(self.start)
+        self._since = np.zeros_like(self.start)
         self._end = int(np.max(self.profile.total + self.rule.guards.lag))
 
     def look(self, positions: Steps, time: int) -> Contact | None:
@@ -185,13 +201,14 @@ class Watch:
         """
         expected, measured = self._due(time), self._travel(positions)
         should, did = expected - self._expected, measured - self._measured
-        judged = should >= self._least
-        self.window = Window(did, should, judged)
+        judged, granted = should >= self._least, did + self._slack
+        self.window = Window(did, should, granted, judged, time - self._since)
         if time >= self._period_ends:
             self._period_ends += self.rule.period
             self._expected = np.where(judged, expected, self._expected)
             self._measured = np.where(judged, measured, self._measured)
-        slow = judged & ((did + self._slack) * 10_000 < should * self.rule.ratio)
+            self._since = np.where(judged, time, self._since)
+        slow = judged & (granted * 10_000 < should * self.rule.ratio)
         if slow.any():
             return _worst(Sign.SPEED, slow, did, should)
         astray = np.abs(expected - measured) > self._tracking

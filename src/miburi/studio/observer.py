@@ -8,7 +8,7 @@ import numpy as np
 from miburi.bodies import Phase
 from miburi.bodies.card import Card
 from miburi.bodies.link import Report
-from miburi.contact import PAPER_PERIOD, Guards, Rule
+from miburi.contact import Guards, Rule
 from miburi.feelings import Expression, FeelingModel
 from miburi.motion import FINE, SECOND
 from miburi.partner import Event, MoveSent, Partner, Released, Stopped
@@ -33,15 +33,23 @@ class Observer:
         Who moves it.
     feelings
         What it feels.
+    rule
+        The simulated body's contact rule; by default the robot's own.
     """
 
     def __init__(
-        self, name: str, port: str | None, partner: Partner, feelings: FeelingModel
+        self,
+        name: str,
+        port: str | None,
+        partner: Partner,
+        feelings: FeelingModel,
+        rule: Rule | None = None,
     ) -> None:
         self.name, self.port = name, port
         self._partner = partner
         self._feelings = feelings
         self._robot = partner.body.robot
+        self._rule = rule or Rule.of(self._robot)
         self._home = forward(self._robot, self._robot.neutral)[:6].reshape(2, 3)
         self._hands: deque[tuple[float, Array]] = deque(maxlen=_SPEED_STEPS + 1)
         self._stop: StopOut | None = None
@@ -49,23 +57,14 @@ class Observer:
         self._part: str | None = None
         self._report: Report | None = None
         self._sent: Array | None = None  # speeds of the latest move, rad/s
-        # The rule may judge a slow motor over several periods: how many each one's window has.
-        self._window: object = None
-        self._periods = np.ones(len(JOINTS), dtype=np.int64)
-        self._next_periods = self._periods
 
     def take(self, events: list[Event]) -> StopOut | None:
         """Take in what happened in a step; return what is known about a stop, if it stopped."""
         self._follow_touch(self._partner.body.state.phase)
-        window = self._rule_window()
-        if window is not None and window is not self._window:
-            self._window, self._periods = window, self._next_periods
-            self._next_periods = np.where(window.judged, 1, self._periods + 1)
         stopped = None
         for event in events:
             if isinstance(event, MoveSent | Released):
                 self._sent = event.move.speeds if isinstance(event, MoveSent) else None
-                self._next_periods = np.ones(len(JOINTS), dtype=np.int64)
             elif isinstance(event, Stopped):
                 stopped = self._stop = self._explain(event)
         return stopped
@@ -115,7 +114,8 @@ class Observer:
         report = card.report if card and card.report is not self._report else None
         self._report = card.report if card else None
         shipped = Guards.of(robot)
-        guards = settings.rule.guards if settings else Rule.of(robot).guards
+        rule = settings.rule if settings else self._rule
+        guards = rule.guards
         step = robot.servo.step
         motors = [
             MotorOut(
@@ -188,7 +188,7 @@ class Observer:
         if window is None or stop.sign != "speed":
             return None, None, None
         measured, expected = float(window.measured[motor]), float(window.expected[motor])
-        seconds = int(self._periods[motor]) * PAPER_PERIOD / SECOND
+        seconds = int(window.length[motor]) / SECOND
         return measured * step, expected * step, seconds
 
     def _follow_touch(self, phase: Phase) -> None:
@@ -228,15 +228,19 @@ class Observer:
         return getattr(self._partner.body, "window", None)
 
     def _ratios(self) -> list[float | None]:
-        """Return each motor's ratio in the latest window; a card tells the one that stopped it."""
+        """Return what each motor's latest window held against the limit, up to 1.
+
+        The slack is in it, so that it crosses the limit where the rule stops the body. A card
+        tells the ratio of the motor that stopped it.
+        """
         window = self._rule_window()
         if window is None:
             stop = self._stop
             return [stop.ratio if stop and stop.motor == joint else None for joint in JOINTS]
         return [
-            round(float(did) / float(should), 4) if judged else None
-            for did, should, judged in zip(
-                window.measured, window.expected, window.judged, strict=True
+            min(round(float(granted) / float(should), 4), 1.0) if judged else None
+            for granted, should, judged in zip(
+                window.granted, window.expected, window.judged, strict=True
             )
         ]
 

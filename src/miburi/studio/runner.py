@@ -370,7 +370,7 @@ class Runner:
         if self._paused:
             self._partner.pause()
         self._hand_goal = None
-        self._observer = Observer(name, port, self._partner, self._feelings)
+        self._observer = Observer(name, port, self._partner, self._feelings, self._rule)
         self._motors = self._observer.motors()
         self._look()
 
