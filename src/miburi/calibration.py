@@ -14,7 +14,7 @@ from miburi.errors import InputError
 from miburi.motion import FINE, Profile, Steps
 from miburi.robot import JOINTS, Array
 
-#: Guards are so many times what free motion needed, and an encoder step more (ours).
+#: Guards are so many times what free motion needed (ours).
 MARGIN = 1.3
 #: Windows in which a motor should have moved less than this, rad, are judged later (ours).
 LEAST = 0.0125
@@ -182,7 +182,7 @@ def calibrate(
     least
         Steps that a motor should have moved in a window that is judged; by default ``LEAST``.
     margin
-        Times what was needed; and one encoder step more.
+        Times what was needed, 1 or more.
 
     Raises
     ------
@@ -196,7 +196,7 @@ def calibrate(
     found = need(traces, lag, judged, period, ratio)
 
     def granted(needed: Steps, floor: float) -> Steps:
-        steps: Steps = np.ceil(needed * margin / FINE).astype(np.int64) + 1
+        steps: Steps = np.ceil(needed * margin / FINE).astype(np.int64)
         return np.maximum(steps, round(floor / step))
 
     return Guards(
