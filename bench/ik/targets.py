@@ -1,6 +1,6 @@
 """Targets to solve for: reachable, out of reach, and the hard ones that tests and benchmark share.
 
-Run it to write ``tests/ik_targets.json`` anew (two minutes).
+Run it to write ``tests/ik/targets.json`` anew (two minutes).
 """
 
 import json
@@ -14,7 +14,7 @@ from miburi import ik
 from miburi.robot import forward, iphonoid
 
 ROBOT = iphonoid()
-FILE = Path(__file__).parents[2] / "tests" / "ik_targets.json"
+FILE = Path(__file__).parents[2] / "tests" / "ik" / "targets.json"
 
 
 def reachable(count, seed=0):

@@ -21,7 +21,7 @@ _OPTIONS: dict[str, Any] = {
     "fastmath": {"contract", "nsz", "arcp"},
 }
 _HERE = Path(__file__).parent
-_SOURCES = ("compiled.py", "bma_operators.py", "ik_kinematics.py", "ik_kernel.py")
+_SOURCES = ("compiled.py", "bma/operators.py", "ik/kinematics.py", "ik/kernel.py")
 
 
 def _writable_folder() -> Path | None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from rig import Rig
 
-from miburi import card_cli, experiment
+from miburi import experiment
 from miburi.bodies import Phase
 from miburi.bodies.calibration import changes, free_moves, in_words, loaded, measure
 from miburi.bodies.card import Card
@@ -20,6 +20,7 @@ from miburi.bodies.line import SerialLine
 from miburi.bodies.servos import Bus
 from miburi.bodies.terminal import pump, servos
 from miburi.calibration_file import Calibration, read_calibration, write_calibration
+from miburi.cli import card as card_commands
 from miburi.contact import Rule
 from miburi.errors import BodyError
 from miburi.motion import synchronised
@@ -180,8 +181,8 @@ def test_zeros_and_directions_are_found_by_hand(
         sign = -1 if motor == 3 else 1
         rig.servos[motor].shaft.place = zero if "its zero" in what else zero + sign * way
 
-    monkeypatch.setattr(card_cli, "_wait_for_enter", turned)
-    card_cli._find_zeros(rig.body)
+    monkeypatch.setattr(card_commands, "_wait_for_enter", turned)
+    card_commands._find_zeros(rig.body)
     assert "waist was turned by 1.8° only" in capsys.readouterr().out
     assert len(asked) == 2 * 9
     mounting = rig.body.settings.mounting

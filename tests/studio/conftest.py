@@ -18,14 +18,13 @@ from fastapi import FastAPI
 from starlette.types import ASGIApp
 from tests.firmware.conftest import firmware  # noqa: F401  # a fixture for these tests, too
 
-from miburi.feelings import EmotionalModel
+from miburi.feelings import FEELINGS, EmotionalModel, shipped_temperament
 from miburi.robot import Robot
 from miburi.studio.access import LARGEST, Gate
 from miburi.studio.api import make_api
 from miburi.studio.live import live_router
 from miburi.studio.recordings import Recordings
 from miburi.studio.runner import Runner
-from miburi.temperament import FEELINGS, shipped_temperament
 
 
 @pytest.fixture

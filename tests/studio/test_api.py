@@ -15,9 +15,9 @@ from tests.studio.conftest import Server
 
 from miburi.contact import Rule
 from miburi.errors import BodyError
+from miburi.feelings import FEELINGS
 from miburi.studio.runner import Runner
 from miburi.studio.wire import State
-from miburi.temperament import FEELINGS
 
 V1 = "/api/v1"
 

@@ -2,9 +2,8 @@ from pathlib import Path
 
 import pytest
 
-from miburi.feelings import EmotionalModel
+from miburi.feelings import EmotionalModel, shipped_temperament
 from miburi.studio import memory
-from miburi.temperament import shipped_temperament
 
 
 def test_feelings_are_kept_and_age(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,14 +11,13 @@ from tests.studio.test_runner import block, run, until
 from miburi.bodies import Phase, Stop
 from miburi.contact import Guards, Window
 from miburi.errors import BodyError
-from miburi.feelings import EmotionalModel, Stimulus
+from miburi.feelings import FEELINGS, EmotionalModel, Stimulus, shipped_temperament
 from miburi.motion import FINE
 from miburi.partner import MoveSent, Stopped
 from miburi.robot import JOINTS, Robot
 from miburi.studio.observer import Observer
 from miburi.studio.recordings import Recordings
 from miburi.studio.runner import Runner
-from miburi.temperament import FEELINGS, shipped_temperament
 
 
 @pytest.fixture

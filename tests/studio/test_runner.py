@@ -6,13 +6,12 @@ import pytest
 
 from miburi.contact import PAPER_RATIO
 from miburi.errors import BodyError, InputError
-from miburi.feelings import EmotionalModel, Expression, Stimulus
+from miburi.feelings import FEELINGS, EmotionalModel, Expression, Stimulus
 from miburi.recording import read
 from miburi.robot import JOINTS, Robot, forward
 from miburi.studio.recordings import Recordings
 from miburi.studio.runner import _QUEUE, STEP, BusyError, Runner
 from miburi.studio.wire import State
-from miburi.temperament import FEELINGS
 
 
 def run(runner: Runner, seconds: float) -> list[State]:

@@ -4,9 +4,9 @@ import pytest
 
 from miburi.bodies.registry import KINDS
 from miburi.errors import InputError
+from miburi.feelings import FEELINGS, SOURCES, TEMPERAMENTS
 from miburi.robot import JOINTS
 from miburi.studio.words import LANGUAGES, own_name, preferred, words
-from miburi.temperament import FEELINGS, SOURCES, TEMPERAMENTS
 
 
 def places(text: str) -> set[str]:

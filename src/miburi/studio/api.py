@@ -13,7 +13,7 @@ from miburi import __version__, gestures
 from miburi.bodies.registry import KINDS
 from miburi.contact import PAPER_RATIO
 from miburi.errors import BodyError, InputError, MiburiError
-from miburi.feelings import Expression, Stimulus
+from miburi.feelings import FEELINGS, SOURCES, TEMPERAMENTS, Expression, Stimulus
 from miburi.laban import Effort
 from miburi.robot import JOINTS, Robot
 from miburi.robot.mjcf import HAND_AWAY, HAND_SIZE
@@ -40,7 +40,6 @@ from miburi.studio.wire import (
     StimulusIn,
     TemperamentIn,
 )
-from miburi.temperament import FEELINGS, SOURCES, TEMPERAMENTS
 
 #: A command that no step has taken up within this many seconds has failed.
 _PATIENCE = 5.0

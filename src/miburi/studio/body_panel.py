@@ -10,11 +10,11 @@ from serial.tools.list_ports import comports
 
 from miburi.bodies.registry import KINDS
 from miburi.errors import MiburiError
+from miburi.feelings import TEMPERAMENTS
 from miburi.studio.parts import attempt, button, heading, set_label
 from miburi.studio.runner import Runner
 from miburi.studio.wire import MotorOut, MotorsOut, State
 from miburi.studio.words import Words
-from miburi.temperament import TEMPERAMENTS
 
 #: So many °C below the limit a motor is shown as warm.
 _WARM = 5.0

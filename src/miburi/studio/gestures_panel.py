@@ -7,13 +7,12 @@ from pydantic import ValidationError
 
 from miburi import gestures
 from miburi.errors import MiburiError
-from miburi.feelings import Expression
+from miburi.feelings import FEELINGS, Expression
 from miburi.studio.api import performance
 from miburi.studio.parts import attempt, button, heading
 from miburi.studio.runner import Runner
 from miburi.studio.wire import ExpressIn
 from miburi.studio.words import Words
-from miburi.temperament import FEELINGS
 
 _EFFORT = ("space", "weight", "time", "flow")
 

@@ -6,8 +6,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from miburi.errors import InputError
-from miburi.feelings import EmotionalModel, FeelingModel
-from miburi.temperament import Temperament
+from miburi.feelings import EmotionalModel, FeelingModel, Temperament
 
 
 def remembered(path: Path, temperament: Temperament) -> EmotionalModel | None:

@@ -9,12 +9,11 @@ from miburi.bodies import Phase
 from miburi.bodies.card import Card
 from miburi.bodies.link import Report
 from miburi.contact import Guards, Rule
-from miburi.feelings import Expression, FeelingModel
+from miburi.feelings import FEELINGS, Expression, FeelingModel
 from miburi.motion import FINE, SECOND
 from miburi.partner import Event, MoveSent, Partner, Released, Stopped
 from miburi.robot import JOINTS, Array, forward
 from miburi.studio.wire import Expressed, GuardsOut, Hand, MotorOut, MotorsOut, State, StopOut
-from miburi.temperament import FEELINGS
 
 #: A touch that no stop followed is forgotten within a second: its force fades by this a step.
 _FADING = 0.9

@@ -21,14 +21,13 @@ from miburi.bodies import Body
 from miburi.bodies.registry import make_body
 from miburi.contact import Rule
 from miburi.errors import BodyError, InputError, MiburiError
-from miburi.feelings import Expression, FeelingModel, Stimulus
+from miburi.feelings import Expression, FeelingModel, Stimulus, shipped_temperament
 from miburi.gestures import KeyPose
 from miburi.partner import Event, GestureStarted, Partner, Released, Stopped
 from miburi.robot import Array, Robot
 from miburi.studio.observer import Observer
 from miburi.studio.recordings import Recordings
 from miburi.studio.wire import Entry, MotorsOut, Sample, State, StopOut
-from miburi.temperament import shipped_temperament
 
 #: The loop's period in s; the encoders are read twice in it.
 STEP = 0.02

@@ -19,13 +19,12 @@ from miburi import ik
 from miburi.bodies.registry import KINDS
 from miburi.calibration_file import read_calibration
 from miburi.errors import InputError, OutputError
-from miburi.feelings import EmotionalModel, Stimulus
+from miburi.feelings import FEELINGS, EmotionalModel, Stimulus, shipped_temperament
 from miburi.robot import forward, iphonoid
 from miburi.studio.access import LARGEST, Gate, is_loopback, kept_token
 from miburi.studio.memory import remember, remembered
 from miburi.studio.recordings import Recordings
 from miburi.studio.runner import Runner
-from miburi.temperament import FEELINGS, shipped_temperament
 
 #: A partner that meets people for the first time is in this mood (ours): middling in
 #: everything, so that every feeling shows, and glad to see them.

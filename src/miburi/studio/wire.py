@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from miburi.temperament import Feeling, Source
+from miburi.feelings.temperament import Feeling, Source
 
 Share = Annotated[float, Field(ge=0, le=1)]
 Eight = Annotated[list[float], Field(min_length=8, max_length=8)]

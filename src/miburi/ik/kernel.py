@@ -1,6 +1,6 @@
 """The Bacterial Memetic Algorithm compiled around the kinematics of the body.
 
-The operators are those of :mod:`miburi.bma_operators`; here they meet the body's kinematics.
+The operators are those of :mod:`miburi.bma.operators`; here they meet the body's kinematics.
 Importing this module loads Numba; it compiles at the first call, unless that was done before and
 is found on the disk.
 """
@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from miburi.bma_operators import (
+from miburi.bma.operators import (
     SLIGHT,
     SWEEPS,
     Array,
@@ -33,7 +33,7 @@ from miburi.bma_operators import (
     uniform,
 )
 from miburi.compiled import compiled
-from miburi.ik_kinematics import (
+from miburi.ik.kinematics import (
     Body,
     body_step,
     changed,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from miburi.feelings import FEELINGS, EmotionalModel, Stimulus
-from miburi.spiking import SpikingModel
+from miburi.feelings.spiking import SpikingModel
 
 HAPPY, SURPRISE, THRILL = (FEELINGS.index(name) for name in ("happiness", "surprise", "thrill"))
 

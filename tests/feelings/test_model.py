@@ -13,13 +13,14 @@ from miburi.feelings import (
     FEELINGS,
     LEVELS,
     SOURCES,
+    TEMPERAMENTS,
     EmotionalModel,
     Expression,
     FeelingModel,
     Stimulus,
+    shipped_temperament,
 )
-from miburi.spiking import SpikingModel
-from miburi.temperament import TEMPERAMENTS, shipped_temperament
+from miburi.feelings.spiking import SpikingModel
 
 MODELS = [EmotionalModel, SpikingModel]
 both = pytest.mark.parametrize("kind", MODELS)

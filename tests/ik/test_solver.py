@@ -15,7 +15,7 @@ from miburi.robot import forward, inverse, iphonoid
 ROBOT = iphonoid()
 
 
-HARD = json.loads((Path(__file__).parent / "ik_targets.json").read_text())
+HARD = json.loads((Path(__file__).parent / "targets.json").read_text())
 
 
 def random_poses(count, seed=0):

@@ -24,7 +24,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from miburi.errors import InputError
-from miburi.temperament import FEELINGS, LEVELS, SOURCES, Array, Temperament, shipped_temperament
+from miburi.feelings.temperament import (
+    FEELINGS,
+    LEVELS,
+    SOURCES,
+    Array,
+    Temperament,
+    shipped_temperament,
+)
 
 __all__ = ["CONTACT_FACTOR", "FEELINGS", "LEVELS", "SOURCES"]
 __all__ += ["EmotionalModel", "Expression", "FeelingModel", "Stimulus"]

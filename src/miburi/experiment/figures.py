@@ -9,7 +9,7 @@ matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
 
-from miburi.experiment import STEP, Experiment
+from miburi.experiment.procedure import STEP, Experiment
 
 _INK, _CORAL, _BLUE, _GREY = "#2b2b2b", "#d9553f", "#2f6f9f", "#9a9a9a"
 

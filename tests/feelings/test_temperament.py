@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from miburi.errors import DescriptionError, InputError
-from miburi.temperament import (
+from miburi.feelings import (
     FEELINGS,
     SOURCES,
     TEMPERAMENTS,
@@ -15,7 +15,7 @@ from miburi.temperament import (
 
 @pytest.fixture
 def text():
-    return (resources.files("miburi") / "temperaments" / "default.toml").read_text()
+    return (resources.files("miburi.feelings") / "temperaments" / "default.toml").read_text()
 
 
 @pytest.mark.parametrize("name", TEMPERAMENTS)

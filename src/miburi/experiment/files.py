@@ -11,8 +11,8 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from miburi import experiment
 from miburi import face as faces
 from miburi.bodies.plant import Tangible
+from miburi.experiment.figures import experiment_figure
 from miburi.feelings import Expression
-from miburi.figures import experiment_figure
 from miburi.files import whole_files
 from miburi.film import Scene, captioned, contact_sheet, studio, write_film
 from miburi.recording import Recorder

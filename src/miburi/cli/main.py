@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from miburi import __version__
-from miburi.card_cli import app as card_app
+from miburi.cli.card import app as card_app
+from miburi.cli.gestures import gallery, gesture_app
+from miburi.cli.trials import calibrate, safety_page, trials, tune
 from miburi.errors import InputError, MiburiError
-from miburi.gestures_cli import gallery, gesture_app
 from miburi.studio.commands import run
-from miburi.trials_cli import calibrate, safety_page, trials, tune
 
 if TYPE_CHECKING:
     from miburi.bodies.plant import Tangible
@@ -96,7 +96,7 @@ def experiment(
     calibration: CalibrationFile = None,
 ) -> None:
     """Run the paper's experiment: happiness, mood 0.9, and a hand in the way (Section 5)."""
-    from miburi.experiment_files import write_experiment
+    from miburi.experiment.files import write_experiment
 
     if body not in (known := ("simulated", "emulated-card")):
         raise InputError(
@@ -203,10 +203,9 @@ def day(
     model: Annotated[str, typer.Option(help="cascade or spiking.")] = "cascade",
 ) -> None:
     """Draw the three levels over a scripted day of conversation."""
-    from miburi.day import plot_day
-    from miburi.feelings import EmotionalModel
-    from miburi.spiking import SpikingModel
-    from miburi.temperament import TEMPERAMENTS, load_temperament, shipped_temperament
+    from miburi.feelings import TEMPERAMENTS, EmotionalModel, load_temperament, shipped_temperament
+    from miburi.feelings.day import plot_day
+    from miburi.feelings.spiking import SpikingModel
 
     models = {"cascade": EmotionalModel, "spiking": SpikingModel}
     if model not in models:

@@ -168,5 +168,5 @@ def shipped_temperament(name: str = "default") -> Temperament:
             f"There is no temperament {name!r}; take one of {', '.join(TEMPERAMENTS)}, "
             "or the path of a file to load_temperament."
         )
-    with resources.as_file(resources.files("miburi") / "temperaments" / f"{name}.toml") as path:
+    with resources.as_file(resources.files(__package__) / "temperaments" / f"{name}.toml") as path:
         return load_temperament(path)

@@ -1,11 +1,4 @@
-"""Inverse kinematics: from nine coordinates to eight angles, by the memetic algorithm.
-
->>> from miburi import ik
->>> from miburi.robot import forward, iphonoid
->>> robot = iphonoid()
->>> ik.solve(robot, forward(robot, robot.neutral)).status
-'converged'
-"""
+"""One target or many: checks what comes in, and hands it to the compiled search."""
 
 import os
 import time
@@ -18,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from miburi.bma_settings import (
+from miburi.bma.settings import (
     BUDGET_SPENT,
     CONVERGED,
     DEADLINE,
@@ -332,7 +325,7 @@ def _kernel() -> Any:
     """Return the compiled code; the first call loads Numba."""
     global _loaded  # noqa: PLW0603
     if _loaded is None:
-        from miburi import ik_kernel
+        from miburi.ik import kernel
 
-        _loaded = ik_kernel
+        _loaded = kernel
     return _loaded

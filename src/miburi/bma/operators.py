@@ -1,7 +1,7 @@
 """The operators of the Bacterial Memetic Algorithm (Section 3), compiled.
 
 None of them evaluates anything: :mod:`miburi.bma` applies them around any function written in
-Python, :mod:`miburi.ik_kernel` around the kinematics. Importing this module loads Numba; what it
+Python, :mod:`miburi.ik.kernel` around the kinematics. Importing this module loads Numba; what it
 compiles is kept on the disk.
 """
 

@@ -16,11 +16,11 @@ from miburi.bodies.base import BodyState
 from miburi.bodies.plant import Tangible, Touch
 from miburi.bodies.simulated import Simulated
 from miburi.errors import InputError
+from miburi.experiment.visitor import Visitor
 from miburi.feelings import FEELINGS, EmotionalModel, Expression
 from miburi.partner import Event, GestureEnded, GestureStarted, Partner, Stopped
 from miburi.recording import Recorder
 from miburi.robot import Array, Robot, forward, iphonoid
-from miburi.visitor import Visitor
 
 #: The loop's period in s; the encoders are read twice in it.
 STEP = 0.02

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from miburi.day import DAY, live_day, plot_day
 from miburi.errors import OutputError
 from miburi.feelings import FEELINGS, EmotionalModel
-from miburi.spiking import SpikingModel
+from miburi.feelings.day import DAY, live_day, plot_day
+from miburi.feelings.spiking import SpikingModel
 
 
 @pytest.fixture(scope="module", params=[EmotionalModel, SpikingModel])

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from miburi.bma_operators import TINY, Array
+from miburi.bma.operators import TINY, Array
 from miburi.compiled import compiled
 
 
@@ -226,7 +226,7 @@ def _add_arm(
 
 @compiled
 def body_step(normal: Array, gradient: Array, free: Array, damping: float, step: Array) -> None:
-    """Solve what ``bma_operators.residual_step`` solves, knowing what the body's JᵀJ looks like.
+    """Solve what ``bma.operators.residual_step`` solves, knowing what the body's JᵀJ looks like.
 
     The arms meet in the waist alone and the head meets nothing: each arm's step is a part of its
     own less another times the waist's step, which follows from both arms.

@@ -1,17 +1,4 @@
-"""The Bacterial Memetic Algorithm (Section 3): minimise any function in a box.
-
->>> from miburi import bma
->>> result = bma.minimize(lambda x: (x[0] - 1) ** 2 + x[1] ** 2, [(-2, 2), (-2, 2)], seed=1)
->>> result.status
-'converged'
-
-For a function that is expensive, or lives elsewhere, ask for points and tell their values:
-
->>> search = bma.Optimizer([(-2, 2), (-2, 2)], seed=1)
->>> while not search.finished:
-...     points = search.ask()
-...     search.tell([(x - 1) ** 2 + y**2 for x, y in points])
-"""
+"""The search itself: the algorithm's loop, for any function in a box."""
 
 import time
 from collections.abc import Callable, Generator, Iterator
@@ -21,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from miburi.bma_settings import (
+from miburi.bma.settings import (
     BUDGET_SPENT,
     CONVERGED,
     DEADLINE,
@@ -35,19 +22,6 @@ from miburi.bma_settings import (
     seed_of,
 )
 from miburi.errors import InputError
-
-__all__ = [
-    "BUDGET_SPENT",
-    "CONVERGED",
-    "DEADLINE",
-    "SETTLED",
-    "STOPPED",
-    "Optimizer",
-    "Result",
-    "Settings",
-    "minimize",
-    "scipy_method",
-]
 
 
 class Optimizer:
@@ -345,9 +319,9 @@ class Optimizer:
 
 def operators() -> ModuleType:
     """Return the compiled operators; loads Numba when first called."""
-    from miburi import bma_operators
+    from miburi.bma import operators
 
-    return bma_operators
+    return operators
 
 
 def minimize(

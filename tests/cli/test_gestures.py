@@ -4,8 +4,8 @@ from importlib import resources
 import pytest
 from typer.testing import CliRunner
 
+from miburi.cli.gestures import gesture_app
 from miburi.errors import InputError
-from miburi.gestures_cli import gesture_app
 
 
 def run(*arguments):

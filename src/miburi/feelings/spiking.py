@@ -27,8 +27,8 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from miburi.feelings import FeelingModel
-from miburi.temperament import Array, Temperament
+from miburi.feelings.model import FeelingModel
+from miburi.feelings.temperament import Array, Temperament
 
 __all__ = ["SpikingModel"]
 

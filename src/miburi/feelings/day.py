@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from miburi.errors import OutputError
-from miburi.feelings import FEELINGS, LEVELS, EmotionalModel, FeelingModel, Stimulus
-from miburi.temperament import Array, Temperament
+from miburi.feelings.model import FEELINGS, LEVELS, EmotionalModel, FeelingModel, Stimulus
+from miburi.feelings.temperament import Array, Temperament
 
 __all__ = ["COLOURS", "DAY", "Day", "Episode", "live_day", "plot_day"]
 

@@ -1,0 +1,42 @@
+"""The Bacterial Memetic Algorithm (Section 3): minimise any function in a box.
+
+>>> from miburi import bma
+>>> result = bma.minimize(lambda x: (x[0] - 1) ** 2 + x[1] ** 2, [(-2, 2), (-2, 2)], seed=1)
+>>> result.status
+'converged'
+
+For a function that is expensive, or lives elsewhere, ask for points and tell their values:
+
+>>> search = bma.Optimizer([(-2, 2), (-2, 2)], seed=1)
+>>> while not search.finished:
+...     points = search.ask()
+...     search.tell([(x - 1) ** 2 + y**2 for x, y in points])
+"""
+
+from miburi.bma.search import (
+    Optimizer,
+    minimize,
+    scipy_method,
+)
+from miburi.bma.settings import (
+    BUDGET_SPENT,
+    CONVERGED,
+    DEADLINE,
+    SETTLED,
+    STOPPED,
+    Result,
+    Settings,
+)
+
+__all__ = [
+    "BUDGET_SPENT",
+    "CONVERGED",
+    "DEADLINE",
+    "SETTLED",
+    "STOPPED",
+    "Optimizer",
+    "Result",
+    "Settings",
+    "minimize",
+    "scipy_method",
+]

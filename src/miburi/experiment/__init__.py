@@ -1,0 +1,17 @@
+"""Section 5 of the paper on a physical body: what it does, what it measures, its files."""
+
+from miburi.experiment.procedure import (
+    STEP,
+    STEPS_PER_FRAME,
+    Experiment,
+    Frame,
+    run,
+)
+
+__all__ = [
+    "STEP",
+    "STEPS_PER_FRAME",
+    "Experiment",
+    "Frame",
+    "run",
+]

@@ -1,0 +1,34 @@
+"""Inverse kinematics: from nine coordinates to eight angles, by the memetic algorithm.
+
+>>> from miburi import ik
+>>> from miburi.robot import forward, iphonoid
+>>> robot = iphonoid()
+>>> ik.solve(robot, forward(robot, robot.neutral)).status
+'converged'
+"""
+
+from miburi.bma.settings import BUDGET_SPENT, CONVERGED, DEADLINE
+from miburi.ik.solver import (
+    OUT_OF_REACH,
+    REACHED,
+    SETTINGS,
+    TOLERANCE,
+    Solution,
+    Solutions,
+    solve,
+    solve_batch,
+)
+
+__all__ = [
+    "BUDGET_SPENT",
+    "CONVERGED",
+    "DEADLINE",
+    "OUT_OF_REACH",
+    "REACHED",
+    "SETTINGS",
+    "TOLERANCE",
+    "Solution",
+    "Solutions",
+    "solve",
+    "solve_batch",
+]
