@@ -9,12 +9,12 @@ from toolchain import BUILD, HERE, NATIVE, ROOT, SANITIZED, SKETCH, building, ne
 
 
 @pytest.fixture(scope="session")
-def native() -> Path:
+def native(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The rule, natively, under the sanitizers."""
     need("g++", "g++")
-    with building():
-        run(*NATIVE, *SANITIZED, HERE / "traces_native.cpp", "-o", BUILD / "traces_native")
-    return BUILD / "traces_native"
+    program = tmp_path_factory.mktemp("native") / "traces"
+    run(*NATIVE, *SANITIZED, HERE / "traces_native.cpp", "-o", program)
+    return program
 
 
 @pytest.fixture(scope="session")
@@ -39,12 +39,11 @@ def rig(firmware: Path) -> Iterator[Rig]:
 
 
 @pytest.fixture(scope="session")
-def rule_on_avr(firmware: Path) -> Path:
+def rule_on_avr(firmware: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The rule alone, for the card's processor."""
-    elf = BUILD / "traces_avr.elf"
-    with building():
-        run(
-            "avr-g++", "-mmcu=atmega2560", "-DF_CPU=16000000L", "-Os", "-std=gnu++11",
-            "-Wall", "-Wextra", "-Werror", f"-I{SKETCH}", HERE / "traces_avr.cpp", "-o", elf,
-        )  # fmt: skip
+    elf = tmp_path_factory.mktemp("avr") / "traces.elf"
+    run(
+        "avr-g++", "-mmcu=atmega2560", "-DF_CPU=16000000L", "-Os", "-std=gnu++11",
+        "-Wall", "-Wextra", "-Werror", f"-I{SKETCH}", HERE / "traces_avr.cpp", "-o", elf,
+    )  # fmt: skip
     return elf
