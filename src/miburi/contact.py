@@ -209,15 +209,15 @@ class Watch:
             self._measured = np.where(judged, measured, self._measured)
             self._since = np.where(judged, time, self._since)
         slow = judged & (granted * 10_000 < should * self.rule.ratio)
+        astray = np.abs(expected - measured) > self._tracking
+        missing = (time >= self._late) & (np.abs(self._goal - measured) > self._arrival)
+        if not (slow | astray | missing).any():
+            return None
         if slow.any():
             return _worst(Sign.SPEED, slow, did, should)
-        astray = np.abs(expected - measured) > self._tracking
         if astray.any():
             return _worst(Sign.TRACKING, astray, measured, expected)
-        missing = (time >= self._late) & (np.abs(self._goal - measured) > self._arrival)
-        if missing.any():
-            return _worst(Sign.ARRIVAL, missing, measured, self._goal)
-        return None
+        return _worst(Sign.ARRIVAL, missing, measured, self._goal)
 
     def arrived(self, positions: Steps, time: int) -> bool:
         """Whether every profile has ended and every motor is at its goal."""

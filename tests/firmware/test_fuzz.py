@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from rig import Rig
-from toolchain import BUILD, HERE, NATIVE, SANITIZED, building, need, run
+from toolchain import HERE, NATIVE, SANITIZED, need, run
 
 from miburi.bodies import Phase
 from miburi.bodies.card_settings import CardSettings
@@ -47,10 +47,10 @@ def moves(rng: np.random.Generator) -> bytes:
 
 
 @pytest.mark.parametrize("what", ["random bytes", "frames", "flipped frames"])
-def test_native_card_under_the_sanitizers(what: str) -> None:
+def test_native_card_under_the_sanitizers(what: str, tmp_path: Path) -> None:
     need("g++", "g++")
-    with building():
-        run(*NATIVE, *SANITIZED, HERE / "fuzz_native.cpp", "-o", BUILD / "fuzz_native")
+    program = tmp_path / "fuzz"
+    run(*NATIVE, *SANITIZED, HERE / "fuzz_native.cpp", "-o", program)
     rng = np.random.default_rng(len(what))
     settings = CardSettings.of(iphonoid())
     pieces = [encode(Frame(Kind.SETTINGS, 1, settings.general.pack()))]
@@ -83,7 +83,7 @@ def test_native_card_under_the_sanitizers(what: str) -> None:
     mixed[1::2, 1] = np.frombuffer(bus[:length], np.uint8)
     rest = np.zeros((len(host) - length, 2), dtype=np.uint8)
     rest[:, 1] = np.frombuffer(host[: len(host) - length], np.uint8)
-    said = Receiver().add(run(BUILD / "fuzz_native", data=rest.tobytes() + mixed.tobytes()))
+    said = Receiver().add(run(program, data=rest.tobytes() + mixed.tobytes()))
     hello = [f for f in said if (f.kind, f.sequence) == (Kind.HELLO + ANSWER, 77)]
     assert hello
     assert hello[-1].payload[0] == Result.OK
