@@ -15,7 +15,7 @@ from miburi.motion import FINE, Profile, Steps
 from miburi.robot import JOINTS, Array
 
 #: Guards are so many times what free motion needed (ours).
-MARGIN = 1.3
+MARGIN = 1.2
 #: Windows in which a motor should have moved less than this, rad, are judged later (ours).
 LEAST = 0.0125
 #: A servo is never judged more finely than this, rad: few moves do not show all that it needs

@@ -74,7 +74,7 @@ def calibrate(
     out: Annotated[Path, typer.Option(help="The calibration file to write.")],
     seed: Seed = 1,
     moves: Annotated[int, typer.Option(help="Free moves to measure.", min=2)] = 800,
-    margin: Annotated[float, typer.Option(help="Times what they needed; 1 or more.")] = 1.3,
+    margin: Annotated[float, typer.Option(help="Times what they needed; 1 or more.")] = 1.2,
     robot: RobotFile = None,
 ) -> None:
     """Measure the simulated servos of a robot in free motion, and write their guards."""
