@@ -166,6 +166,7 @@ def calibrate(
     lag: Steps | None = None,
     least: int | None = None,
     margin: float = MARGIN,
+    reserve: int = 0,
     period: int = PAPER_PERIOD,
     ratio: int = PAPER_RATIO,
 ) -> Guards:
@@ -183,6 +184,8 @@ def calibrate(
         Steps that a motor should have moved in a window that is judged; by default ``LEAST``.
     margin
         Times what was needed, 1 or more.
+    reserve
+        Steps of tracking on top: for what the moves cannot have shown.
 
     Raises
     ------
@@ -195,14 +198,14 @@ def calibrate(
     judged = np.full(len(JOINTS), max(round(LEAST / step), 4) if least is None else least)
     found = need(traces, lag, judged, period, ratio)
 
-    def granted(needed: Steps, floor: float) -> Steps:
-        steps: Steps = np.ceil(needed * margin / FINE).astype(np.int64)
+    def granted(needed: Steps, floor: float, reserve: int = 0) -> Steps:
+        steps: Steps = np.ceil(needed * margin / FINE).astype(np.int64) + reserve
         return np.maximum(steps, round(floor / step))
 
     return Guards(
         lag=lag,
         slack=granted(found.slack, SLACK_FLOOR),
         least=judged,
-        tracking=granted(found.tracking, TRACKING_FLOOR),
+        tracking=granted(found.tracking, TRACKING_FLOOR, reserve),
         arrival=granted(found.arrival, ARRIVAL_FLOOR),
     )

@@ -8,20 +8,17 @@ from pathlib import Path
 import numpy as np
 
 from miburi.bodies import Phase
-from miburi.bodies.calibration import record
+from miburi.bodies.calibration import free_moves, granted, record
 from miburi.bodies.card import Card
 from miburi.bodies.card_settings import CardSettings, real_acceleration, real_speed
 from miburi.bodies.controller import Controller
 from miburi.bodies.emulated import EmulatedCard
 from miburi.bodies.link import Kind, Report
 from miburi.bodies.servos import Bus, Servo
-from miburi.calibration import calibrate
-from miburi.contact import Rule, Sign
+from miburi.contact import Sign
 from miburi.motion import SECOND, Move, synchronised, to_steps
 from miburi.robot import JOINTS, Robot, iphonoid
 
-#: Free moves from which the servos of all rigs are calibrated.
-CALIBRATION_MOVES = 40
 SIGNS = (None, Sign.SPEED, Sign.TRACKING, Sign.ARRIVAL)
 PHASES = (Phase.IDLE, Phase.MOVING, Phase.STOPPED, Phase.RETURNING)
 
@@ -201,8 +198,8 @@ def calibrated(firmware: Path) -> CardSettings:
     settings = CardSettings.of(iphonoid())
     rig = Rig(firmware, 1000, twin=False, settings=settings.generous)
     traces = []
-    for _ in range(CALIBRATION_MOVES):
+    for _, move in free_moves(rig.robot):
         rig.shake()
-        traces += record(rig.body, [rig.random_move()])
+        traces += record(rig.body, [move])
     rig.close()
-    return settings.with_rule(Rule(calibrate(traces, rig.robot.servo.step)))
+    return granted(rig.robot, settings, traces)

@@ -40,6 +40,9 @@ _SLOWLY, _BIT = (0.05, 0.1, 0.2, 0.4), 0.15
 #: s for which the servos are watched after each move: longer than the rule waits for them.
 _AFTER = 0.3
 _DEGREES = 360 / 4096
+#: A card makes some fifty moves, none at a servo's top speed. They do not tell a lag, which varies
+#: from move to move, better than this, s; at top speed it is so many steps (ours).
+_LAG_DOUBT = 0.003
 #: Motors that all answered a reading.
 _ALL = 0xFF
 
@@ -158,15 +161,7 @@ def measure(card: Card, tell: Callable[[str], None] = lambda _: None) -> Measure
             if index == 0 or name != moves[index - 1][0]:
                 tell(f"moving {name.replace('_', ' ')}")
             traces += record(card, [move])
-        found = calibrate(
-            traces,
-            card.robot.servo.step,
-            period=settings.general.period,
-            ratio=settings.general.ratio,
-        )
-        calibrated = settings.with_rule(
-            Rule(found, settings.general.period, settings.general.ratio)
-        )
+        calibrated = granted(card.robot, settings, traces)
         _check(calibrated)
     except BaseException:
         with suppress(BodyError):
@@ -176,6 +171,19 @@ def measure(card: Card, tell: Callable[[str], None] = lambda _: None) -> Measure
     card.stop()
     card.configure(calibrated)
     return Measured(response(traces), len(moves), calibrated)
+
+
+def granted(robot: Robot, settings: CardSettings, traces: list[Trace]) -> CardSettings:
+    """Return a card's settings with the guards that its servos need, after a few free moves."""
+    general = settings.general
+    guards = calibrate(
+        traces,
+        robot.servo.step,
+        reserve=round(_LAG_DOUBT * real_speed(general.max_speed)),
+        period=general.period,
+        ratio=general.ratio,
+    )
+    return settings.with_rule(Rule(guards, general.period, general.ratio))
 
 
 def _check(settings: CardSettings) -> None:
