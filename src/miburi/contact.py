@@ -38,6 +38,7 @@ Flags = NDArray[np.bool_]
 PAPER_RATIO = 9372
 #: Eq. 1's period, in µs.
 PAPER_PERIOD = SECOND // 10
+_NONE = np.zeros(8, dtype=np.bool_)
 _READINGS = np.arange(20, dtype=np.int64) * (SECOND // 100)
 
 
@@ -186,6 +187,7 @@ class Watch:
         self._tracking, self._arrival = guards.tracking * FINE, guards.arrival * FINE
         self._goal = self.profile.distance * FINE
         self._late = self.profile.total + guards.lag + self.rule.period
+        self._first_late = int(np.min(self._late))
         self._period_ends = self.rule.period
         self._expected = np.zeros_like(self.start)
         self._measured = np.zeros_like(self.start)
@@ -210,7 +212,9 @@ class Watch:
             self._since = np.where(judged, time, self._since)
         slow = judged & (granted * 10_000 < should * self.rule.ratio)
         astray = np.abs(expected - measured) > self._tracking
-        missing = (time >= self._late) & (np.abs(self._goal - measured) > self._arrival)
+        missing = _NONE
+        if time >= self._first_late:
+            missing = (time >= self._late) & (np.abs(self._goal - measured) > self._arrival)
         if not (slow | astray | missing).any():
             return None
         if slow.any():

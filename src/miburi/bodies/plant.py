@@ -83,6 +83,7 @@ class Plant:
         self.data = mujoco.MjData(self.model)
         self.joints = np.array([self.model.joint(name).qposadr[0] for name in JOINTS])
         self._dofs = np.array([self.model.joint(name).dofadr[0] for name in JOINTS])
+        self._positions: Array = self.data.qpos  # MuJoCo's own memory, at the same place for life
         self._hand = self.model.geom("hand").id
         self._start = 0.0
         self.rest(robot.neutral)
@@ -104,7 +105,7 @@ class Plant:
     @property
     def angles(self) -> Array:
         """True joint angles, (8,) rad."""
-        angles: Array = self.data.qpos[self.joints]
+        angles: Array = self._positions.take(self.joints)
         return angles
 
     @property

@@ -78,6 +78,16 @@ class Simulated:
         )
 
     @property
+    def phase(self) -> Phase:
+        """What the body is doing; alone, it is told faster than the whole state."""
+        return self._controller.phase
+
+    @property
+    def encoders(self) -> Steps:
+        """The latest reading, (8,) steps."""
+        return self._history[-1]
+
+    @property
     def window(self) -> Window | None:
         """What the contact rule compared at its latest look, or None before the first."""
         return self._controller.window
@@ -125,16 +135,24 @@ class Simulated:
         self._wanted += dt
         self.touch = Touch()
         while (self._readings + 1) * READING <= self._wanted + 1e-9:
-            controller, servo = self._controller, self._robot.servo
-            controller.update(self._history[-1], self._clock)
-            stopped = controller.phase is Phase.STOPPED
-            touch = self._plant.advance(
-                self._setpoints(), servo.hold_torque if stopped else servo.stall_torque
-            )
-            self._readings += 1
-            self._history.append(self._plant.encoders())
-            self.touch = self.touch.then(touch)
+            self.touch = self.touch.then(self._next_reading())
         return self.state
+
+    def read(self) -> None:
+        """Let the time of one reading pass: :meth:`step` for who needs neither state nor touch."""
+        self._wanted += READING
+        self._next_reading()
+
+    def _next_reading(self) -> Touch:
+        controller, servo = self._controller, self._robot.servo
+        controller.update(self._history[-1], self._clock)
+        stopped = controller.phase is Phase.STOPPED
+        touch = self._plant.advance(
+            self._setpoints(), servo.hold_torque if stopped else servo.stall_torque
+        )
+        self._readings += 1
+        self._history.append(self._plant.encoders())
+        return touch
 
     @property
     def _clock(self) -> int:

@@ -6,7 +6,6 @@ step, whatever the kind of contact.
 """
 
 from dataclasses import dataclass
-from math import sqrt
 from typing import Any
 
 import numpy as np
@@ -72,8 +71,6 @@ class TrialPlant(Plant):
 
     Attributes
     ----------
-    forces
-        N, the force between human and robot at each physics step since :meth:`begin`.
     touched
         Part that the human first met, or None.
     touched_at
@@ -119,11 +116,19 @@ class TrialPlant(Plant):
     def rest(self, pose: Array, settle: float = 0.15) -> None:
         """Begin anew; see :meth:`Plant.rest`."""
         super().rest(pose, settle)
-        self.forces: list[float] = []
+        self._pushes: list[Array] = []
+        self._torque: Array | float | None = None  # what the servos are limited to
         self.touched: str | None = None
         self.touched_at: float | None = None
         self.itself: tuple[str, str] | None = None
         self._late = np.repeat(pose[None], self._variation.delay, axis=0)
+
+    @property
+    def forces(self) -> Array:
+        """N, the force between human and robot at each physics step since :meth:`begin`, (n,)."""
+        x, y, z = np.array(self._pushes).reshape(-1, 3).T
+        forces: Array = np.sqrt(x * x + y * y + z * z)
+        return forces
 
     @property
     def anchor(self) -> Array:
@@ -198,16 +203,17 @@ class TrialPlant(Plant):
     def advance(self, setpoints: Array, torque: Array | float) -> Touch:
         """Let the servos follow ``setpoints``; see :meth:`Plant.advance`."""
         model, data = self.model, self.data
-        self.limit(torque * (self._variation.voltage / NOMINAL_VOLTAGE))
+        if torque is not self._torque:
+            self.limit(torque * (self._variation.voltage / NOMINAL_VOLTAGE))
+            self._torque = torque
         if self._variation.delay:
             heard = np.concatenate([self._late, setpoints])
             setpoints, self._late = heard[: len(setpoints)], heard[len(setpoints) :]
-        control, constraint, forces = data.ctrl, self._constraint, self.forces
+        control, constraint, note = data.ctrl, self._constraint, self._pushes.append
         for setpoint in setpoints:
             control[:] = setpoint
             mujoco.mj_step(model, data)
-            x, y, z = constraint.tolist()
-            forces.append(sqrt(x * x + y * y + z * z))
+            note(constraint.copy())
             if data.ncon and self.touched_at is None:
                 self._note_contacts()
         return _KEPT_HERE

@@ -193,26 +193,23 @@ def _perform(
         if plant.overlaps():
             return result
     body = Simulated(plant.robot, rule, plant=plant)
-    state = body.state
 
     def watch(seconds: float) -> None:
-        nonlocal state
         for _ in range(round(seconds / READING)):
             if actor is not None:
-                actor.act(state.phase)
-            state = body.step(READING)
-            readings.append(np.rint(state.angles / step).astype(np.int64))
+                actor.act(body.phase)
+            body.read()
+            readings.append(body.encoders)
 
-    step, origin, touchable = plant.robot.servo.step, conditions.start, 0.0
+    origin, touchable = conditions.start, 0.0
     for move, rest in conditions.moves:
-        readings: list[Steps] = [np.rint(state.angles / step).astype(np.int64)]
-        result.began.append(state.time)
+        readings: list[Steps] = [body.encoders]
+        result.began.append(body.state.time)
         body.move(move)
-        state = body.state
-        while state.phase is Phase.MOVING:
+        while body.phase is Phase.MOVING:
             watch(READING)
         touchable = plant.time
-        if state.phase is Phase.STOPPED:
+        if body.phase is Phase.STOPPED:
             watch(SETTLED + WATCHED)
         elif actor is None:
             watch(rest)
@@ -220,11 +217,11 @@ def _perform(
             watch(plant.touched_at + PATIENCE - plant.time)
         result.traces.append(_trace(plant.robot, origin, move, readings))
         origin = move.angles
-        if state.phase is Phase.STOPPED:
+        if body.phase is Phase.STOPPED:
             break
-    result.stop, result.seconds = state.stop, plant.time
+    result.stop, result.seconds = body.state.stop, plant.time
     result.self_collision = plant.itself is not None
-    result.forces = np.array(plant.forces)
+    result.forces = plant.forces
     if plant.touched_at is not None and plant.touched_at <= touchable:
         result.touched, result.touched_at = plant.touched, plant.touched_at
     return result
