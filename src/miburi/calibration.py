@@ -4,7 +4,7 @@ A calibration needs only what a card sees: encoder readings beside the commanded
 move. So the same code serves the simulated servos and those of a built robot.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -198,14 +198,16 @@ def calibrate(
     judged = np.full(len(JOINTS), max(round(LEAST / step), 4) if least is None else least)
     found = need(traces, lag, judged, period, ratio)
 
-    def granted(needed: Steps, floor: float, reserve: int = 0) -> Steps:
-        steps: Steps = np.ceil(needed * margin / FINE).astype(np.int64) + reserve
-        return np.maximum(steps, round(floor / step))
+    # What encoders cannot tell apart costs a whole step more or less. Slack, by which free motion
+    # is most often short, is rounded up; the others to the nearest, but never below the need.
+    def granted(needed: Steps, floor: float, rounded: Callable[[Array], Array]) -> Steps:
+        steps = np.maximum(rounded(needed * margin / FINE), np.ceil(needed / FINE))
+        return np.maximum(steps.astype(np.int64), round(floor / step))
 
     return Guards(
         lag=lag,
-        slack=granted(found.slack, SLACK_FLOOR),
+        slack=granted(found.slack, SLACK_FLOOR, np.ceil),
         least=judged,
-        tracking=granted(found.tracking, TRACKING_FLOOR, reserve),
-        arrival=granted(found.arrival, ARRIVAL_FLOOR),
+        tracking=granted(found.tracking, TRACKING_FLOOR, np.rint) + reserve,
+        arrival=granted(found.arrival, ARRIVAL_FLOOR, np.rint),
     )

@@ -73,7 +73,7 @@ def trials(
 def calibrate(
     out: Annotated[Path, typer.Option(help="The calibration file to write.")],
     seed: Seed = 1,
-    moves: Annotated[int, typer.Option(help="Free moves to measure.", min=2)] = 800,
+    moves: Annotated[int, typer.Option(help="Free moves to measure.", min=2)] = 1600,
     margin: Annotated[float, typer.Option(help="Times what they needed; 1 or more.")] = 1.2,
     robot: RobotFile = None,
 ) -> None:

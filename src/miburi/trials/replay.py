@@ -17,7 +17,7 @@ from miburi.trials.trial import Kind, Run, run
 #: µs for which a deaf rule waits for a blocked motor after its profile has ended.
 _WAIT = SECOND // 5
 #: Free moves of a calibration (ours).
-CALIBRATION_MOVES = 800
+CALIBRATION_MOVES = 1600
 
 
 class _DeafWatch(Watch):

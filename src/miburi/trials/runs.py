@@ -9,6 +9,7 @@ import hashlib
 import json
 import os
 import signal
+import socket
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
@@ -30,6 +31,8 @@ from miburi.trials.trial import Kind, Outcome, trial
 
 #: Trials that a process takes at once: about a second's work.
 CHUNK = 25
+#: s for a cluster's address to answer.
+_KNOCK = 5.0
 
 Chunk = tuple[Kind, int, int]  # kind, first index, index after the last
 Done = tuple[Chunk, list[Outcome]]
@@ -202,6 +205,13 @@ def _carry_out_here(chunk: Chunk) -> list[Outcome]:
 _plan: Plan | None = None
 
 
+def _knock(address: str) -> None:
+    """Ask whether anybody listens at an ``address`` with a port: Ray itself waits for minutes."""
+    host, _, port = address.removeprefix("ray://").rpartition(":")
+    if port.isdecimal():
+        socket.create_connection((host, int(port)), timeout=_KNOCK).close()
+
+
 def _on_cluster(plan: Plan, todo: list[Chunk], address: str) -> Iterator[Done]:
     try:
         import ray
@@ -210,8 +220,9 @@ def _on_cluster(plan: Plan, todo: list[Chunk], address: str) -> Iterator[Done]:
             "several machines need Ray: install it with pip install 'miburi[cluster]'."
         ) from error
     try:
+        _knock(address)
         ray.init(address=address, log_to_driver=False, logging_level="ERROR")
-    except (ConnectionError, RuntimeError, ValueError) as error:
+    except (OSError, RuntimeError, ValueError) as error:
         raise MiburiError(
             f"no Ray cluster answers at {address!r}: {error}; start one with ray start --head."
         ) from error
