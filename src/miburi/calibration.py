@@ -198,8 +198,8 @@ def calibrate(
     judged = np.full(len(JOINTS), max(round(LEAST / step), 4) if least is None else least)
     found = need(traces, lag, judged, period, ratio)
 
-    # What encoders cannot tell apart costs a whole step more or less. Slack, by which free motion
-    # is most often short, is rounded up; the others to the nearest, but never below the need.
+    # With coarse encoders a step more or less is much. The margin of slack and tracking, which free
+    # motion comes near to most often, is rounded up; that of arrival to the nearest.
     def granted(needed: Steps, floor: float, rounded: Callable[[Array], Array]) -> Steps:
         steps = np.maximum(rounded(needed * margin / FINE), np.ceil(needed / FINE))
         return np.maximum(steps.astype(np.int64), round(floor / step))
@@ -208,6 +208,6 @@ def calibrate(
         lag=lag,
         slack=granted(found.slack, SLACK_FLOOR, np.ceil),
         least=judged,
-        tracking=granted(found.tracking, TRACKING_FLOOR, np.rint) + reserve,
+        tracking=granted(found.tracking, TRACKING_FLOOR, np.ceil) + reserve,
         arrival=granted(found.arrival, ARRIVAL_FLOOR, np.rint),
     )

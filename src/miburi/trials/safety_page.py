@@ -68,14 +68,13 @@ own before its trials.
 def write_page(
     outcomes: Mapping[str, Sequence[Outcome]], points: Sequence[Point], folder: Path
 ) -> None:
-    """Write ``safety.md`` into ``folder``, and its pictures into the folder's ``images``.
+    """Write ``safety.md`` and its pictures into ``folder``.
 
     ``outcomes`` are the trials of each column of the table; the first is shown in the pictures.
     """
     first = next(iter(outcomes.values()))
-    (folder / "images").mkdir(exist_ok=True)
-    distributions(first, folder / "images" / "safety-distributions.png")
-    rule_map_figure(points, folder / "images" / "safety-rules.png")
+    distributions(first, folder / "safety-distributions.png")
+    rule_map_figure(points, folder / "safety-rules.png")
     columns = {name: summarise(some) for name, some in outcomes.items()}
     parts = [
         _METHOD,
@@ -85,12 +84,12 @@ def write_page(
         "in its first window, before anybody can be met, so that its latencies and misses come "
         "from the few moves that it let begin. The late stops of our rule are at slow or soft "
         "contacts, where the motor is hardly held back; what counts against them is the force.\n",
-        "\n![How late, and how hard](images/safety-distributions.png)\n",
+        "\n![How late, and how hard](safety-distributions.png)\n",
         "### By what the hand does\n",
         _by_hand(first),
         "\n## What p and the ratio bring and cost\n",
         "Recorded runs, judged again by each rule: guards calibrated for the paper's point.\n",
-        "![False stops against missed contacts](images/safety-rules.png)\n",
+        "![False stops against missed contacts](safety-rules.png)\n",
         _map_table(points),
         "\n## Forces beside ISO/TS 15066\n",
         iso_sentence() + "\n",
