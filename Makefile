@@ -12,9 +12,9 @@ help:
 	@echo "make test   all tests"
 	@echo "make lint   style and types"
 	@echo "make firmware        the card's firmware, and the emulated card"
-	@echo "make firmware-proof  the firmware's tests with the full counts (about 20 minutes)"
-	@echo "make docs-safety     contact trials and their page (about an hour)"
-	@echo "make bench-ik        the inverse kinematics beside its peers (about 20 minutes)"
+	@echo "make firmware-proof  the firmware's tests with the full counts (about 5 minutes)"
+	@echo "make docs-safety     contact trials and their page (about 10 minutes)"
+	@echo "make bench-ik        the inverse kinematics beside its peers (about 10 minutes)"
 	@echo "make clean  remove what was built"
 
 # RUN takes options, such as RUN="--headless --port 8090".
