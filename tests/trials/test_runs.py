@@ -3,6 +3,7 @@
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 from dataclasses import replace
@@ -11,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from miburi.contact import Rule
-from miburi.errors import InputError, OutputError
+from miburi.errors import InputError, MiburiError, OutputError
 from miburi.robot import Robot
 from miburi.trials import runs
 from miburi.trials.runs import Plan, read_parquet, run
@@ -140,3 +141,11 @@ def test_a_killed_command_resumes_to_the_same_file(tmp_path: Path) -> None:
         assert json.loads(done.stdout)["free"] == 60
     assert out.read_bytes() == again.read_bytes()
     assert not journal.exists()
+
+
+def test_a_cluster_that_does_not_answer_is_said_at_once(plan: Plan) -> None:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))  # nobody listens there
+        address = f"127.0.0.1:{taken.getsockname()[1]}"
+        with pytest.raises(MiburiError, match="no Ray cluster answers"):
+            run(plan, ray=address)

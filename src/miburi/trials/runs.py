@@ -209,10 +209,20 @@ def _knock(address: str) -> None:
     """Ask whether anybody listens at an ``address`` with a port: Ray itself waits for minutes."""
     host, _, port = address.removeprefix("ray://").rpartition(":")
     if port.isdecimal():
-        socket.create_connection((host, int(port)), timeout=_KNOCK).close()
+        try:
+            socket.create_connection((host, int(port)), timeout=_KNOCK).close()
+        except OSError as error:
+            raise _no_answer(address, error) from error
+
+
+def _no_answer(address: str, error: Exception) -> MiburiError:
+    return MiburiError(
+        f"no Ray cluster answers at {address!r}: {error}; start one with ray start --head."
+    )
 
 
 def _on_cluster(plan: Plan, todo: list[Chunk], address: str) -> Iterator[Done]:
+    _knock(address)
     try:
         import ray
     except ImportError as error:
@@ -220,12 +230,9 @@ def _on_cluster(plan: Plan, todo: list[Chunk], address: str) -> Iterator[Done]:
             "several machines need Ray: install it with pip install 'miburi[cluster]'."
         ) from error
     try:
-        _knock(address)
         ray.init(address=address, log_to_driver=False, logging_level="ERROR")
-    except (OSError, RuntimeError, ValueError) as error:
-        raise MiburiError(
-            f"no Ray cluster answers at {address!r}: {error}; start one with ray start --head."
-        ) from error
+    except (ConnectionError, RuntimeError, ValueError) as error:
+        raise _no_answer(address, error) from error
     try:
         shared = ray.put(plan)
         # A node that dies takes its chunks with it; they are carried out again elsewhere.
