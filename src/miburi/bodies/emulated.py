@@ -6,7 +6,7 @@ built with ``make firmware`` and is not part of this package (its licence is the
 
 import ctypes
 import os
-from math import ceil
+from math import ceil, inf, nextafter
 from pathlib import Path
 from typing import Protocol
 
@@ -38,6 +38,12 @@ def built(name: str) -> Path:
             "or name the folder in MIBURI_FIRMWARE."
         )
     return here / name
+
+
+def _micros(seconds: float) -> float:
+    """Return µs that are not before ``seconds``: who waits for that time must see it come."""
+    micros = seconds * 1e6
+    return micros if micros / 1e6 >= seconds else nextafter(micros, inf)
 
 
 class Mega:
@@ -166,8 +172,9 @@ class EmulatedCard:
 
     def read(self, until: float) -> bytes:
         """Return what the card says, as soon as it says something, or nothing at ``until`` s."""
-        while not self._said and self.mega.time < until * 1e6:
-            self.run(min(until * 1e6, self.mega.time + _SLICE))
+        end = _micros(until)
+        while not self._said and self.mega.time < end:
+            self.run(min(end, self.mega.time + _SLICE))
         said = bytes(self._said)
         self._said.clear()
         return said
@@ -178,7 +185,7 @@ class EmulatedCard:
 
     def wait(self, until: float) -> None:
         """Let everything go on until ``until`` s."""
-        self.run(until * 1e6)
+        self.run(_micros(until))
 
     def close(self) -> None:
         """Switch the card off."""
