@@ -1,5 +1,6 @@
 """Calibration: what free motion needs is granted, with a margin, and no more."""
 
+import inspect
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,12 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from miburi.calibration import Trace, calibrate, measured_lag, need, response
+from miburi.calibration import MARGIN, Trace, calibrate, measured_lag, need, response
 from miburi.calibration_file import Mounting, read_calibration, write_calibration
+from miburi.cli import trials as cli
 from miburi.contact import PAPER_PERIOD, PAPER_RATIO, Guards, Rule
 from miburi.errors import DescriptionError, InputError
 from miburi.motion import FINE, Profile, Steps
 from miburi.robot import Robot
+from miburi.trials.replay import CALIBRATION_MOVES
 
 EIGHT = np.ones(8, dtype=np.int64)
 STEP = 2 * np.pi / 4096
@@ -127,6 +130,21 @@ def test_a_larger_margin_grants_more() -> None:
     traces = [trace(missing=12)]
     little, much = calibrate(traces, STEP, margin=1.0), calibrate(traces, STEP, margin=2.0)
     assert much.slack[7] > little.slack[7]
+
+
+def test_a_reserve_is_granted_on_top_of_tracking_alone() -> None:
+    traces = [trace(missing=12)]
+    few, many = calibrate(traces, STEP, reserve=5), calibrate(traces, STEP)
+    assert (few.tracking - many.tracking == 5).all()
+    for other in ("lag", "slack", "least", "arrival"):
+        np.testing.assert_array_equal(getattr(few, other), getattr(many, other))
+
+
+def test_the_command_and_the_trials_calibrate_alike() -> None:
+    """The command's defaults stand in its help, where the slow imports of trials do not."""
+    offered = inspect.signature(cli.calibrate).parameters
+    assert offered["moves"].default == CALIBRATION_MOVES
+    assert offered["margin"].default == MARGIN
 
 
 def test_nothing_cannot_be_calibrated() -> None:

@@ -74,8 +74,8 @@ def _two_links(size, x, y, lower, upper):
     bearing = np.arctan2(y, x)
     candidates = []
     bend = np.arccos(np.clip((x**2 + y**2 - a**2 - b**2) / (2 * a * b), -1, 1))
-    for f in (bend, -bend, 0 * bend, lower[1] + 0 * bend, upper[1] + 0 * bend):
-        f = np.clip(f, lower[1], upper[1])  # noqa: PLW2901
+    for free in (bend, -bend, 0 * bend, lower[1] + 0 * bend, upper[1] + 0 * bend):
+        f = np.clip(free, lower[1], upper[1])
         offset = np.arctan2(b * np.sin(f), a + b * np.cos(f))
         candidates += [(_wrapped(bearing - offset + turn), f) for turn in (0, np.pi)]
         candidates += [(lower[0] + 0 * f, f), (upper[0] + 0 * f, f)]
@@ -83,8 +83,8 @@ def _two_links(size, x, y, lower, upper):
         direct = np.arctan2(y - a * np.sin(e), x - a * np.cos(e)) - e
         candidates += [(e + 0 * x, _wrapped(direct + turn)) for turn in (0, np.pi)]
     best = np.full(x.shape, np.inf)
-    for e, f in candidates:
-        e, f = np.clip(e, lower[0], upper[0]), np.clip(f, lower[1], upper[1])  # noqa: PLW2901
+    for bent in candidates:
+        e, f = (np.clip(bent[i], lower[i], upper[i]) for i in (0, 1))
         tip_x, tip_y = a * np.cos(e) + b * np.cos(e + f), a * np.sin(e) + b * np.sin(e + f)
         best = np.minimum(best, (tip_x - x) ** 2 + (tip_y - y) ** 2)
     return best

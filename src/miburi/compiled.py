@@ -32,6 +32,7 @@ def _writable_folder() -> Path | None:
     """
     digest = sha256(b"".join((_HERE / name).read_bytes() for name in _SOURCES)).hexdigest()
     chosen = os.environ.get("NUMBA_CACHE_DIR")
+    # Path.home() raises where there is no home; expanduser() leaves the ~ as it is.
     user = Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"))  # noqa: PTH111
     for base in [Path(chosen)] if chosen else [_HERE / "__pycache__", user / "miburi"]:
         folder = base / f"compiled-{digest[:16]}"
@@ -58,6 +59,7 @@ def compiled(function: Function) -> Function:
     try:
         if _folder is not None:
             config.CACHE_DIR = str(_folder)
+        # Numba's decorator is untyped, as its events are below.
         return numba.njit(cache=_folder is not None, **_OPTIONS)(function)  # type: ignore[no-any-return]
     finally:
         config.CACHE_DIR = usual

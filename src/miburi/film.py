@@ -159,6 +159,7 @@ def write_film(
             "-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "23", "-movflags", "+faststart",
             str(film),
         ]  # fmt: skip
+        # No shell reads these words.
         with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:  # noqa: S603
             stdin, stderr = process.stdin, process.stderr
             if stdin is None or stderr is None:

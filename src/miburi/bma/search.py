@@ -307,12 +307,15 @@ class Optimizer:
             operators().rank(population, costs)
 
     def _rows(self) -> Array:
-        """Return the residuals last told, (k, m)."""
+        """Return the residuals last told, (k, m); the search goes on only when there are some."""
         assert self._told is not None and self._told.ndim == 2  # noqa: S101, PT018
         return self._told
 
     def _totals(self) -> Array:
-        """Return the values last told, (k,); of residuals, the sums of squares."""
+        """Return the values last told, (k,); of residuals, the sums of squares.
+
+        The search goes on only when there are some.
+        """
         assert self._told is not None  # noqa: S101
         return self._told if self._told.ndim == 1 else np.einsum("ij,ij->i", *2 * [self._told])
 

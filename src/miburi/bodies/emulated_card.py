@@ -24,12 +24,12 @@ class _Joint(Shaft):
         super().__init__()
         self._plant, self._motor, self._settings, self._step = plant, motor, settings, step
 
-    def position(self, servo: Servo, time: float) -> float:  # noqa: ARG002
+    def position(self, servo: Servo, time: float) -> float:  # noqa: ARG002  (as Shaft has it)
         """Where the joint is now, in the servo's steps."""
         angle = float(self._plant.angles[self._motor])
         return self._settings.zero + self._settings.direction * angle / self._step
 
-    def speed(self, servo: Servo, time: float) -> float:  # noqa: ARG002
+    def speed(self, servo: Servo, time: float) -> float:  # noqa: ARG002  (as Shaft has it)
         """How fast it turns now, in steps/s."""
         return self._settings.direction * float(self._plant.velocities[self._motor]) / self._step
 

@@ -260,7 +260,7 @@ class Servo:
         self.segment = self.before = None
 
     def _go(self, time: float) -> None:
-        assert self.segment is not None  # noqa: S101
+        assert self.segment is not None  # noqa: S101  (only a servo with torque goes anywhere)
         self.before = self.segment
         self.segment = Segment(
             time,

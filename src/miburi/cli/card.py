@@ -99,6 +99,7 @@ def upload(
         raise BodyError("avrdude is missing; install it (Debian: apt install avrdude).")
     if port.startswith("/") and not Path(port).exists():
         raise BodyError(f"There is no port {port}; `miburi card list` names those that are there.")
+    # No shell reads these words, and avrdude is the one that the user's own path names.
     done = subprocess.run(  # noqa: S603
         ["avrdude", "-p", "m2560", "-c", "wiring", "-P", port, "-b", "115200", "-D",  # noqa: S607
          "-U", f"flash:w:{image}:i"],

@@ -3,8 +3,8 @@
 import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import cache
 from math import isfinite
-from types import ModuleType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -311,14 +311,9 @@ def _numbers(values: ArrayLike, name: str, shape: tuple[int, ...]) -> Array:
     return array
 
 
-_loaded: ModuleType | None = None
-
-
+@cache
 def _kernel() -> Any:
     """Return the compiled code; the first call loads Numba."""
-    global _loaded  # noqa: PLW0603
-    if _loaded is None:
-        from miburi.ik import kernel
+    from miburi.ik import kernel
 
-        _loaded = kernel
-    return _loaded
+    return kernel

@@ -21,7 +21,7 @@ CALIBRATION_MOVES = 1600
 
 
 class _DeafWatch(Watch):
-    def look(self, positions: Steps, time: int) -> Contact | None:  # noqa: ARG002
+    def look(self, positions: Steps, time: int) -> Contact | None:  # noqa: ARG002  (as Watch has it)
         return None
 
     def arrived(self, positions: Steps, time: int) -> bool:

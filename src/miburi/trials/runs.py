@@ -183,7 +183,7 @@ def _on_processes(plan: Plan, todo: list[Chunk], workers: int) -> Iterator[Done]
 
 
 def _begin_worker(plan: Plan) -> None:
-    global _plan  # noqa: PLW0603
+    global _plan  # noqa: PLW0603  (a process pool hands its workers nothing else once)
     _plan = plan
     # Ctrl-C is for the run; it lets the workers finish what they have in hand.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
