@@ -117,7 +117,7 @@ class TrialPlant(Plant):
         """Begin anew; see :meth:`Plant.rest`."""
         super().rest(pose, settle)
         self._pushes: list[Array] = []
-        self._torque: Array | float | None = None  # what the servos are limited to
+        self._torque: float | None = None  # what the servos are limited to, if all alike
         self.touched: str | None = None
         self.touched_at: float | None = None
         self.itself: tuple[str, str] | None = None
@@ -203,9 +203,10 @@ class TrialPlant(Plant):
     def advance(self, setpoints: Array, torque: Array | float) -> Touch:
         """Let the servos follow ``setpoints``; see :meth:`Plant.advance`."""
         model, data = self.model, self.data
-        if torque is not self._torque:
+        # Written only when it changes: it seldom does, and this is done at every reading.
+        if not isinstance(torque, float) or torque != self._torque:
             self.limit(torque * (self._variation.voltage / NOMINAL_VOLTAGE))
-            self._torque = torque
+            self._torque = torque if isinstance(torque, float) else None
         if self._variation.delay:
             heard = np.concatenate([self._late, setpoints])
             setpoints, self._late = heard[: len(setpoints)], heard[len(setpoints) :]
