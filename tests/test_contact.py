@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from miburi.contact import (
+    LAG_DOUBT,
     PAPER_PERIOD,
     PAPER_RATIO,
     Contact,
@@ -27,13 +28,21 @@ RULE = Rule(
         lag=30_000 * EIGHT,
         slack=6 * EIGHT,
         least=16 * EIGHT,
-        tracking=50 * EIGHT,
+        behind=50 * EIGHT,
+        ahead=40 * EIGHT,
         arrival=20 * EIGHT,
     )
 )
 #: No grants: the bare ratio decides.
 STRICT = Rule(
-    Guards(lag=0 * EIGHT, slack=0 * EIGHT, least=EIGHT, tracking=9999 * EIGHT, arrival=9999 * EIGHT)
+    Guards(
+        lag=0 * EIGHT,
+        slack=0 * EIGHT,
+        least=EIGHT,
+        behind=9999 * EIGHT,
+        ahead=9999 * EIGHT,
+        arrival=9999 * EIGHT,
+    )
 )
 
 
@@ -154,8 +163,8 @@ def test_a_slow_motor_is_judged_over_a_longer_window() -> None:
 
 def test_backstop_tracking_sees_a_resting_motor_that_is_pushed() -> None:
     profile = Profile.plan(np.array([1000, 0, 0, 0, 0, 0, 0, 0]), 500 * EIGHT, 13_000 * EIGHT)
-    limit = int(RULE.guards.tracking[4])
-    for pushed, stops in [(limit, False), (limit + 1, True), (-limit, False), (-limit - 1, True)]:
+    behind, ahead = int(RULE.guards.behind[4]), int(RULE.guards.ahead[4])
+    for pushed, stops in [(ahead, False), (ahead + 1, True), (-behind, False), (-behind - 1, True)]:
         w = Watch(RULE, profile, 0 * EIGHT, EIGHT)
         positions = follow(w, PAPER_PERIOD, int(RULE.guards.lag[0]))
         positions[4] = pushed
@@ -163,6 +172,26 @@ def test_backstop_tracking_sees_a_resting_motor_that_is_pushed() -> None:
         assert (contact is not None) == stops
         if contact is not None:
             assert (contact.motor, contact.sign) == (4, Sign.TRACKING)
+
+
+@pytest.mark.parametrize("back", [False, True])
+def test_a_fast_move_may_be_off_by_what_the_lag_is_in_doubt(back: bool) -> None:
+    """2 ms at 3000 steps/s are 6 steps, at the top speed that the move comes to, either way."""
+    generous = replace(RULE.guards, slack=200 * EIGHT)
+    direction = -EIGHT if back else EIGHT
+    for distance, top in [(2000, 3000), (75, 1000)]:
+        profile = Profile.plan(distance * EIGHT, 3000 * EIGHT, 13_334 * EIGHT)
+        assert (abs(profile.fastest - top) <= 2).all()
+        doubt = top * LAG_DOUBT // SECOND
+        middle = int(profile.total[0]) // 2 + int(generous.lag[0])
+        for sign, most in [(-1, RULE.guards.behind[0] + doubt), (1, RULE.guards.ahead[0] + doubt)]:
+            for off, stops in [(most - 1, False), (most + 2, True)]:
+                w = Watch(replace(RULE, guards=generous), profile, 0 * EIGHT, direction)
+                positions = follow(w, middle, int(generous.lag[0]))
+                positions[5] += sign * off * direction[5]
+                contact = w.look(positions, middle)
+                assert (contact is not None) == stops
+                assert contact is None or (contact.motor, contact.sign) == (5, Sign.TRACKING)
 
 
 def test_a_motor_is_judged_at_every_reading_from_the_last_periods_end() -> None:

@@ -295,6 +295,9 @@ class Body {
     const bool all = look_around();
     if (all) {
       update(controller_, rule_, positions_, time_);
+      if (yield(controller_, rule_, positions_, time_)) {
+        held_ = false;
+      }
     }
     for (uint8_t i = 0; i < MOTORS; i++) {
       if (time_ - last_heard_[i] > SILENCE) {

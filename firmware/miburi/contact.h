@@ -9,13 +9,15 @@
 namespace miburi {
 
 const int64_t WHOLE_RATIO = 10000;  // ratio is counted in parts of this
+const int64_t LAG_DOUBT = 2000;     // µs by which a servo's lag may differ from move to move
 
 // What the rule grants a motor; found by calibration.
 struct Guards {
   int32_t lag;       // µs that it follows behind its profile
   int16_t slack;     // steps that may always be missing
   int16_t least;     // steps expected before it is judged
-  int16_t tracking;  // steps that it may be off its profile
+  int16_t behind;    // steps that it may be behind its profile
+  int16_t ahead;     // steps that it may be ahead of it
   int16_t arrival;   // steps that it may be off its goal at the end
 };
 
@@ -42,9 +44,14 @@ struct Watch {
   int8_t direction[MOTORS];  // +1 or -1
   int32_t expected[MOTORS];  // at the end of the last period in which the motor was judged
   int32_t measured[MOTORS];
+  int32_t doubt[MOTORS];  // what LAG_DOUBT is at the move's top speed
 };
 
 inline int32_t distance_between(int32_t a, int32_t b) { return a < b ? b - a : a - b; }
+
+inline int32_t lag_doubt(const Profile& profile) {
+  return static_cast<int32_t>(fastest(profile) * FINE * LAG_DOUBT / SECOND);
+}
 
 inline int32_t travelled(const Watch& watch, uint8_t motor, const int16_t* positions) {
   return (static_cast<int32_t>(positions[motor]) - watch.start[motor]) * watch.direction[motor] *
@@ -85,7 +92,9 @@ inline Contact look(Watch& watch, const Rule& rule, const int16_t* positions, in
         suspect(slow, Sign::speed, motor, did, should);
       }
     }
-    if (distance_between(expected, measured) > guards.tracking * fine) {
+    const int32_t behind = expected - measured;
+    const int32_t doubt = watch.doubt[motor];
+    if (behind > guards.behind * fine + doubt || -behind > guards.ahead * fine + doubt) {
       suspect(astray, Sign::tracking, motor, measured, expected);
     }
     const int32_t goal = profile.distance * fine;

@@ -30,6 +30,10 @@ const uint8_t NO_MOTOR = 0xff;
 const int32_t GIVE_WAY = 16;
 const int32_t FURTHEST = 48;
 
+// A motor that somebody still keeps from its place so long after a contact, in µs, stays where it
+// is: it must not push back. Once for each contact, so that no load can pull it further and further.
+const int64_t YIELD_AFTER = 150000;
+
 struct Stop {
   Reason reason;
   int64_t time;
@@ -39,8 +43,10 @@ struct Stop {
 struct Controller {
   Phase phase;
   Stop latched;  // meaningful while stopped
+  bool yields;   // stopped by a contact, and nothing has been yielded to it yet
   int16_t origin[MOTORS];
   int16_t goal[MOTORS];
+  int16_t sag[MOTORS];  // how far the motors hung from their goals when the move began
   int64_t began;
   Watch watch;
 };
@@ -49,6 +55,7 @@ inline void latch(Controller& c, Reason reason, const Contact& contact, const in
                   int64_t time) {
   c.phase = Phase::stopped;
   c.latched = Stop{reason, time, contact};
+  c.yields = false;
   for (uint8_t motor = 0; motor < MOTORS; motor++) {
     c.origin[motor] = positions[motor];
   }
@@ -72,8 +79,14 @@ inline void start(Controller& c, const Rule& rule, Phase phase, const int16_t* g
   for (uint8_t motor = 0; motor < MOTORS; motor++) {
     const int32_t way = static_cast<int32_t>(goal[motor]) - c.origin[motor];
     c.goal[motor] = goal[motor];
+    // After a contact the goals stay so much above the motors: else these would sink under their
+    // loads, onto whom they touch.
+    const int16_t most = rule.guards[motor].arrival;
+    const int32_t sag = static_cast<int32_t>(c.origin[motor]) - positions[motor];
+    c.sag[motor] = static_cast<int16_t>(sag > most ? most : sag < -most ? -most : sag);
     c.watch.profile[motor] =
         plan(way < 0 ? -way : way, speeds[motor] > 1 ? speeds[motor] : 1, acceleration);
+    c.watch.doubt[motor] = lag_doubt(c.watch.profile[motor]);
     c.watch.direction[motor] = way < 0 ? -1 : 1;
     c.watch.start[motor] = positions[motor];
     c.watch.expected[motor] = 0;
@@ -96,7 +109,7 @@ inline void return_speeds(const int16_t* origin, const int16_t* goal, uint16_t f
   }
 }
 
-// The positions to hold after `met` met something.
+// The positions to go back to after `met` met something.
 inline void give_way(const Watch& watch, uint8_t met, const int16_t* positions, int16_t* hold) {
   int32_t way[MOTORS];
   int32_t longest = 0;
@@ -122,6 +135,23 @@ inline void give_way(const Watch& watch, uint8_t met, const int16_t* positions, 
   }
 }
 
+// Lets the motors that are kept from their places stay where they are; true if one is.
+inline bool yield(Controller& c, const Rule& rule, const int16_t* positions, int64_t time) {
+  if (c.phase != Phase::stopped || !c.yields || time < c.latched.time + YIELD_AFTER) {
+    return false;
+  }
+  c.yields = false;
+  bool kept = false;
+  for (uint8_t motor = 0; motor < MOTORS; motor++) {
+    const int16_t here = static_cast<int16_t>(positions[motor] + c.sag[motor]);
+    if (distance_between(here, c.origin[motor]) > rule.guards[motor].slack) {
+      c.origin[motor] = here;
+      kept = true;
+    }
+  }
+  return kept;
+}
+
 // Look at the motors: judge them, and notice when the goal is reached.
 inline void update(Controller& c, const Rule& rule, const int16_t* positions, int64_t time) {
   if (c.phase != Phase::moving && c.phase != Phase::returning) {
@@ -132,6 +162,10 @@ inline void update(Controller& c, const Rule& rule, const int16_t* positions, in
   if (contact.sign != Sign::none) {
     latch(c, Reason::contact, contact, positions, time);
     give_way(c.watch, contact.motor, positions, c.origin);
+    for (uint8_t motor = 0; motor < MOTORS; motor++) {
+      c.origin[motor] = static_cast<int16_t>(c.origin[motor] + c.sag[motor]);
+    }
+    c.yields = true;
     return;
   }
   if (arrived(c.watch, rule, positions, elapsed)) {

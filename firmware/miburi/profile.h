@@ -47,6 +47,12 @@ inline Profile plan(int32_t distance, int32_t speed, int32_t acceleration) {
   return Profile{distance, speed, acceleration, full_ramp, distance * SECOND / speed + full_ramp};
 }
 
+// The largest speed that the motor comes to; a triangle's is its tip.
+inline int32_t fastest(const Profile& p) {
+  const int32_t tip = static_cast<int32_t>(p.acceleration * p.ramp / SECOND);
+  return tip < p.speed ? tip : p.speed;
+}
+
 // Travel in 1/256 steps after `time` µs.
 inline int64_t travel(const Profile& p, int64_t time) {
   if (time < 0) {

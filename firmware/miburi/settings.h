@@ -31,7 +31,7 @@ struct Settings {
 };
 
 const uint8_t SETTINGS_SIZE = 18;
-const uint8_t JOINT_SIZE = 22;
+const uint8_t JOINT_SIZE = 24;
 const uint16_t STEPS_PER_TURN = 4096;
 const uint8_t IN_RANGE = 0xff;
 
@@ -71,7 +71,8 @@ inline uint8_t out_of_range(const Joint& j) {
       within(j.guards.lag, 0, 100000),
       within(j.guards.slack, 0, 40),
       within(j.guards.least, 1, 100),
-      within(j.guards.tracking, 1, 300),
+      within(j.guards.behind, 1, 300),
+      within(j.guards.ahead, 1, 300),
       within(j.guards.arrival, 1, 150),
   };
   for (uint8_t i = 0; i < sizeof good; i++) {
@@ -113,7 +114,8 @@ inline Joint read_joint(Reader& in) {
   j.guards.lag = in.i32();
   j.guards.slack = in.i16();
   j.guards.least = in.i16();
-  j.guards.tracking = in.i16();
+  j.guards.behind = in.i16();
+  j.guards.ahead = in.i16();
   j.guards.arrival = in.i16();
   return j;
 }
@@ -124,7 +126,7 @@ inline void write_joint(const Joint& j, Writer& out) {
   out.put(static_cast<uint16_t>(j.neutral), 2);
   out.put(static_cast<uint32_t>(j.guards.lag), 4);
   out.put(static_cast<uint16_t>(j.guards.slack), 2).put(static_cast<uint16_t>(j.guards.least), 2);
-  out.put(static_cast<uint16_t>(j.guards.tracking), 2);
+  out.put(static_cast<uint16_t>(j.guards.behind), 2).put(static_cast<uint16_t>(j.guards.ahead), 2);
   out.put(static_cast<uint16_t>(j.guards.arrival), 2);
 }
 

@@ -4,12 +4,12 @@ A calibration needs only what a card sees: encoder readings beside the commanded
 move. So the same code serves the simulated servos and those of a built robot.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from miburi.contact import PAPER_PERIOD, PAPER_RATIO, Guards
+from miburi.contact import PAPER_PERIOD, PAPER_RATIO, Guards, lag_doubt
 from miburi.errors import InputError
 from miburi.motion import FINE, Profile, Steps
 from miburi.robot import JOINTS, Array
@@ -20,7 +20,7 @@ MARGIN = 1.2
 LEAST = 0.0125
 #: A servo is never judged more finely than this, rad: few moves do not show all that it needs
 #: (ours).
-SLACK_FLOOR, TRACKING_FLOOR, ARRIVAL_FLOOR = 0.006, 0.02, 0.0123
+SLACK_FLOOR, TRACKING_FLOOR, ARRIVAL_FLOOR = 0.006, 0.0092, 0.0092
 _LONGEST_LAG = 120_000  # µs
 #: Ramps that are tried, as parts of the commanded one; and lags with each, µs about the one found.
 _RAMPS = np.linspace(0.6, 1.2, 13)
@@ -64,22 +64,26 @@ class Trace:
 class Need:
     """What free motion needed of the rule: the largest over all traces, (8,) in 1/256 steps.
 
-    ``slack``: travel that was missing beyond the ratio in a window; ``tracking``: distance from
-    the delayed profile; ``arrival``: distance from the goal one period after the profile ended.
+    ``slack``: travel that was missing beyond the ratio in a window; ``behind`` and ``ahead``:
+    distance from the delayed profile, without what the doubt of the lag grants; ``arrival``:
+    distance from the goal one period after the profile ended.
     """
 
     slack: Steps
-    tracking: Steps
+    behind: Steps
+    ahead: Steps
     arrival: Steps
 
 
 def need(traces: Iterable[Trace], lag: Steps, least: Steps, period: int, ratio: int) -> Need:
     """Look at free motion as :class:`miburi.contact.Watch` does, and grant nothing."""
     zero = np.zeros(len(JOINTS), dtype=np.int64)
-    slack, tracking, arrival = zero, zero, zero
+    slack, behind, ahead, arrival = zero, zero, zero, zero
     for trace in traces:
         expected, travel = trace.expected(lag), trace.travel
-        tracking = np.maximum(tracking, np.abs(expected - travel).max(axis=0))
+        doubt = lag_doubt(trace.profile)
+        behind = np.maximum(behind, (expected - travel).max(axis=0) - doubt)
+        ahead = np.maximum(ahead, (travel - expected).max(axis=0) - doubt)
         late = trace.times[:, None] >= trace.profile.total + lag + period
         away = np.abs(trace.profile.distance * FINE - travel)
         arrival = np.maximum(arrival, np.where(late, away, 0).max(axis=0))
@@ -94,7 +98,7 @@ def need(traces: Iterable[Trace], lag: Steps, least: Steps, period: int, ratio: 
                 period_ends += period
                 judged_expected = np.where(judged, expected[row], judged_expected)
                 judged_travel = np.where(judged, travel[row], judged_travel)
-    return Need(slack, tracking, arrival)
+    return Need(slack, behind, ahead, arrival)
 
 
 def measured_lag(traces: Sequence[Trace]) -> Steps:
@@ -166,7 +170,6 @@ def calibrate(
     lag: Steps | None = None,
     least: int | None = None,
     margin: float = MARGIN,
-    reserve: int = 0,
     period: int = PAPER_PERIOD,
     ratio: int = PAPER_RATIO,
 ) -> Guards:
@@ -184,8 +187,6 @@ def calibrate(
         Steps that a motor should have moved in a window that is judged; by default ``LEAST``.
     margin
         Times what was needed, 1 or more.
-    reserve
-        Steps of tracking on top: for what the moves cannot have shown.
 
     Raises
     ------
@@ -198,16 +199,16 @@ def calibrate(
     judged = np.full(len(JOINTS), max(round(LEAST / step), 4) if least is None else least)
     found = need(traces, lag, judged, period, ratio)
 
-    # With coarse encoders a step more or less is much. The margin of slack and tracking, which free
-    # motion comes near to most often, is rounded up; that of arrival to the nearest.
-    def granted(needed: Steps, floor: float, rounded: Callable[[Array], Array]) -> Steps:
-        steps = np.maximum(rounded(needed * margin / FINE), np.ceil(needed / FINE))
-        return np.maximum(steps.astype(np.int64), round(floor / step))
+    # Rounded up: with coarse encoders a step more or less is much.
+    def granted(needed: Steps, floor: float) -> Steps:
+        steps = np.ceil(needed * margin / FINE).astype(np.int64)
+        return np.maximum(steps, round(floor / step))
 
     return Guards(
         lag=lag,
-        slack=granted(found.slack, SLACK_FLOOR, np.ceil),
+        slack=granted(found.slack, SLACK_FLOOR),
         least=judged,
-        tracking=granted(found.tracking, TRACKING_FLOOR, np.ceil) + reserve,
-        arrival=granted(found.arrival, ARRIVAL_FLOOR, np.rint),
+        behind=granted(found.behind, TRACKING_FLOOR),
+        ahead=granted(found.ahead, TRACKING_FLOOR),
+        arrival=granted(found.arrival, ARRIVAL_FLOOR),
     )

@@ -14,8 +14,9 @@ have brought in the same time, delayed by the servo's lag. What it adds (all our
 - a motor that should have moved less than ``least`` since then is judged later, over a longer
   window: one encoder step is too coarse a measure for a slow motion;
 - ``slack`` steps may always be missing: an encoder step, and the play of the gears;
-- two backstops: a motor may never be further than ``tracking`` from where it should be, and
-  must be within ``arrival`` of its goal one period after its profile has ended.
+- two backstops: a motor may never be further than ``behind`` or ``ahead`` from where it should
+  be, and must be within ``arrival`` of its goal one period after its profile has ended. A lag
+  varies from move to move: on top, a move is granted what ``LAG_DOUBT`` is at its top speed.
 
 :func:`is_slow_as_printed` keeps the paper's rule to the letter, for comparison.
 
@@ -38,6 +39,8 @@ Flags = NDArray[np.bool_]
 PAPER_RATIO = 9372
 #: Eq. 1's period, in µs.
 PAPER_PERIOD = SECOND // 10
+#: By how much a servo's lag may differ from move to move, in µs (ours).
+LAG_DOUBT = 2000
 _NONE = np.zeros(8, dtype=np.bool_)
 _READINGS = np.arange(20, dtype=np.int64) * (SECOND // 100)
 
@@ -50,14 +53,15 @@ class Guards:
     ----------
     lag
         (8,) µs: how far a motor follows behind its commanded profile.
-    slack, least, tracking, arrival
+    slack, least, behind, ahead, arrival
         (8,) steps; see the module's text.
     """
 
     lag: Steps
     slack: Steps
     least: Steps
-    tracking: Steps
+    behind: Steps
+    ahead: Steps
     arrival: Steps
 
     @classmethod
@@ -68,7 +72,8 @@ class Guards:
             lag=np.rint(np.multiply(guards.lag, SECOND)).astype(np.int64),
             slack=steps(np.array(guards.slack)),
             least=steps(np.array(guards.least)),
-            tracking=steps(np.array(guards.tracking)),
+            behind=steps(np.array(guards.behind)),
+            ahead=steps(np.array(guards.ahead)),
             arrival=steps(np.array(guards.arrival)),
         )
 
@@ -179,12 +184,14 @@ class Watch:
     _since: Steps = field(init=False)
     _period_ends: int = field(init=False)
     _end: int = field(init=False)
-    _ahead: dict[int, Steps] = field(init=False, default_factory=dict)
+    _due_soon: dict[int, Steps] = field(init=False, default_factory=dict)
 
     def __post_init__(self) -> None:
         guards = self.rule.guards
         self._slack, self._least = guards.slack * FINE, guards.least * FINE
-        self._tracking, self._arrival = guards.tracking * FINE, guards.arrival * FINE
+        doubt = lag_doubt(self.profile)
+        self._behind, self._ahead = guards.behind * FINE + doubt, guards.ahead * FINE + doubt
+        self._arrival = guards.arrival * FINE
         self._goal = self.profile.distance * FINE
         self._late = self.profile.total + guards.lag + self.rule.period
         self._first_late = int(np.min(self._late))
@@ -211,7 +218,8 @@ class Watch:
             self._measured = np.where(judged, measured, self._measured)
             self._since = np.where(judged, time, self._since)
         slow = judged & (granted * 10_000 < should * self.rule.ratio)
-        astray = np.abs(expected - measured) > self._tracking
+        behind = expected - measured
+        astray = (behind > self._behind) | (-behind > self._ahead)
         missing = _NONE
         if time >= self._first_late:
             missing = (time >= self._late) & (np.abs(self._goal - measured) > self._arrival)
@@ -231,15 +239,20 @@ class Watch:
 
     def _due(self, time: int) -> Steps:
         """Travel that the profile should have brought, (8,)."""
-        if time not in self._ahead:
+        if time not in self._due_soon:
             # Worked out for some regular readings at once, which costs hardly more than one.
             times = time + _READINGS
             due = self.profile.position(times[:, None] - self.rule.guards.lag)
-            self._ahead = dict(zip(times.tolist(), due, strict=True))
-        return self._ahead[time]
+            self._due_soon = dict(zip(times.tolist(), due, strict=True))
+        return self._due_soon[time]
 
     def _travel(self, positions: Steps) -> Steps:
         return (positions - self.start) * self.direction * FINE
+
+
+def lag_doubt(profile: Profile) -> Steps:
+    """Return what ``LAG_DOUBT`` is at the top speed of each motor's move, (8,) in 1/256 steps."""
+    return profile.fastest * FINE * LAG_DOUBT // SECOND
 
 
 def _worst(sign: Sign, suspects: Flags, measured: Steps, expected: Steps) -> Contact:

@@ -126,6 +126,12 @@ class Profile:
         )
         return cls(distance, speed, acceleration, ramp, total)
 
+    @property
+    def fastest(self) -> Steps:
+        """The largest speed that each motor comes to, (n,) steps/s; a triangle's is its tip."""
+        fastest: Steps = np.minimum(self.speed, self.acceleration * self.ramp // SECOND)
+        return fastest
+
     def position(self, time: Steps | int) -> Steps:
         """Travel in 1/256 steps after ``time`` µs, broadcast against the motors."""
         t = np.minimum(np.maximum(time, 0), self.total)

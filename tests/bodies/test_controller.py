@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from miburi.bodies import Phase
-from miburi.bodies.controller import FURTHEST, GIVE_WAY, RETURN_SPEED, Controller
+from miburi.bodies.controller import FURTHEST, GIVE_WAY, RETURN_SPEED, YIELD_AFTER, Controller
 from miburi.contact import Rule
 from miburi.errors import BodyError
 from miburi.motion import FINE, SECOND, Move, Steps, synchronised, to_steps
@@ -97,12 +97,70 @@ def test_after_a_contact_the_body_goes_back_along_its_path(
     assert back.max() > 0
 
 
+@pytest.mark.parametrize("motor", range(8))
+@pytest.mark.parametrize("off", [-1, 1])
+def test_who_still_keeps_a_motor_from_its_place_wins_once(
+    motors: Motors, robot: Robot, motor: int, off: int
+) -> None:
+    """A stopped motor must not push back for ever; nor may a load pull it further and further."""
+    controller = motors.controller
+    controller.move(raised(robot), motors.positions, motors.time)
+    motors.run(0.3)
+    motors.blocked = 1
+    while controller.phase is Phase.MOVING:
+        motors.run(TICK / SECOND)
+    stopped, place = motors.time - TICK, controller.origin
+    most = int(controller.rule.guards.slack[motor])
+    kept = place.copy()
+    kept[motor] += off * most
+    controller.update(kept, stopped + YIELD_AFTER - 1)
+    controller.update(kept, stopped + YIELD_AFTER)
+    np.testing.assert_array_equal(controller.origin, place)
+
+    controller.release(place, motors.time)
+    controller.update(place + 1000, motors.time + TICK)
+    assert controller.phase is Phase.STOPPED
+    stopped, place = motors.time + TICK, controller.origin
+    kept = place.copy()
+    kept[motor] += off * (most + 1)
+    controller.update(kept, stopped + YIELD_AFTER - 1)
+    np.testing.assert_array_equal(controller.origin, place)
+    controller.update(kept, stopped + YIELD_AFTER)
+    np.testing.assert_array_equal(controller.origin, kept)
+    np.testing.assert_array_equal(controller.setpoint(stopped + SECOND), kept * FINE)
+    controller.update(kept + 50, stopped + 2 * YIELD_AFTER)
+    np.testing.assert_array_equal(controller.origin, kept)
+
+
+@pytest.mark.parametrize("hangs", [-4, 0, 4, 100])
+def test_after_a_contact_the_goals_carry_the_loads_that_they_carried_before(
+    motors: Motors, robot: Robot, hangs: int
+) -> None:
+    """Held where they hang, loaded motors would sink as far again, onto whom they touch."""
+    controller = motors.controller
+    held = np.clip(hangs, -controller.rule.guards.arrival, controller.rule.guards.arrival)
+    here = controller.origin - hangs
+    controller.move(raised(robot), here, motors.time)
+    # Pushed against its way, a motor that has not moved yet has no way to go back.
+    pushed = here.copy()
+    pushed[6] += 200
+    controller.update(pushed, TICK)
+    assert controller.phase is Phase.STOPPED
+    np.testing.assert_array_equal(controller.origin, pushed + held)
+    # To hang as before is not to be kept from one's place.
+    controller.update(pushed, TICK + YIELD_AFTER)
+    np.testing.assert_array_equal(controller.origin, pushed + held)
+
+
 def test_a_stop_that_was_asked_for_moves_nothing(motors: Motors, robot: Robot) -> None:
     controller = motors.controller
     controller.move(raised(robot), motors.positions, motors.time)
     motors.run(0.4)
     controller.stop(motors.positions, motors.time)
-    np.testing.assert_array_equal(controller.setpoint(motors.time), motors.positions * FINE)
+    held = motors.positions
+    np.testing.assert_array_equal(controller.setpoint(motors.time), held * FINE)
+    controller.update(held + 100, motors.time + 2 * YIELD_AFTER)
+    np.testing.assert_array_equal(controller.setpoint(motors.time), held * FINE)
 
 
 def test_the_way_back_is_slow_and_ends_at_neutral(motors: Motors, robot: Robot) -> None:

@@ -85,7 +85,7 @@ def test_without_the_rule_the_arm_would_push_on(robot: Robot) -> None:
     """The mutation that shows that the test above can fail: limit 0, no backstops."""
     rule = Rule.of(robot)
     far = np.full(8, 10**6)
-    guards = replace(rule.guards, slack=far, tracking=far, arrival=far)
+    guards = replace(rule.guards, slack=far, behind=far, ahead=far, arrival=far)
     body = Simulated(robot, replace(rule, ratio=0, guards=guards))
     block(body, 0)
     raise_arms(body)

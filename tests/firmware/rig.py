@@ -81,6 +81,8 @@ class Twin:
                 self.detectable = None
             elif self.detectable is None:
                 self.detectable = report.time
+        if c.phase is Phase.STOPPED:
+            c.update(np.array(report.positions), report.time)
         if c.phase is Phase.MOVING:
             self.looks += 1
             c.update(np.array(report.positions), report.time)

@@ -25,7 +25,7 @@ NATIVE_BYTES = 1_000_000
 def frames(rng: np.random.Generator) -> bytes:
     """A frame as a host might send it, right but for where it goes."""
     kind = int(rng.choice([*range(0, 13), 0x40, 0x7F]))
-    sizes = {Kind.SETTINGS: 18, Kind.JOINT: 23, Kind.MOVE: 32, Kind.STATUS: 2, Kind.READ: 1}
+    sizes = {Kind.SETTINGS: 18, Kind.JOINT: 25, Kind.MOVE: 32, Kind.STATUS: 2, Kind.READ: 1}
     size = sizes.get(kind, int(rng.choice([0, 0, 1, 2, 90])))
     return encode(Frame(kind, int(rng.integers(256)), rng.bytes(size), int(rng.choice([1, 1, 2]))))
 

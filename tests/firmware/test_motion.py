@@ -75,6 +75,42 @@ def test_a_blocked_motor_stops_all(firmware: Path, seed: int) -> None:
     rig.close()
 
 
+def test_who_still_keeps_a_motor_from_its_place_wins_once(firmware: Path) -> None:
+    """Somebody leans on the elbow while it gives way: it stays there, and pushes back later."""
+    rig = Rig(firmware, 7)
+    joint, servo = rig.settings.joints[2], rig.servos[2]
+    sign, shaft = joint.direction, servo.shaft
+
+    def block(place: float) -> None:
+        shaft.low, shaft.high = (-np.inf, place) if sign > 0 else (place, np.inf)
+
+    block(shaft.place + sign * 100)
+    angles = rig.robot.neutral.copy()
+    angles[2] += 0.4
+    rig.body.move(Move(angles, np.full(8, 1.0)))
+    assert rig.settle() is Phase.STOPPED
+    gave_way = servo.segment.goal
+    # It is pressed back, by more than what is always granted.
+    block(gave_way - sign * (joint.slack + 3))
+    rig.run(0.1)
+    assert servo.segment.goal == gave_way
+    rig.run(0.1)
+    assert abs(servo.segment.goal - shaft.place) <= 1
+    assert servo.segment.goal != gave_way
+    assert [s.segment.goal for s in rig.servos] == [
+        j.zero + j.direction * int(place)
+        for j, place in zip(rig.settings.joints, rig.twin.controller.origin, strict=True)
+    ]
+    stays = servo.segment.goal
+    block(stays - sign * 50)
+    rig.run(1.0)
+    assert servo.segment.goal == stays
+    assert rig.body.report.held
+    shaft.low, shaft.high = -np.inf, np.inf
+    rig.body.wake()
+    rig.close()
+
+
 def test_latency_is_the_same_in_every_run(firmware: Path) -> None:
     times = []
     for _ in range(2):

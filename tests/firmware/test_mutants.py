@@ -46,6 +46,7 @@ EQUIVALENT = {
     ("if (left < 0) {", "<="),  # with nothing left, falling has made the distance
     ("if (left < 0) {", "1"),
     (_DISTANCE, "<="),  # of equals, either difference is 0
+    ("return tip < p.speed ? tip : p.speed;", "<="),  # of equals, either is the same
 }
 
 

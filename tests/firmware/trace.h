@@ -15,7 +15,8 @@ void run_trace(In& in, Out& out) {
     rule.guards[i].lag = in.i32();
     rule.guards[i].slack = in.i16();
     rule.guards[i].least = in.i16();
-    rule.guards[i].tracking = in.i16();
+    rule.guards[i].behind = in.i16();
+    rule.guards[i].ahead = in.i16();
     rule.guards[i].arrival = in.i16();
   }
   for (uint8_t i = 0; i < miburi::MOTORS; i++) {
@@ -23,6 +24,7 @@ void run_trace(In& in, Out& out) {
     const int32_t speed = in.i32();
     const int32_t acceleration = in.i32();
     watch.profile[i] = miburi::plan(distance, speed, acceleration);
+    watch.doubt[i] = miburi::lag_doubt(watch.profile[i]);
     watch.start[i] = in.i16();
     watch.direction[i] = static_cast<int8_t>(in.i16());
     watch.expected[i] = watch.measured[i] = 0;

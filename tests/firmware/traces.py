@@ -5,14 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from miburi.contact import Guards, Rule, Sign, Watch
+from miburi.contact import Guards, Rule, Sign, Watch, lag_doubt
 from miburi.motion import FINE, Profile
 
 MOTORS = 8
 SIGNS = {None: 0, Sign.SPEED: 1, Sign.TRACKING: 2, Sign.ARRIVAL: 3}
 RULE = np.dtype([("period", "<i4"), ("ratio", "<i4")])
 GUARDS = np.dtype(
-    [("lag", "<i4"), *((n, "<i2") for n in ("slack", "least", "tracking", "arrival"))]
+    [("lag", "<i4"), *((n, "<i2") for n in ("slack", "least", "behind", "ahead", "arrival"))]
 )
 MOTION = np.dtype(
     [
@@ -63,11 +63,16 @@ def random_traces(rng: np.random.Generator, n: int) -> Records:
     guards["lag"] = rng.choice([0, 1, 30_000, 30_000, 100_000], shape)
     guards["slack"] = rng.integers(0, 12, shape)
     guards["least"] = rng.choice([1, 8, 16, 16, 25, 100], shape)
-    guards["tracking"] = rng.integers(1, 120, shape)
+    guards["behind"] = rng.integers(1, 120, shape)
+    guards["ahead"] = rng.integers(1, 120, shape)
     guards["arrival"] = rng.integers(1, 60, shape)
     near_least = guards["least"] + rng.integers(-1, 2, shape)
     motion["distance"] = np.where(rng.random(shape) < 0.3, near_least, rng.integers(0, 2400, shape))
     motion["speed"] = np.exp(rng.uniform(0, np.log(4000), shape))
+    # At one step/s less the lag's doubt is a whole number of steps, or just below: so a µs more or
+    # less is seen. (A ramp, cut to whole µs, seldom comes to the whole speed.)
+    whole = rng.random(shape) < 0.3
+    motion["speed"][whole] = rng.choice([501, 1001, 2001, 2500, 2500], shape)[whole]
     motion["acceleration"] = np.exp(rng.uniform(np.log(244), np.log(40_000), shape))
     # A ramp that is full and short at once, but for a rounded microsecond of the total time.
     seam = rng.random(n) < 0.05
@@ -78,6 +83,7 @@ def random_traces(rng: np.random.Generator, n: int) -> Records:
     profile = Profile.plan(
         *(motion[name].astype(np.int64).ravel() for name in ("distance", "speed", "acceleration"))
     )
+    doubt = lag_doubt(profile).reshape(shape)
     total, ramp = profile.total.reshape(shape), profile.ramp.reshape(shape)
     every = np.arange(n)
     odd = rng.integers(0, MOTORS, n)
@@ -106,8 +112,8 @@ def random_traces(rng: np.random.Generator, n: int) -> Records:
                 before[1]
                 + (should * rule["ratio"][:, None]) // 10_000
                 - guards["slack"].astype(np.int64) * FINE,
-                expected - guards["tracking"].astype(np.int64) * FINE,
-                expected + guards["tracking"].astype(np.int64) * FINE,
+                expected - guards["behind"].astype(np.int64) * FINE - doubt,
+                expected + guards["ahead"].astype(np.int64) * FINE + doubt,
                 (motion["distance"] - guards["arrival"]).astype(np.int64) * FINE,
                 (motion["distance"] + guards["arrival"]).astype(np.int64) * FINE,
                 measured,

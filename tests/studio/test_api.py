@@ -183,7 +183,7 @@ def test_the_rule_is_the_same_after_every_request(client: httpx.Client, live: Ru
     rule = live.body._controller.rule
     fresh = Rule.of(live.robot)
     assert (rule.period, rule.ratio) == (fresh.period, fresh.ratio)
-    for name in ("lag", "slack", "least", "tracking", "arrival"):
+    for name in ("lag", "slack", "least", "behind", "ahead", "arrival"):
         assert (getattr(rule.guards, name) == getattr(fresh.guards, name)).all()
 
 

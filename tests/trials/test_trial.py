@@ -71,7 +71,8 @@ def test_without_a_rule_people_are_missed(robot: Robot, plant: TrialPlant) -> No
     """The mutation: a limit of 0 and no backstops must show as missed contacts."""
     far = np.full(8, 10**6)
     rule = Rule.of(robot)
-    deaf = replace(rule, ratio=0, guards=replace(rule.guards, slack=far, tracking=far, arrival=far))
+    grants = dict.fromkeys(("slack", "behind", "ahead", "arrival"), far)
+    deaf = replace(rule, ratio=0, guards=replace(rule.guards, **grants))
     outcomes = [trial(plant, deaf, 1, Kind.BLOCKED, index) for index in range(6)]
     assert not any(o.stopped for o in outcomes)
     assert all(o.sustained_force >= IN_THE_WAY for o in outcomes)

@@ -40,9 +40,6 @@ _SLOWLY, _BIT = (0.05, 0.1, 0.2, 0.4), 0.15
 #: s for which the servos are watched after each move: longer than the rule waits for them.
 _AFTER = 0.3
 _DEGREES = 360 / 4096
-#: A card makes some fifty moves, none at a servo's top speed. They do not tell a lag, which varies
-#: from move to move, better than this, s; at top speed it is so many steps (ours).
-_LAG_DOUBT = 0.003
 #: Motors that all answered a reading.
 _ALL = 0xFF
 
@@ -179,7 +176,6 @@ def granted(robot: Robot, settings: CardSettings, traces: list[Trace]) -> CardSe
     guards = calibrate(
         traces,
         robot.servo.step,
-        reserve=round(_LAG_DOUBT * real_speed(general.max_speed)),
         period=general.period,
         ratio=general.ratio,
     )
@@ -204,7 +200,7 @@ def in_words(measured: Measured) -> list[str]:
     return [
         f"{name:>15}: lag {found.lag[i] / 1000:.0f} ms, ramp × {found.ramp[i]:.2f}, "
         f"noise {found.noise[i]:.1f} steps; guards: slack {joint.slack}, "
-        f"tracking {joint.tracking}, arrival {joint.arrival} steps"
+        f"behind {joint.behind}, ahead {joint.ahead}, arrival {joint.arrival} steps"
         for i, (name, joint) in enumerate(zip(JOINTS, measured.settings.joints, strict=True))
     ]
 

@@ -16,7 +16,7 @@ from miburi.motion import to_steps
 from miburi.robot import JOINTS, Robot
 
 _GENERAL = struct.Struct("<i6H2B")
-_JOINT = struct.Struct("<BbHhhhihhhh")
+_JOINT = struct.Struct("<BbHhhhihhhhh")
 #: Current of an XL330-M288 for each N·m, from its stall at 5 V: 1.47 A, 0.52 N·m.
 MILLIAMPERES_PER_NM = 1470 / 0.52
 #: Servos hotter than this, in °C, or with a lower supply, in 0.1 V, stop the body (ours).
@@ -24,7 +24,7 @@ HOTTEST, LOWEST = 65, 42
 #: The servo's middle position.
 _MIDDLE = 2048
 #: While the lags are not known the rule is on, with guards that any lag up to 50 ms passes (ours).
-_GENEROUS = {"lag": 30_000, "slack": 40, "least": 16, "tracking": 150, "arrival": 60}
+_GENEROUS = {"lag": 30_000, "slack": 40, "least": 16, "behind": 150, "ahead": 150, "arrival": 60}
 #: What the card takes (``settings.h``), with its unit; it takes no range that crosses the seam.
 ALLOWED = {
     "period": (20_000, 200_000, "µs"),
@@ -42,7 +42,8 @@ ALLOWED = {
     "lag": (0, 100_000, "µs"),
     "slack": (0, 40, "steps"),
     "least": (1, 100, "steps"),
-    "tracking": (1, 300, "steps"),
+    "behind": (1, 300, "steps"),
+    "ahead": (1, 300, "steps"),
     "arrival": (1, 150, "steps"),
 }
 
@@ -104,7 +105,8 @@ class JointSettings:
     lag: int
     slack: int
     least: int
-    tracking: int
+    behind: int
+    ahead: int
     arrival: int
 
     def pack(self) -> bytes:
@@ -248,7 +250,7 @@ def shown(name: str, value: int) -> str:
 
 
 #: The guards' names, in the card's order.
-GUARDS = ("lag", "slack", "least", "tracking", "arrival")
+GUARDS = ("lag", "slack", "least", "behind", "ahead", "arrival")
 #: Names of the values in the order in which the card counts them when it refuses one.
 GENERAL_NAMES = tuple(General.__dataclass_fields__)
 JOINT_NAMES = tuple(JointSettings.__dataclass_fields__)

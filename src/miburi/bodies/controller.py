@@ -20,6 +20,10 @@ RETURN_SPEED = 0.8
 #: given way by so much, rad, but none further than the second figure: held where it stopped, the
 #: robot would go on pressing (ours).
 GIVE_WAY, FURTHEST = 0.0245, 0.0736
+#: A motor that somebody still keeps from its place so long after a contact, in µs, stays where it
+#: is: it must not push back. Once for each contact, so that no load can pull it further and
+#: further (ours).
+YIELD_AFTER = 150_000
 
 
 def check_move(robot: Robot, phase: Phase, move: Move) -> None:
@@ -70,6 +74,8 @@ class Controller:
         #: What the rule compared at the latest reading; it outlives the move.
         self.window: Window | None = None
         self._began = 0
+        self._yields_at: int | None = None
+        self._sag = np.zeros_like(self.origin)
         self.watch = self._plan(self.origin, self.origin, np.ones(len(JOINTS), dtype=np.int64))
 
     def move(self, move: Move, positions: Steps, time: int) -> None:
@@ -114,7 +120,9 @@ class Controller:
         self._start(Phase.RETURNING, goal, way * fastest // max(int(way.max()), 1), positions, time)
 
     def update(self, positions: Steps, time: int) -> None:
-        """Look at the motors: judge them, and notice when the goal is reached."""
+        """Look at the motors: judge them, notice when the goal is reached, yield when stopped."""
+        if self.phase is Phase.STOPPED:
+            self._yield(positions, time)
         if self.phase not in (Phase.MOVING, Phase.RETURNING):
             return
         elapsed = time - self._began
@@ -125,6 +133,7 @@ class Controller:
                 Stop(time / SECOND, "contact", contact.name, contact.sign.value, contact.ratio),
                 self._given_way(contact.motor, positions),
             )
+            self._yields_at = time + YIELD_AFTER
         elif self.watch.arrived(positions, elapsed):
             self.origin = self._goal
             self.phase = Phase.IDLE
@@ -140,7 +149,7 @@ class Controller:
         return self.origin + self.watch.direction * self.watch.profile.distance
 
     def _given_way(self, motor: int, positions: Steps) -> Steps:
-        """Return the positions to hold after ``motor`` met something."""
+        """Return the goals at which to hold after ``motor`` met something."""
         step, direction = self.robot.servo.step, self.watch.direction
         way = np.maximum((positions - self.watch.start) * direction, 0)
         # A common part of each motor's way, so that the body goes back along its path.
@@ -149,12 +158,26 @@ class Controller:
             steps = round(limit / step)
             if steps * whole < part * longest:
                 part, whole = steps, longest
-        back: Steps = positions - direction * (way * part // whole)
-        return back
+        goals: Steps = positions + self._sag - direction * (way * part // whole)
+        return goals
+
+    def _yield(self, positions: Steps, time: int) -> None:
+        """Let the motors that are kept from their places stay where they are."""
+        if self._yields_at is None or time < self._yields_at:
+            return
+        self._yields_at = None
+        here = positions + self._sag
+        kept = np.abs(here - self.origin) > self.rule.guards.slack
+        if kept.any():
+            self._stay(np.where(kept, here, self.origin))
 
     def _start(self, phase: Phase, goal: Steps, speeds: Steps, positions: Steps, time: int) -> None:
         self.phase = phase
         self._began = time
+        # How far the motors hang from their goals under their loads. After a contact the goals
+        # stay so much above the motors: else these would sink, onto whom they touch.
+        most = self.rule.guards.arrival
+        self._sag = np.clip(self.origin - positions, -most, most)
         self.watch = self._plan(goal, positions, speeds)
 
     def _plan(self, goal: Steps, positions: Steps, speeds: Steps) -> Watch:
@@ -162,6 +185,9 @@ class Controller:
         return self.rule.watch(profile, positions, direction)
 
     def _hold(self, stop: Stop, positions: Steps) -> None:
-        self.phase, self.latched = Phase.STOPPED, stop
+        self.phase, self.latched, self._yields_at = Phase.STOPPED, stop, None
+        self._stay(positions)
+
+    def _stay(self, positions: Steps) -> None:
         self.origin = positions
         self.watch = self._plan(positions, positions, np.ones_like(positions))

@@ -10,7 +10,7 @@ from enum import IntEnum
 
 from miburi.errors import MiburiError
 
-VERSION = 1
+VERSION = 2
 #: Kind of an answer: the request's, plus this.
 ANSWER = 0x80
 _MAX_FRAME = 128

@@ -100,13 +100,14 @@ Eight = Annotated[list[Annotated[float, Field(ge=0, le=1)]], Field(min_length=8,
 class Guards(Table):
     """What the contact rule grants each of the eight motors (see ``miburi.contact``).
 
-    Lag in s; slack, least, tracking and arrival in rad.
+    Lag in s; slack, least, behind, ahead and arrival in rad.
     """
 
     lag: Eight
     slack: Eight
     least: Eight
-    tracking: Eight
+    behind: Eight
+    ahead: Eight
     arrival: Eight
 
 

@@ -126,8 +126,7 @@ class Observer:
                 guards=GuardsOut(
                     lag=int(guards.lag[i]) / SECOND,
                     **{
-                        name: round(int(getattr(guards, name)[i]) * step, 5)
-                        for name in ("slack", "least", "tracking", "arrival")
+                        name: round(int(getattr(guards, name)[i]) * step, 5) for name in _GUARDS[1:]
                     },
                 ),
             )
@@ -244,7 +243,7 @@ class Observer:
         ]
 
 
-_GUARDS = ("lag", "slack", "least", "tracking", "arrival")
+_GUARDS = ("lag", "slack", "least", "behind", "ahead", "arrival")
 
 
 def _rounded(value: float | None) -> float | None:

@@ -205,7 +205,8 @@ class GuardsOut(BaseModel):
     lag: float = Field(description="How far it follows behind its command, s.")
     slack: float = Field(description="rad that may always be missing.")
     least: float = Field(description="rad that it must have to move before it is judged.")
-    tracking: float = Field(description="The largest distance from its path, rad.")
+    behind: float = Field(description="The largest distance behind its path, rad.")
+    ahead: float = Field(description="The largest distance ahead of its path, rad.")
     arrival: float = Field(description="The largest distance from its goal, rad.")
 
 
