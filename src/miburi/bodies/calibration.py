@@ -37,6 +37,9 @@ _SPEEDS = (0.8, 2.5, np.inf)
 _DURATIONS = (1.5, 0.8, 0.1)
 #: Slow speeds, over so many rad: where an encoder's step is a large part of what is judged (ours).
 _SLOWLY, _BIT = (0.05, 0.1, 0.2, 0.4), 0.15
+#: A card's guards are so many times what its moves needed: some 140 moves, at one state of the
+#: battery, do not show all that servos do (ours).
+_MARGIN = 2.0
 #: s for which the servos are watched after each move: longer than the rule waits for them.
 _AFTER = 0.3
 _DEGREES = 360 / 4096
@@ -137,10 +140,16 @@ def _profile(card: Card, distance: Steps, move: Move) -> Profile:
     )
 
 
-def measure(card: Card, tell: Callable[[str], None] = lambda _: None) -> Measured:
+def measure(
+    card: Card,
+    more: Iterable[tuple[str, Move]] = (),
+    tell: Callable[[str], None] = lambda _: None,
+) -> Measured:
     """Move an awake or stopped card's joints freely, and give it the guards that they need.
 
-    Meanwhile the rule is on with generous guards. In the end the card is stopped.
+    Best with ``more`` moves, from neutral to neutral, of what the robot is going to do: each with
+    the name that is told. Meanwhile the rule is on with generous guards. In the end the card is
+    stopped.
 
     Raises
     ------
@@ -148,7 +157,7 @@ def measure(card: Card, tell: Callable[[str], None] = lambda _: None) -> Measure
         A move was stopped, or a servo needs more than the card grants; the card has then the
         guards that it had before.
     """
-    settings, moves = card.settings, list(free_moves(card.robot))
+    settings, moves = card.settings, [*free_moves(card.robot), *more]
     card.stop()
     try:
         card.configure(settings.generous)
@@ -156,7 +165,7 @@ def measure(card: Card, tell: Callable[[str], None] = lambda _: None) -> Measure
         traces: list[Trace] = []
         for index, (name, move) in enumerate(moves):
             if index == 0 or name != moves[index - 1][0]:
-                tell(f"moving {name.replace('_', ' ')}")
+                tell(name.replace("_", " "))
             traces += record(card, [move])
         calibrated = granted(card.robot, settings, traces)
         _check(calibrated)
@@ -176,6 +185,7 @@ def granted(robot: Robot, settings: CardSettings, traces: list[Trace]) -> CardSe
     guards = calibrate(
         traces,
         robot.servo.step,
+        margin=_MARGIN,
         period=general.period,
         ratio=general.ratio,
     )

@@ -12,8 +12,7 @@ matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
 
-from miburi.calibration import calibrate, measured_lag
-from miburi.contact import PAPER_PERIOD, PAPER_RATIO, PrintedRule, Rule
+from miburi.contact import PAPER_PERIOD, PAPER_RATIO, Guards, PrintedRule, Rule
 from miburi.trials.conditions import HandKind
 from miburi.trials.runs import as_array
 from miburi.trials.summary import ISO_LIMITS
@@ -69,19 +68,17 @@ class Point:
     verdict: Verdict
 
 
-def rule_map(runs: Sequence[Run], step: float) -> list[Point]:
-    """Judge recorded runs by the calibrated and the printed rule over (p, ratio)."""
-    free = [run for run in runs if run.person is None]
-    traces = [trace for run in free[::2] for trace in run.traces]
-    judges = free[1::2] + [run for run in runs if run.person is not None]
-    lag, points = measured_lag(traces), []
-    # One grant for all, made for the paper's point: what else would p and ratio show?
-    guards = calibrate(traces, step, lag=lag)
+def rule_map(runs: Sequence[Run], guards: Guards) -> list[Point]:
+    """Judge recorded runs by the rule with ``guards`` and as printed, over (p, ratio).
+
+    The guards are the same for all, made for the paper's point: what else would p and ratio show?
+    """
+    points = []
     for period in PERIODS:
         for ratio in RATIOS:
             for kind in (Rule, PrintedRule):
                 rule = kind(guards, period, ratio)
-                points.append(Point(period, ratio, kind is PrintedRule, assess(rule, judges)))
+                points.append(Point(period, ratio, kind is PrintedRule, assess(rule, runs)))
     return points
 
 

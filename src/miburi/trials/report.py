@@ -13,6 +13,8 @@ _ROWS: tuple[tuple[str, str], ...] = (
     ("latency_mean", "latency, mean (s)"),
     ("latency_p95", "latency, 95th percentile (s)"),
     ("latency_max", "latency, longest (s)"),
+    ("late", "stops later than 0.25 s"),
+    ("latency_above_2N_max", "latency where 2 N or more over 0.1 s, longest (s)"),
     ("latency_from_1N_p95", "latency from 1 N on, 95th percentile (s)"),
     ("latency_from_1N_max", "latency from 1 N on, longest (s)"),
     ("peak_force_median", "peak force, median (N)"),

@@ -13,6 +13,8 @@ from miburi.trials.trial import Kind, Outcome
 _Z = 1.959963984540054
 #: A force from which on a missed contact matters, N (ours).
 MATTERS = 2.0
+#: A stop later than this after the first touch is counted as late, s (ours).
+LATE = 0.25
 #: Quasi-static limits of ISO/TS 15066 in N, as secondary sources quote them: we have not read
 #: the standard itself. Transient contact is commonly taken as twice that; none is allowed on
 #: face and head.
@@ -44,8 +46,10 @@ class Summary:
     ``false_stops`` are stops before any touch, in free and blocked trials. ``missed`` are people
     pressed with 1 N or more over 0.1 s whom no stop followed; ``missed_above_2N`` those of them
     pressed with 2 N over 0.1 s, ``missed_peak_above_2N`` those on whom the force reached 2 N for
-    a moment. ``brushes`` are people only brushed past, in whose place others were drawn.
-    Intervals are Wilson's, 95 %. Figures of no trial at all are None.
+    a moment. ``late`` are stops more than 0.25 s after the first touch; ``latency_above_2N_max``
+    is the latest where the force over 0.1 s reached 2 N. ``brushes`` are people only brushed
+    past, in whose place others were drawn. Intervals are Wilson's, 95 %. Figures of no trial at
+    all are None.
     """
 
     free: int
@@ -60,6 +64,8 @@ class Summary:
     latency_mean: float | None
     latency_p95: float | None
     latency_max: float | None
+    late: int
+    latency_above_2N_max: float | None  # noqa: N815
     latency_from_1N_p95: float | None  # noqa: N815
     latency_from_1N_max: float | None  # noqa: N815
     peak_force_median: float | None
@@ -86,6 +92,7 @@ def summarise(outcomes: Sequence[Outcome]) -> Summary:
     missed = [o for o in touched if not o.stopped]
     false_stops = sum(o.false_stop for o in outcomes)
     latency, push = as_array(answered, "latency"), as_array(answered, "push_after_stop")
+    pressed = [o for o in answered if o.sustained_force >= MATTERS]
     firm = as_array(answered, "latency_from_1N")
     firm = firm[np.isfinite(firm)]
     peak, sustained = as_array(touched, "peak_force"), as_array(touched, "sustained_force")
@@ -102,6 +109,8 @@ def summarise(outcomes: Sequence[Outcome]) -> Summary:
         latency_mean=float(latency.mean()) if answered else None,
         latency_p95=_percentile(latency, 95),
         latency_max=_percentile(latency, 100),
+        late=int((latency > LATE).sum()),
+        latency_above_2N_max=_percentile(as_array(pressed, "latency"), 100),
         latency_from_1N_p95=_percentile(firm, 95),
         latency_from_1N_max=_percentile(firm, 100),
         peak_force_median=_percentile(peak, 50),
