@@ -57,11 +57,11 @@ inline void latch(Controller& c, Reason reason, const Contact& contact, const in
   c.latched = Stop{reason, time, contact};
   c.yields = false;
   for (uint8_t motor = 0; motor < MOTORS; motor++) {
-    c.origin[motor] = positions[motor];
+    c.origin[motor] = static_cast<int16_t>(positions[motor] + c.sag[motor]);
   }
 }
 
-// Stop and hold where the motors are; a stop that holds already keeps its reason.
+// Stop, and hold the motors where they are; a stop that holds already keeps its reason.
 inline void stop(Controller& c, Reason reason, uint8_t motor, const int16_t* positions,
                  int64_t time) {
   if (c.phase != Phase::stopped) {
@@ -79,8 +79,8 @@ inline void start(Controller& c, const Rule& rule, Phase phase, const int16_t* g
   for (uint8_t motor = 0; motor < MOTORS; motor++) {
     const int32_t way = static_cast<int32_t>(goal[motor]) - c.origin[motor];
     c.goal[motor] = goal[motor];
-    // After a contact the goals stay so much above the motors: else these would sink under their
-    // loads, onto whom they touch.
+    // When the motors are stopped their goals stay so much above them: else they would sink under
+    // their loads, onto whom they touch.
     const int16_t most = rule.guards[motor].arrival;
     const int32_t sag = static_cast<int32_t>(c.origin[motor]) - positions[motor];
     c.sag[motor] = static_cast<int16_t>(sag > most ? most : sag < -most ? -most : sag);
@@ -109,8 +109,8 @@ inline void return_speeds(const int16_t* origin, const int16_t* goal, uint16_t f
   }
 }
 
-// The positions to go back to after `met` met something.
-inline void give_way(const Watch& watch, uint8_t met, const int16_t* positions, int16_t* hold) {
+// Takes the goals of stopped motors back after `met` met something.
+inline void give_way(const Watch& watch, uint8_t met, const int16_t* positions, int16_t* goals) {
   int32_t way[MOTORS];
   int32_t longest = 0;
   for (uint8_t motor = 0; motor < MOTORS; motor++) {
@@ -131,7 +131,7 @@ inline void give_way(const Watch& watch, uint8_t met, const int16_t* positions, 
   }
   for (uint8_t motor = 0; motor < MOTORS; motor++) {
     const int32_t back = way[motor] * part / whole;
-    hold[motor] = static_cast<int16_t>(positions[motor] - watch.direction[motor] * back);
+    goals[motor] = static_cast<int16_t>(goals[motor] - watch.direction[motor] * back);
   }
 }
 
@@ -162,9 +162,6 @@ inline void update(Controller& c, const Rule& rule, const int16_t* positions, in
   if (contact.sign != Sign::none) {
     latch(c, Reason::contact, contact, positions, time);
     give_way(c.watch, contact.motor, positions, c.origin);
-    for (uint8_t motor = 0; motor < MOTORS; motor++) {
-      c.origin[motor] = static_cast<int16_t>(c.origin[motor] + c.sag[motor]);
-    }
     c.yields = true;
     return;
   }

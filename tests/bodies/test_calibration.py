@@ -1,7 +1,5 @@
 """The moves of a card's calibration, on the physical body."""
 
-from itertools import chain
-
 import numpy as np
 
 from miburi.bodies import Phase
@@ -9,7 +7,6 @@ from miburi.bodies.calibration import free_moves, granted
 from miburi.bodies.card_settings import CardSettings
 from miburi.bodies.simulated import READING, Simulated
 from miburi.calibration import Trace
-from miburi.gestures.exercise import exercise
 from miburi.motion import SECOND, commanded, to_steps
 from miburi.robot import Robot
 from miburi.trials.person import TrialPlant, Variation
@@ -24,7 +21,7 @@ def made(robot: Robot, plant: TrialPlant | None = None) -> list[Trace]:
     settings = CardSettings.of(robot)
     body = Simulated(robot, settings.generous.rule, plant=plant)
     origin, traces = np.array(robot.neutral), []
-    for _, move in chain(free_moves(robot), exercise(robot)):
+    for _, move in free_moves(robot):
         readings = [body.encoders]
         body.move(move)
         while body.phase is Phase.MOVING:

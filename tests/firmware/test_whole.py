@@ -44,8 +44,8 @@ def test_calibration_finds_lags_and_stores_guards_that_hold(firmware: Path, tmp_
         servo.shaft.lag = float(lag)
         servo.shaft.noise = lambda: float(rig.rng.uniform(-0.6, 0.6))
     said: list[str] = []
-    found = measure(rig.body, tell=said.append)
-    assert said[:2] == ["all joints", "waist"]
+    found = measure(rig.body, said.append)
+    assert said[:2] == ["moving all joints", "moving waist"]
     # As the card sees it: a servo answers up to 2 ms after it was asked.
     np.testing.assert_allclose(found.response.lag, lags, atol=3_000)
     assert np.abs(found.response.ramp - 1).max() <= 0.11

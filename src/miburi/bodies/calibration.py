@@ -24,7 +24,7 @@ from miburi.bodies.card_settings import (
 )
 from miburi.calibration import Response, Trace, calibrate, response
 from miburi.calibration_file import Calibration
-from miburi.contact import Rule
+from miburi.contact import Guards, Rule
 from miburi.errors import BodyError
 from miburi.motion import Move, Profile, Steps, synchronised, to_steps
 from miburi.robot import JOINTS, Array, Robot
@@ -37,12 +37,11 @@ _SPEEDS = (0.8, 2.5, np.inf)
 _DURATIONS = (1.5, 0.8, 0.1)
 #: Slow speeds, over so many rad: where an encoder's step is a large part of what is judged (ours).
 _SLOWLY, _BIT = (0.05, 0.1, 0.2, 0.4), 0.15
-#: A card's guards are so many times what its moves needed: some 140 moves, at one state of the
-#: battery, do not show all that servos do (ours).
-_MARGIN = 2.0
 #: s for which the servos are watched after each move: longer than the rule waits for them.
 _AFTER = 0.3
 _DEGREES = 360 / 4096
+#: Guards that are never less than the description's.
+_AT_LEAST = ("slack", "behind", "ahead", "arrival")
 #: Motors that all answered a reading.
 _ALL = 0xFF
 
@@ -140,16 +139,10 @@ def _profile(card: Card, distance: Steps, move: Move) -> Profile:
     )
 
 
-def measure(
-    card: Card,
-    more: Iterable[tuple[str, Move]] = (),
-    tell: Callable[[str], None] = lambda _: None,
-) -> Measured:
+def measure(card: Card, tell: Callable[[str], None] = lambda _: None) -> Measured:
     """Move an awake or stopped card's joints freely, and give it the guards that they need.
 
-    Best with ``more`` moves, from neutral to neutral, of what the robot is going to do: each with
-    the name that is told. Meanwhile the rule is on with generous guards. In the end the card is
-    stopped.
+    Meanwhile the rule is on with generous guards. In the end the card is stopped.
 
     Raises
     ------
@@ -157,7 +150,7 @@ def measure(
         A move was stopped, or a servo needs more than the card grants; the card has then the
         guards that it had before.
     """
-    settings, moves = card.settings, [*free_moves(card.robot), *more]
+    settings, moves = card.settings, list(free_moves(card.robot))
     card.stop()
     try:
         card.configure(settings.generous)
@@ -165,7 +158,7 @@ def measure(
         traces: list[Trace] = []
         for index, (name, move) in enumerate(moves):
             if index == 0 or name != moves[index - 1][0]:
-                tell(name.replace("_", " "))
+                tell(f"moving {name.replace('_', ' ')}")
             traces += record(card, [move])
         calibrated = granted(card.robot, settings, traces)
         _check(calibrated)
@@ -180,15 +173,21 @@ def measure(
 
 
 def granted(robot: Robot, settings: CardSettings, traces: list[Trace]) -> CardSettings:
-    """Return a card's settings with the guards that its servos need, after a few free moves."""
+    """Return a card's settings with the guards that its servos need, after a few free moves.
+
+    They are never less than the description's: fifty moves, at one state of the battery and under
+    one load, do not show all that such servos do.
+    """
     general = settings.general
     guards = calibrate(
         traces,
         robot.servo.step,
-        margin=_MARGIN,
         period=general.period,
         ratio=general.ratio,
     )
+    least = Guards.of(robot)
+    enough = {name: np.maximum(getattr(guards, name), getattr(least, name)) for name in _AT_LEAST}
+    guards = replace(guards, **enough)
     return settings.with_rule(Rule(guards, general.period, general.ratio))
 
 

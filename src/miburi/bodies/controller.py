@@ -112,8 +112,10 @@ class Controller:
         if self.phase is not Phase.STOPPED:
             raise BodyError(f"The body is {self.phase}; only a stopped body can be released.")
         self.latched = None
-        # Somebody may have moved the softly held motors: start from where they are.
-        self.origin = positions
+        # A motor that has been held stays at its goal: it would sink under its load if that were
+        # moved to where it hangs. One that somebody has moved starts from where it is.
+        moved = np.abs(positions - self.origin) > self.rule.guards.arrival
+        self.origin = np.where(moved, positions, self.origin)
         goal = to_steps(self.robot, self.robot.neutral)
         way = np.abs(goal - self.origin)
         fastest = round(RETURN_SPEED / self.robot.servo.step)
@@ -149,7 +151,7 @@ class Controller:
         return self.origin + self.watch.direction * self.watch.profile.distance
 
     def _given_way(self, motor: int, positions: Steps) -> Steps:
-        """Return the goals at which to hold after ``motor`` met something."""
+        """Return the positions to go back to after ``motor`` met something."""
         step, direction = self.robot.servo.step, self.watch.direction
         way = np.maximum((positions - self.watch.start) * direction, 0)
         # A common part of each motor's way, so that the body goes back along its path.
@@ -158,8 +160,8 @@ class Controller:
             steps = round(limit / step)
             if steps * whole < part * longest:
                 part, whole = steps, longest
-        goals: Steps = positions + self._sag - direction * (way * part // whole)
-        return goals
+        back: Steps = positions - direction * (way * part // whole)
+        return back
 
     def _yield(self, positions: Steps, time: int) -> None:
         """Let the motors that are kept from their places stay where they are."""
@@ -174,8 +176,8 @@ class Controller:
     def _start(self, phase: Phase, goal: Steps, speeds: Steps, positions: Steps, time: int) -> None:
         self.phase = phase
         self._began = time
-        # How far the motors hang from their goals under their loads. After a contact the goals
-        # stay so much above the motors: else these would sink, onto whom they touch.
+        # How far the motors hang from their goals under their loads. When they are stopped their
+        # goals stay so much above them: else they would sink, onto whom they touch.
         most = self.rule.guards.arrival
         self._sag = np.clip(self.origin - positions, -most, most)
         self.watch = self._plan(goal, positions, speeds)
@@ -186,8 +188,8 @@ class Controller:
 
     def _hold(self, stop: Stop, positions: Steps) -> None:
         self.phase, self.latched, self._yields_at = Phase.STOPPED, stop, None
-        self._stay(positions)
+        self._stay(positions + self._sag)
 
-    def _stay(self, positions: Steps) -> None:
-        self.origin = positions
-        self.watch = self._plan(positions, positions, np.ones_like(positions))
+    def _stay(self, goals: Steps) -> None:
+        self.origin = goals
+        self.watch = self._plan(goals, goals, np.ones_like(goals))

@@ -99,15 +99,15 @@ class Simulated:
 
     def move(self, move: Move) -> None:
         """Start a move; see :meth:`miburi.bodies.Body.move`."""
-        self._controller.move(move, self._plant.encoders(), self._clock)
+        self._controller.move(move, self.encoders, self._clock)
 
     def stop(self) -> None:
         """Stop all motors and hold softly until released."""
-        self._controller.stop(self._plant.encoders(), self._clock)
+        self._controller.stop(self.encoders, self._clock)
 
     def release(self) -> None:
         """End a stop; see :meth:`miburi.bodies.Body.release`."""
-        self._controller.release(self._plant.encoders(), self._clock)
+        self._controller.release(self.encoders, self._clock)
 
     def place_hand(self, position: Array, along: Array) -> None:
         """Put the human hand somewhere; move it there in small steps or through free space.

@@ -130,7 +130,6 @@ def calibrate(
     from miburi.bodies.calibration import in_words, measure
     from miburi.calibration_file import write_calibration
     from miburi.files import whole_files
-    from miburi.gestures.exercise import exercise
 
     with _connected(port) as card, whole_files(out.parent) as draft:
         if ids:
@@ -138,7 +137,7 @@ def calibrate(
         if zeros:
             _find_zeros(card)
         typer.confirm("The robot will move now. Is the space around it free?", abort=True)
-        measured = measure(card, exercise(card.robot), lambda what: print(f"moving {what} …"))
+        measured = measure(card, lambda what: print(f"{what} …"))
         lines = in_words(measured)
         print("\n".join(lines))
         note = "\n".join(
