@@ -132,7 +132,8 @@ class Xl330 {
 
   // Makes sure that a servo works in the mode that this layer needs; torque goes off where not.
   bool set_mode(uint8_t id) {
-    if (!read(id, RETURN_DELAY, 3)) {
+    // A byte is lost now and then: who is silent is asked once more.
+    if (!read(id, RETURN_DELAY, 3) && !read(id, RETURN_DELAY, 3)) {
       return false;
     }
     const uint8_t* mode = answer_.parameters;
