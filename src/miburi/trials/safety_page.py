@@ -49,9 +49,9 @@ What counts:
 
 - A **false stop** is a stop before anybody was touched.
 - A person is **in the way** if a robot that does not stop presses on them with 1 N or more over
-  0.1 s. Who is only brushed past is counted as a brush, and somebody else is drawn. A **missed**
-  contact is a person in the way whom no stop follows.
-  Who was touched and stopped for counts, however lightly.
+  0.1 s. Who is only brushed past is counted as a brush, and somebody else is drawn; who is stopped
+  for is kept, however lightly the touch. A **missed** contact is a person in the way whom no stop
+  follows.
 - **Latency** counts from the first touch, however light; beside it stand the latency from the
   moment at which the force reached 1 N, and that of the contacts which came to 2 N over 0.1 s.
 - **Push after the stop** is the largest force from 0.3 s to 0.5 s after it.
