@@ -169,13 +169,15 @@ class Body {
     if (motor != NO_MOTOR) {
       return unready(motor, reason, out);
     }
-    // A motor that has been held stays at its goal: it would sink under its load if that were
-    // moved to where it hangs. One that was moved, or had no torque, starts from where it is.
+    // A motor that has been held stays at its goal; one that was moved, or had no torque, starts
+    // from where it is.
     const uint8_t limp = servos_.limp(table_.joints);
     for (uint8_t i = 0; i < MOTORS; i++) {
-      if ((limp & (1u << i)) || distance_between(positions_[i], controller_.origin[i]) >
-                                    table_.joints[i].guards.arrival) {
+      const int16_t here = goal_here(controller_, i, positions_);
+      if (limp & (1u << i)) {
         pinned_ = static_cast<uint8_t>(pinned_ & ~(1u << i));
+      } else if (distance_between(here, controller_.origin[i]) > table_.joints[i].guards.arrival) {
+        controller_.origin[i] = here;
       }
     }
     held_ = limp_ = false;

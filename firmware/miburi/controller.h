@@ -51,13 +51,18 @@ struct Controller {
   Watch watch;
 };
 
+// The goal that holds a motor where it is, under its load.
+inline int16_t goal_here(const Controller& c, uint8_t motor, const int16_t* positions) {
+  return static_cast<int16_t>(positions[motor] + c.sag[motor]);
+}
+
 inline void latch(Controller& c, Reason reason, const Contact& contact, const int16_t* positions,
                   int64_t time) {
   c.phase = Phase::stopped;
   c.latched = Stop{reason, time, contact};
   c.yields = false;
   for (uint8_t motor = 0; motor < MOTORS; motor++) {
-    c.origin[motor] = static_cast<int16_t>(positions[motor] + c.sag[motor]);
+    c.origin[motor] = goal_here(c, motor, positions);
   }
 }
 
@@ -81,9 +86,8 @@ inline void start(Controller& c, const Rule& rule, Phase phase, const int16_t* g
     c.goal[motor] = goal[motor];
     // When the motors are stopped their goals stay so much above them: else they would sink under
     // their loads, onto whom they touch.
-    const int16_t most = rule.guards[motor].arrival;
     const int32_t sag = static_cast<int32_t>(c.origin[motor]) - positions[motor];
-    c.sag[motor] = static_cast<int16_t>(sag > most ? most : sag < -most ? -most : sag);
+    c.sag[motor] = static_cast<int16_t>(sag > GIVE_WAY ? GIVE_WAY : sag < -GIVE_WAY ? -GIVE_WAY : sag);
     c.watch.profile[motor] =
         plan(way < 0 ? -way : way, speeds[motor] > 1 ? speeds[motor] : 1, acceleration);
     c.watch.doubt[motor] = lag_doubt(c.watch.profile[motor]);
@@ -143,7 +147,7 @@ inline bool yield(Controller& c, const Rule& rule, const int16_t* positions, int
   c.yields = false;
   bool kept = false;
   for (uint8_t motor = 0; motor < MOTORS; motor++) {
-    const int16_t here = static_cast<int16_t>(positions[motor] + c.sag[motor]);
+    const int16_t here = goal_here(c, motor, positions);
     if (distance_between(here, c.origin[motor]) > rule.guards[motor].slack) {
       c.origin[motor] = here;
       kept = true;

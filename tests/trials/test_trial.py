@@ -10,7 +10,7 @@ from miburi.bodies.simulated import Simulated
 from miburi.contact import PrintedRule, Rule
 from miburi.motion import synchronised
 from miburi.robot import Robot
-from miburi.trials.conditions import HandKind, varied_servos
+from miburi.trials.conditions import HandKind, draw, varied_servos
 from miburi.trials.meeting import carriers
 from miburi.trials.person import Skin, TrialPlant, Variation
 from miburi.trials.replay import DeafRule, judge
@@ -100,6 +100,23 @@ def test_judging_a_recording_is_as_good_as_being_there(
             latency = measure(there, kind, index, 0).latency
             assert later.latency == pytest.approx(latency, abs=1e-9)
     assert compared >= 5
+
+
+def test_after_a_persons_stop_the_way_back_is_no_contact(robot: Robot, plant: TrialPlant) -> None:
+    """Stopped at any moment of any gesture, and released: loads must not look like a touch."""
+    for index in range(30):
+        rng = np.random.default_rng([5, index])
+        conditions = draw(robot, rng, moves=1)
+        plant.begin(conditions.start, conditions.variation, rng)
+        body = Simulated(robot, plant=plant)
+        body.move(conditions.moves[0][0])
+        body.step(float(rng.uniform(0.02, 0.8)))
+        body.stop()
+        body.step(1.0)
+        body.release()
+        while body.phase is Phase.RETURNING:
+            body.read()
+        assert body.phase is Phase.IDLE, body.state.stop
 
 
 def test_a_grasp_holds_back_and_is_let_go_of(robot: Robot, plant: TrialPlant) -> None:

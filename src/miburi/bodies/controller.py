@@ -112,10 +112,11 @@ class Controller:
         if self.phase is not Phase.STOPPED:
             raise BodyError(f"The body is {self.phase}; only a stopped body can be released.")
         self.latched = None
-        # A motor that has been held stays at its goal: it would sink under its load if that were
-        # moved to where it hangs. One that somebody has moved starts from where it is.
-        moved = np.abs(positions - self.origin) > self.rule.guards.arrival
-        self.origin = np.where(moved, positions, self.origin)
+        # A motor that has been held stays at its goal; one that somebody has moved starts from
+        # where it is.
+        here = positions + self._sag
+        moved = np.abs(here - self.origin) > self.rule.guards.arrival
+        self.origin = np.where(moved, here, self.origin)
         goal = to_steps(self.robot, self.robot.neutral)
         way = np.abs(goal - self.origin)
         fastest = round(RETURN_SPEED / self.robot.servo.step)
@@ -178,7 +179,7 @@ class Controller:
         self._began = time
         # How far the motors hang from their goals under their loads. When they are stopped their
         # goals stay so much above them: else they would sink, onto whom they touch.
-        most = self.rule.guards.arrival
+        most = round(GIVE_WAY / self.robot.servo.step)
         self._sag = np.clip(self.origin - positions, -most, most)
         self.watch = self._plan(goal, positions, speeds)
 
