@@ -263,6 +263,22 @@ def test_a_tap_on_stop_holds_softly(rig: Rig) -> None:
     assert {servo.get("goal_current") for servo in rig.servos} == {1470}
 
 
+def test_a_stop_under_load_lets_nothing_sink_and_its_end_is_no_contact(rig: Rig) -> None:
+    for servo, load in zip(rig.servos, (0, 12, 8, 4, -12, -8, -4, 12), strict=True):
+        servo.shaft.load = float(load)
+    rig.run(0.2)
+    raise_arms(rig)
+    rig.run(0.3)
+    rig.body.stop()
+    rig.run(0.2)
+    where = rig.body.report.positions
+    rig.run(1.0)
+    assert np.abs(np.subtract(rig.body.report.positions, where)).max() <= 1
+    assert {servo.get("goal_current") for servo in rig.servos} == {339}
+    rig.body.wake()
+    assert rig.body.state.phase is Phase.IDLE
+
+
 def test_limits_and_caps_stand_on_the_card_itself(rig: Rig) -> None:
     """Past the host's own checks: the card refuses by itself, and nothing moves."""
     joints, general = rig.settings.joints, rig.settings.general
