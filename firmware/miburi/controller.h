@@ -46,10 +46,17 @@ struct Controller {
   bool yields;   // stopped by a contact, and nothing has been yielded to it yet
   int16_t origin[MOTORS];
   int16_t goal[MOTORS];
-  int16_t sag[MOTORS];  // how far the motors hung from their goals when the move began
+  int16_t sag[MOTORS];  // how far the motors, last at rest, hung from their goals
   int64_t began;
   Watch watch;
 };
+
+// When the motors are stopped their goals stay so much above them: else they would sink under their
+// loads, onto whom they touch.
+inline void note_sag(Controller& c, uint8_t motor, const int16_t* positions) {
+  const int32_t sag = static_cast<int32_t>(c.origin[motor]) - positions[motor];
+  c.sag[motor] = static_cast<int16_t>(sag > GIVE_WAY ? GIVE_WAY : sag < -GIVE_WAY ? -GIVE_WAY : sag);
+}
 
 // The goal that holds a motor where it is, under its load.
 inline int16_t goal_here(const Controller& c, uint8_t motor, const int16_t* positions) {
@@ -84,10 +91,7 @@ inline void start(Controller& c, const Rule& rule, Phase phase, const int16_t* g
   for (uint8_t motor = 0; motor < MOTORS; motor++) {
     const int32_t way = static_cast<int32_t>(goal[motor]) - c.origin[motor];
     c.goal[motor] = goal[motor];
-    // When the motors are stopped their goals stay so much above them: else they would sink under
-    // their loads, onto whom they touch.
-    const int32_t sag = static_cast<int32_t>(c.origin[motor]) - positions[motor];
-    c.sag[motor] = static_cast<int16_t>(sag > GIVE_WAY ? GIVE_WAY : sag < -GIVE_WAY ? -GIVE_WAY : sag);
+    note_sag(c, motor, positions);
     c.watch.profile[motor] =
         plan(way < 0 ? -way : way, speeds[motor] > 1 ? speeds[motor] : 1, acceleration);
     c.watch.doubt[motor] = lag_doubt(c.watch.profile[motor]);
@@ -172,6 +176,7 @@ inline void update(Controller& c, const Rule& rule, const int16_t* positions, in
   if (arrived(c.watch, rule, positions, elapsed)) {
     for (uint8_t motor = 0; motor < MOTORS; motor++) {
       c.origin[motor] = c.goal[motor];
+      note_sag(c, motor, positions);
     }
     c.phase = Phase::idle;
   }

@@ -163,6 +163,17 @@ def test_a_stop_that_was_asked_for_moves_nothing(motors: Motors, robot: Robot) -
     np.testing.assert_array_equal(controller.setpoint(motors.time), held * FINE)
 
 
+def test_a_stop_at_rest_moves_nothing(motors: Motors, robot: Robot) -> None:
+    """Not even by what the motors hung from their goals in the pose before."""
+    controller = motors.controller
+    controller.move(raised(robot), motors.positions - 3, motors.time)
+    motors.run(1.2)
+    assert controller.phase is Phase.IDLE
+    goals = controller.origin
+    controller.stop(motors.positions, motors.time)
+    np.testing.assert_array_equal(controller.origin, goals)
+
+
 def test_the_way_back_is_slow_and_ends_at_neutral(motors: Motors, robot: Robot) -> None:
     controller = motors.controller
     controller.move(raised(robot), motors.positions, motors.time)

@@ -139,6 +139,7 @@ class Controller:
             self._yields_at = time + YIELD_AFTER
         elif self.watch.arrived(positions, elapsed):
             self.origin = self._goal
+            self._sag = self._hanging(positions)
             self.phase = Phase.IDLE
             self.watch = self._plan(self.origin, positions, np.ones_like(positions))
 
@@ -164,6 +165,16 @@ class Controller:
         back: Steps = positions - direction * (way * part // whole)
         return back
 
+    def _hanging(self, positions: Steps) -> Steps:
+        """Return how far motors at rest hang from their goals under their loads.
+
+        When they are stopped their goals stay so much above them: else they would sink, onto whom
+        they touch.
+        """
+        most = round(GIVE_WAY / self.robot.servo.step)
+        sag: Steps = np.clip(self.origin - positions, -most, most)
+        return sag
+
     def _yield(self, positions: Steps, time: int) -> None:
         """Let the motors that are kept from their places stay where they are."""
         if self._yields_at is None or time < self._yields_at:
@@ -177,10 +188,7 @@ class Controller:
     def _start(self, phase: Phase, goal: Steps, speeds: Steps, positions: Steps, time: int) -> None:
         self.phase = phase
         self._began = time
-        # How far the motors hang from their goals under their loads. When they are stopped their
-        # goals stay so much above them: else they would sink, onto whom they touch.
-        most = round(GIVE_WAY / self.robot.servo.step)
-        self._sag = np.clip(self.origin - positions, -most, most)
+        self._sag = self._hanging(positions)
         self.watch = self._plan(goal, positions, speeds)
 
     def _plan(self, goal: Steps, positions: Steps, speeds: Steps) -> Watch:
