@@ -25,9 +25,11 @@ run: .venv/run.stamp
 experiment: .venv/run.stamp
 	$(BIN)/miburi experiment --seed 1 --seconds 30 --out out/experiment
 
-# The tests in a browser share one server and one browser: they stay in one process.
+# The tests in a browser come last and alone: without a graphics card one takes the whole machine.
+PAGES := tests/studio/test_pages.py
 test: .venv/test.stamp
-	$(BIN)/python -m pytest -n auto --dist loadgroup
+	$(BIN)/python -m pytest -n auto --ignore $(PAGES)
+	$(BIN)/python -m pytest $(PAGES)
 
 screenshots: .venv/test.stamp
 	$(BIN)/python tools/screenshots out/screenshots

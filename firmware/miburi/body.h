@@ -399,6 +399,7 @@ class Body {
     held_ = false;
     known_ = pinned_ = 0;
     for (uint8_t i = 0; i < MOTORS; i++) {
+      controller_.sag[i] = 0;
       last_heard_[i] = now();
     }
   }

@@ -20,13 +20,10 @@ FLAGS = [
 PATIENCE = 60_000
 expect.set_options(timeout=PATIENCE)
 
-pytestmark = [
-    pytest.mark.xdist_group("browser"),
-    pytest.mark.skipif(
-        not CHROMIUM.exists() and os.environ.get("CI") != "true",
-        reason="needs Debian's chromium: apt install chromium",
-    ),
-]
+pytestmark = pytest.mark.skipif(
+    not CHROMIUM.exists() and os.environ.get("CI") != "true",
+    reason="needs Debian's chromium: apt install chromium",
+)
 
 
 @pytest.fixture(scope="module")
