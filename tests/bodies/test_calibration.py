@@ -5,15 +5,14 @@ import numpy as np
 from miburi.bodies import Phase
 from miburi.bodies.calibration import free_moves, granted
 from miburi.bodies.card_settings import CardSettings
-from miburi.bodies.simulated import READING, Simulated
+from miburi.bodies.simulated import Simulated
 from miburi.calibration import Trace
-from miburi.motion import SECOND, commanded, to_steps
 from miburi.robot import Robot
 from miburi.trials.person import TrialPlant, Variation
-from miburi.trials.trial import Kind, trial
+from miburi.trials.trial import Kind, trace_of, trial
 
 
-def made(robot: Robot, plant: TrialPlant | None = None) -> list[Trace]:
+def made(robot: Robot, plant: TrialPlant) -> list[Trace]:
     """Make a calibration's moves, and look for what must not happen meanwhile.
 
     The rule does not stop them, with the guards that it has while the servos are unknown.
@@ -31,10 +30,7 @@ def made(robot: Robot, plant: TrialPlant | None = None) -> list[Trace]:
         for _ in range(20):
             body.read()
             readings.append(body.encoders)
-        goal, speeds = to_steps(robot, move.angles), to_steps(robot, move.speeds)
-        profile, direction = commanded(robot, to_steps(robot, origin), goal, speeds)
-        times = np.arange(len(readings)) * round(READING * SECOND)
-        traces.append(Trace(profile, readings[0], direction, times, np.array(readings)))
+        traces.append(trace_of(robot, origin, move, readings))
         origin = move.angles
     assert np.abs(body.state.angles - robot.neutral).max() < 0.03
     return traces

@@ -59,15 +59,15 @@ class Summary:
     missed: int
     missed_interval: tuple[float, float]
     missed_above_2N: int  # noqa: N815  (the unit is written so)
-    missed_peak_above_2N: int  # noqa: N815
+    missed_peak_above_2N: int  # noqa: N815  (the unit)
     brushes: int
     latency_mean: float | None
     latency_p95: float | None
     latency_max: float | None
     late: int
-    latency_above_2N_max: float | None  # noqa: N815
-    latency_from_1N_p95: float | None  # noqa: N815
-    latency_from_1N_max: float | None  # noqa: N815
+    latency_above_2N_max: float | None  # noqa: N815  (the unit)
+    latency_from_1N_p95: float | None  # noqa: N815  (the unit)
+    latency_from_1N_max: float | None  # noqa: N815  (the unit)
     peak_force_median: float | None
     peak_force_p95: float | None
     peak_force_max: float | None

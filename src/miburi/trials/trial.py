@@ -215,7 +215,7 @@ def _perform(
             watch(rest)
         elif plant.touched_at is not None:
             watch(plant.touched_at + PATIENCE - plant.time)
-        result.traces.append(_trace(plant.robot, origin, move, readings))
+        result.traces.append(trace_of(plant.robot, origin, move, readings))
         origin = move.angles
         if body.phase is Phase.STOPPED:
             break
@@ -227,7 +227,8 @@ def _perform(
     return result
 
 
-def _trace(robot: Robot, origin: Array, move: Move, readings: list[Steps]) -> Trace:
+def trace_of(robot: Robot, origin: Array, move: Move, readings: list[Steps]) -> Trace:
+    """Return a move from ``origin`` (8,) rad with the encoders' regular ``readings`` of it."""
     profile, direction = commanded(
         robot, to_steps(robot, origin), to_steps(robot, move.angles), to_steps(robot, move.speeds)
     )
