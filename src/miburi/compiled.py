@@ -4,6 +4,7 @@ import os
 import sys
 import tempfile
 from collections.abc import Callable
+from contextlib import suppress
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, TypeVar
@@ -32,9 +33,13 @@ def _writable_folder() -> Path | None:
     """
     digest = sha256(b"".join((_HERE / name).read_bytes() for name in _SOURCES)).hexdigest()
     chosen = os.environ.get("NUMBA_CACHE_DIR")
-    # Path.home() raises where there is no home; expanduser() leaves the ~ as it is.
-    user = Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"))  # noqa: PTH111
-    for base in [Path(chosen)] if chosen else [_HERE / "__pycache__", user / "miburi"]:
+    bases = [Path(chosen)] if chosen else [_HERE / "__pycache__"]
+    if not chosen:
+        with suppress(RuntimeError):  # there is no home
+            bases.append(
+                Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "miburi"
+            )
+    for base in bases:
         folder = base / f"compiled-{digest[:16]}"
         try:
             folder.mkdir(parents=True, exist_ok=True)
