@@ -3,7 +3,7 @@
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TypeVar, get_args
+from typing import Any, Self, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
@@ -11,12 +11,52 @@ from miburi.errors import DescriptionError
 
 
 class Table(BaseModel):
-    """A table of a TOML file: immutable, no unknown keys, no NaN, no silent conversions."""
+    """A table of a TOML file: immutable, no unknown keys, no NaN, no silent conversions.
+
+    A table may work values out of its keys with ``functools.cached_property``. Only its keys are
+    compared, hashed, copied and pickled; a copy works the other values out anew.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Table) or type(self) is not type(other):
+            return NotImplemented
+        return _keys_and_values(self) == _keys_and_values(other)
+
+    def __hash__(self) -> int:
+        return hash(_hashable(_keys_and_values(self)))
+
+    def __copy__(self) -> Self:
+        return _without_the_rest(super().__copy__())
+
+    def __deepcopy__(self, memo: dict[int, Any] | None = None) -> Self:
+        return _without_the_rest(super().__deepcopy__(memo))
+
+    def __getstate__(self) -> dict[Any, Any]:
+        return super().__getstate__() | {"__dict__": _keys_and_values(self)}
+
 
 AnyTable = TypeVar("AnyTable", bound=Table)
+
+
+def _keys_and_values(table: Table) -> dict[str, object]:
+    return {name: table.__dict__[name] for name in type(table).model_fields}
+
+
+def _without_the_rest(copied: AnyTable) -> AnyTable:
+    for name in copied.__dict__.keys() - type(copied).model_fields.keys():
+        del copied.__dict__[name]
+    return copied
+
+
+def _hashable(value: object) -> object:
+    match value:
+        case list() | tuple():
+            return tuple(map(_hashable, value))
+        case dict():
+            return frozenset((key, _hashable(inner)) for key, inner in value.items())
+    return value
 
 
 def load_table(model: type[AnyTable], path: Path | str) -> AnyTable:
