@@ -1,4 +1,8 @@
-"""Compilation by Numba: kept on the disk, announced when it happens."""
+"""Compilation by Numba: a decorator for functions that must be fast.
+
+Compiled code is kept on the disk, so that only the first start waits for it; a line on standard
+error announces the wait.
+"""
 
 import os
 import sys
@@ -12,6 +16,8 @@ from typing import Any, TypeVar
 import numba
 from numba.core import event
 
+import miburi
+
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 # Division by zero gives infinity, which costs nothing to allow, in place of an exception. NaN and
@@ -21,26 +27,36 @@ _OPTIONS: dict[str, Any] = {
     "error_model": "numpy",
     "fastmath": {"contract", "nsz", "arcp"},
 }
-_HERE = Path(__file__).parent
-_SOURCES = ("compiled.py", "bma/operators.py", "ik/kinematics.py", "ik/kernel.py")
+_ROOT = Path(miburi.__file__).parent
+#: The folders, from the package's root, of the modules with compiled functions.
+FOLDERS = ("bma", "ik")
+
+
+def state_of_sources(root: Path) -> str:
+    """Return a name for what the modules in ``FOLDERS`` below ``root``, and this one, contain.
+
+    A compiled function contains those that it calls, and Numba watches a function's own file
+    only: after a change in another file it would go on with old code.
+    """
+    digest = sha256(Path(__file__).read_bytes())
+    for folder in FOLDERS:
+        for path in sorted((root / folder).rglob("*.py")):
+            digest.update(f"\0{path.relative_to(root).as_posix()}\0".encode())
+            digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
 
 
 def _writable_folder() -> Path | None:
-    """Where compiled code is kept; of its own for each state of the sources.
-
-    A compiled function contains those that it calls, and Numba watches a function's own file
-    only: after a change in another it would go on with what is old.
-    """
-    digest = sha256(b"".join((_HERE / name).read_bytes() for name in _SOURCES)).hexdigest()
+    """Return the folder for compiled code, one for each state of the sources."""
     chosen = os.environ.get("NUMBA_CACHE_DIR")
-    bases = [Path(chosen)] if chosen else [_HERE / "__pycache__"]
+    bases = [Path(chosen)] if chosen else [_ROOT / "__pycache__"]
     if not chosen:
         with suppress(RuntimeError):  # there is no home
             bases.append(
                 Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "miburi"
             )
     for base in bases:
-        folder = base / f"compiled-{digest[:16]}"
+        folder = base / f"compiled-{state_of_sources(_ROOT)}"
         try:
             folder.mkdir(parents=True, exist_ok=True)
             tempfile.TemporaryFile(dir=folder).close()
@@ -56,15 +72,15 @@ _folder = _writable_folder()
 def compiled(function: Function) -> Function:
     """Compile a function at its first call, and keep the result on the disk where that can be.
 
-    It is kept in ``NUMBA_CACHE_DIR``, where that is set, else beside the sources, else in the
-    user's cache folder. Where nothing can be written, every process compiles anew and says so.
+    The place is ``NUMBA_CACHE_DIR`` where that is set, else a folder beside the sources, else the
+    user's cache folder. If none of them can be written, every process compiles anew and says so.
     """
     config: Any = numba.config
     usual = config.CACHE_DIR
     try:
         if _folder is not None:
             config.CACHE_DIR = str(_folder)
-        # Numba's decorator is untyped, as its events are below.
+        # Numba's decorator is untyped, and so are its events below.
         return numba.njit(cache=_folder is not None, **_OPTIONS)(function)  # type: ignore[no-any-return]
     finally:
         config.CACHE_DIR = usual
