@@ -21,6 +21,7 @@ from miburi.bma.settings import (
 )
 from miburi.cores import available_cores
 from miburi.errors import InputError
+from miburi.ik.problem import pack
 from miburi.robot import Array, Robot
 
 OUT_OF_REACH = "out of reach: this is the best reachable pose"
@@ -140,7 +141,7 @@ def solve(
     found = np.empty(11)
     if deadline is None:
         status, residual, evaluations, generations = _kernel().solve(
-            problem.packed, goal, pose, start is not None, seed_of(seed), found
+            problem.record, goal, pose, start is not None, seed_of(seed), found
         )
         words = _words(status, residual)
     else:
@@ -182,7 +183,7 @@ def solve_batch(
 
     def part(rows: slice) -> None:
         kernel.solve_many(
-            problem.packed,
+            problem.record,
             goals[rows],
             pose,
             start is not None,
@@ -220,7 +221,7 @@ class _Problem:
 
     robot: Robot
     settings: Settings
-    packed: Array
+    record: NDArray[np.void]
     middle: Array
 
     def inside(self, pose: Array) -> Array:
@@ -231,33 +232,12 @@ _last: _Problem | None = None
 
 
 def _problem(robot: Robot, settings: Settings) -> _Problem:
-    """Return the arrays for a robot and settings; those of the last call are kept."""
+    """Return what the compiled code takes; the answer to the last call is kept."""
     global _last  # noqa: PLW0603  (a pure cache: what it holds never changes an answer)
     known = _last
     if known is not None and known.robot is robot and known.settings is settings:
         return known
-    size = robot.lengths
-    lengths = (size.L01, size.L12, size.L23, size.L34, size.LH1, size.LH2)
-    numbers = (
-        settings.individuals,
-        settings.clones,
-        settings.segment,
-        settings.transfers,
-        settings.transferred,
-        settings.local_probability,
-        settings.local_iterations,
-        settings.damping,
-        settings.gradient_tolerance,
-        settings.local_search == "residual",
-        settings.ends,
-        settings.local_first,
-        settings.first_iterations,
-        settings.target,
-        settings.patience,
-        settings.generations,
-    )
-    packed = np.concatenate([lengths, robot.lower, robot.upper, numbers])
-    _last = _Problem(robot, settings, packed, (robot.lower + robot.upper) / 2)
+    _last = _Problem(robot, settings, pack(robot, settings), (robot.lower + robot.upper) / 2)
     return _last
 
 
@@ -270,25 +250,20 @@ def _solve_until(
     found: Array,
     limit: float,
 ) -> tuple[str, float, int, int]:
-    """Search generation by generation while the clock allows it."""
-    kernel, settings = _kernel(), problem.settings
-    memory = (
-        np.array([seed], np.uint64),
-        np.empty(1),
-        np.empty((settings.individuals, 8)),
-        np.empty(settings.individuals),
-        counts := np.array([-2, 0, 0]),
-        np.arange(8),
-        pose.copy(),
-        found,
-    )
-    status, residual = kernel.GOES_ON, np.inf
-    late = False
-    while status == kernel.GOES_ON and counts[0] < settings.generations and not late:
-        status, residual = kernel.advance(problem.packed, goal, pose, has_start, *memory)
+    """Do what the kernel's ``solve`` does, but look at the clock after each generation."""
+    kernel, record = _kernel(), problem.record[0]
+    best = kernel.Best(pose.copy(), np.empty(1), np.zeros(1, np.int64))
+    status, generations = kernel.begin(record, goal, has_start, best), 0
+    late = time.perf_counter() >= limit
+    if status == kernel.GOES_ON:
+        population = kernel.new_population(problem.settings.individuals, seed)
+    while status == kernel.GOES_ON and generations < problem.settings.generations and not late:
+        status = kernel.evolve(record, goal, population, best, 1)
+        generations = int(population.counts[0])
         late = time.perf_counter() >= limit
+    residual = kernel.finish(record, goal, pose, has_start, best.pose, found)
     words = DEADLINE if status == kernel.GOES_ON and late else _words(status, residual)
-    return words, residual, int(counts[2]), max(int(counts[0]), 0)
+    return words, residual, int(best.evaluations[0]), generations
 
 
 _WIDTHS = {8: "eight angles in rad", 9: "nine coordinates in m"}
