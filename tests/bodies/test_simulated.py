@@ -11,6 +11,7 @@ from miburi.contact import Rule
 from miburi.errors import InputError
 from miburi.motion import synchronised
 from miburi.robot import JOINTS, Robot, forward
+from miburi.robot.geometry import shoulders
 
 RAISED = np.array([0.2, 1.4, 0.9, 0.3, 1.4, -0.9, -0.3, 1.0])
 LIFT = (1, 4)  # the shoulders
@@ -31,7 +32,7 @@ def block(body: Simulated, arm: int, part: float = 0.5) -> None:
     start = body.state.angles
     here, ahead = (forward(robot, start + f * (RAISED - start)) for f in (part, part + 0.05))
     hand, motion = here[3 * arm : 3 * arm + 3], (ahead - here)[3 * arm : 3 * arm + 3]
-    shoulder = np.array([0, robot.lengths.L12 * (1 if arm else -1), robot.lengths.L01])
+    shoulder = shoulders(robot)[arm]
     body.place_hand(shoulder + 0.85 * (hand - shoulder), np.cross(motion, hand - shoulder))
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from miburi.bodies.plant import Tangible
 from miburi.partner import Event, GestureStarted, MoveSent, Stopped
 from miburi.robot import Array, Robot, forward
+from miburi.robot.geometry import shoulders
 
 #: Seconds that the hand needs to reach in; about 1 m/s (ours).
 REACH = 0.16
@@ -102,23 +103,19 @@ class Visitor:
         arms = np.flatnonzero(travel >= 0.6 * travel.max())
         arm = int(self._rng.choice(arms))
         here, ahead = (way[3 * arm : 3 * arm + 3] for way in ways)
-        shoulder = self._shoulder(arm)
+        shoulder = shoulders(self._robot)[arm]
         radial, motion = here - shoulder, ahead - here
         along = np.cross(motion, radial)
         place = shoulder + self._rng.uniform(0.75, 0.95) * radial
         outside = self._free_way(angles, end, part, arm, place)
         return _Visit(place, outside, along)
 
-    def _shoulder(self, arm: int) -> Array:
-        lengths = self._robot.lengths
-        return np.array([0.0, lengths.L12 if arm else -lengths.L12, lengths.L01])
-
     def _free_way(self, start: Array, end: Array, part: float, arm: int, place: Array) -> Array:
         """Return where to come from so as to meet the arm at ``place`` and not on the way in."""
         sign = 1.0 if arm else -1.0
         poses = start + np.linspace(0.0, part - 0.2, 5)[:, None] * (end - start)
         hands = forward(self._robot, poses)[:, 3 * arm : 3 * arm + 3]
-        arms = np.concatenate([hands, (hands + self._shoulder(arm)) / 2])
+        arms = np.concatenate([hands, (hands + shoulders(self._robot)[arm]) / 2])
         best, room = place, -1.0
         for outwards, forwards, up in _DIRECTIONS:
             direction = np.array([forwards, sign * outwards, up])

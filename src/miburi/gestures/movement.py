@@ -10,6 +10,7 @@ from pydantic import Field, model_validator
 from miburi.errors import DescriptionError, InputError
 from miburi.laban import Effort
 from miburi.robot import Array, Robot, inverse, iphonoid
+from miburi.robot.geometry import arm_reach, hand_distances, head_joint, shoulders
 from miburi.tables import Table, load_table
 
 #: The feelings that have a gesture: the files beside this one.
@@ -200,12 +201,11 @@ def angles(robot: Robot, pose: Posture) -> Array:
         )
     right_fits = len(_solutions(robot, right, hanging, np.array(level)))
     name, hand = ("left", pose.left) if right_fits else ("right", pose.right)
-    size, bend = robot.lengths, robot.upper[3]
-    nearest = np.sqrt(size.L23**2 + size.L34**2 + 2 * size.L23 * size.L34 * np.cos(bend))
+    nearest, farthest = hand_distances(robot)[int(right_fits)] / arm_reach(robot)
     raise InputError(
         f"{name} = {hand}, {np.linalg.norm(hand):.3f} arm's reaches from the shoulder, is out of "
         f"reach; allowed is what the joint limits let the arm do, at a distance of "
-        f"{nearest / (size.L23 + size.L34):.2f} to 1."
+        f"{nearest:.2f} to {farthest:.2f}."
     )
 
 
@@ -215,20 +215,19 @@ _HANGING = np.array([0.0, 0.3, -0.94])
 
 def _solutions(robot: Robot, right: Array, left: Array, head: Array) -> Array:
     """Return all joint angles, (k, 8), for hands and head given as in :class:`Posture`."""
-    size = robot.lengths
-    reach = size.L23 + size.L34
+    reach = arm_reach(robot)
     look = head / np.linalg.norm(head)
     waist = np.arctan2(look[1], look[0])
     cos, sin = np.cos(waist), np.sin(waist)
     turn = np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])
-    shoulder = np.array([0, size.L12, size.L01])
+    right_shoulder, left_shoulder = shoulders(robot)
     return inverse(
         robot,
         np.concatenate(
             [
-                turn @ ((shoulder + reach * right) * [1, -1, 1]),
-                turn @ (shoulder + reach * left),
-                [0, 0, size.L01 + size.LH1] + size.LH2 * look,
+                turn @ (right_shoulder + reach * right * [1, -1, 1]),
+                turn @ (left_shoulder + reach * left),
+                head_joint(robot) + robot.lengths.LH2 * look,
             ]
         ),
     )

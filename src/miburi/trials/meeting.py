@@ -8,6 +8,7 @@ from miburi.bodies import Phase
 from miburi.motion import FINE, SECOND, Move, commanded, to_steps
 from miburi.robot import Array, Robot
 from miburi.robot.mjcf import HAND_SIZE
+from miburi.robot.shape import extremities, links
 from miburi.trials.conditions import HandKind, Person
 from miburi.trials.person import TrialPlant
 
@@ -86,21 +87,23 @@ def _across(direction: Array, roll: float) -> Array:
 
 def _spot(robot: Robot, person: Person) -> tuple[str, Array, Array, float]:
     """Return the model's body, met point and axis of the link in its frame, and half its depth."""
-    size, shape = robot.lengths, robot.shape
+    shape, tips = robot.shape, extremities(robot)
     if person.link == "head":
         tilt = shape.phone_level
         up = np.array([np.sin(tilt), 0.0, np.cos(tilt)])
         side = np.copysign(0.4 * shape.phone_width, np.cos(person.roll))
         high = (person.spot - 0.5) * 0.9 * shape.phone_height
-        return "head", np.array([size.LH2, side, 0.0]) + high * up, up, shape.phone_thickness / 2
+        link, centre = tips["head"]
+        return link, centre + np.array([0.0, side, 0.0]) + high * up, up, shape.phone_thickness / 2
     side_name, _, segment = person.link.partition("_")
+    forearm, hand = tips[side_name]
     axis = np.array([0.0, -1.0 if side_name == "right" else 1.0, 0.0])
     if segment == "upper_arm":
-        return f"{side_name}_upper_arm", person.spot * size.L23 * axis, axis, shape.arm_radius
+        parent, elbow = next((x.parent, x.position) for x in links(robot) if x.name == forearm)
+        return parent, person.spot * np.array(elbow), axis, shape.arm_radius
     if segment == "forearm":
-        spot = 0.8 * person.spot * size.L34 * axis
-        return f"{side_name}_forearm", spot, axis, shape.arm_radius
-    return f"{side_name}_forearm", size.L34 * axis, axis, shape.hand_radius
+        return forearm, 0.8 * person.spot * np.array(hand), axis, shape.arm_radius
+    return forearm, np.array(hand), axis, shape.hand_radius
 
 
 def _when(robot: Robot, start: Array, move: Move, fraction: float) -> tuple[float, float]:
