@@ -44,9 +44,9 @@ class Part:
         The link that carries it, and its own name.
     kind
         ``sphere`` (size: radius), ``capsule`` or ``cylinder`` (radius; from ``position`` to
-        ``end``), ``box`` (half sizes), ``ellipsoid`` (half axes).
+        ``end``), ``box`` (half sizes), ``ellipsoid`` (half axes, of which x and y are equal).
     tilt
-        Turn about the link's −y axis, in rad; boxes and ellipsoids only.
+        Turn about the link's −y axis, in rad; boxes only.
     mass
         kg; 0 for what is only seen.
     """
