@@ -1,8 +1,9 @@
 """The Bacterial Memetic Algorithm compiled around the kinematics of the body.
 
-The operators are those of :mod:`miburi.bma.operators`; here they meet the body's kinematics.
-Importing this module loads Numba; it compiles at the first call, unless that was done before and
-is found on the disk.
+In: a problem, as :func:`miburi.ik.problem.pack` packs it, and a target. Out: the best pose, and
+how the search ended. The operators are those of :mod:`miburi.bma.operators`; here they minimise
+Eq. 13. Importing this module loads Numba, which compiles each function at its first call, or
+loads it from the disk.
 """
 
 from typing import NamedTuple
@@ -45,12 +46,12 @@ from miburi.ik.kinematics import (
 )
 from miburi.ik.problem import Problem
 
-#: How a search stands; the words for it are in :mod:`miburi.ik`.
+#: How a search stands; :mod:`miburi.ik.solver` has words for it.
 GOES_ON, CONVERGED, SETTLED = 0, 1, 2
 
 
 class Best(NamedTuple):
-    """The best bacterium so far, its value, and how many were evaluated."""
+    """The best pose so far, the value of Eq. 13 there, and how many poses were evaluated."""
 
     pose: Array  # (8,)
     value: Array  # (1,)
@@ -58,11 +59,13 @@ class Best(NamedTuple):
 
 
 class Population(NamedTuple):
-    """The bacteria, and what the search remembers of them from one generation to the next."""
+    """The bacteria, and what a search carries from one generation to the next."""
 
     poses: Array  # (individuals, 8)
     costs: Array  # (individuals,)
-    counts: Ints  # (2,): generations begun, -1 before the bacteria are drawn; searches in vain
+    counts: (
+        Ints  # (2,): generations begun (-1: no bacteria yet); local searches since the last gain
+    )
     genes: Ints  # (8,): the joints in random order
     state: State  # (1,): the random generator's
 
@@ -112,7 +115,7 @@ def _search_by_residual(
 def _search_from_ends(
     problem: Problem, target: Array, iterations: int, q: Array, best: Best
 ) -> float:
-    """Search locally; then go on from clones with one joint at a limit, while that helps."""
+    """Search locally, then from clones with one joint at a limit, as long as that helps."""
     value = _search_by_residual(problem, target, iterations, q, best)
     if problem.ends == 0 or value <= problem.enough:
         return value
@@ -222,14 +225,14 @@ def _mutate_all(problem: Problem, target: Array, population: Population, best: B
             else:
                 for k in range(clones.shape[0]):
                     tried[0, k] = know(problem.size, target, clones[k], pose)
-            found = -1
+            better = -1
             for k in range(clones.shape[0]):
                 if tried[0, k] < costs[i]:
-                    costs[i], found = tried[0, k], k
+                    costs[i], better = tried[0, k], k
             best.evaluations[0] += clones.shape[0]
-            if found >= 0:
+            if better >= 0:
                 for j in range(8):
-                    bacterium[j] = clones[found, j]
+                    bacterium[j] = clones[better, j]
                 know(problem.size, target, bacterium, pose)
         _better(best, bacterium, costs[i])
 
@@ -294,7 +297,7 @@ def begin(problem: Problem, target: Array, has_start: bool, best: Best) -> int:
 def evolve(
     problem: Problem, target: Array, population: Population, best: Best, generations: int
 ) -> int:
-    """Run ``generations`` more; return how the search stands."""
+    """Run ``generations`` more, or fewer if the search ends; return how it stands."""
     counts = population.counts
     if counts[0] < 0:
         counts[0] = counts[1] = 0
@@ -309,7 +312,7 @@ def evolve(
 
 @compiled
 def new_population(individuals: int, seed: int) -> Population:
-    """Return the memory for the bacteria, which :func:`evolve` draws."""
+    """Return memory for the bacteria; :func:`evolve` draws them."""
     return Population(
         np.empty((individuals, 8)),
         np.empty(individuals),
@@ -326,11 +329,11 @@ def solve(
     start: Array,
     has_start: bool,
     seed: int,
-    found: Array,
+    result: Array,
 ) -> tuple[int, float, int, int]:
-    """Search to the end; write pose and errors, (11,).
+    """Search to the end; write the pose and the three errors to ``result``, (11,).
 
-    Returns how the search stands, the residual, the evaluations and the generations.
+    Returns how the search ended, the residual, the evaluations and the generations.
     """
     problem: Problem = record[0]
     best = Best(start.copy(), np.empty(1), np.zeros(1, np.int64))
@@ -339,7 +342,7 @@ def solve(
         population = new_population(problem.individuals, seed)
         status = evolve(problem, target, population, best, problem.generations)
         generations = population.counts[0]
-    residual = finish(problem, target, start, has_start, best.pose, found)
+    residual = finish(problem, target, start, has_start, best.pose, result)
     return status, residual, best.evaluations[0], generations
 
 
@@ -350,14 +353,18 @@ def solve_many(
     start: Array,
     has_start: bool,
     seed: int,
-    found: Array,
+    results: Array,
     residuals: Array,
     counts: Ints,
 ) -> None:
-    """Call :func:`solve` for every row; write (n, 11), (n,), and (n, 3) status and counts."""
+    """Call :func:`solve` for every row, (n, 9).
+
+    Writes ``results``, (n, 11), ``residuals``, (n,), and ``counts``, (n, 3): how each search
+    ended, its evaluations and its generations.
+    """
     for i in range(targets.shape[0]):
         status, residual, evaluations, generations = solve(
-            record, targets[i], start, has_start, seed, found[i]
+            record, targets[i], start, has_start, seed, results[i]
         )
         residuals[i] = residual
         counts[i, 0] = status

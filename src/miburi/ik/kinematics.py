@@ -17,7 +17,7 @@ from miburi.robot.description import Lengths
 
 
 class Pose(NamedTuple):
-    """What is known of one pose, so that a change of one joint costs little."""
+    """The parts of one pose's evaluation that a change of one joint leaves as they are."""
 
     sines: Array  # (8,) of the angles
     cosines: Array  # (8,)
@@ -26,7 +26,7 @@ class Pose(NamedTuple):
 
 @compiled
 def known_pose() -> Pose:
-    """Return the memory for one pose."""
+    """Return memory for a pose."""
     memory = np.empty((3, 8))
     return Pose(memory[0], memory[1], memory[2, :3])
 
@@ -68,7 +68,7 @@ def _know_angles(q: Array, sines: Array, cosines: Array) -> None:
 
 @compiled
 def know(size: Lengths, target: Array, q: Array, pose: Pose) -> float:
-    """Write all that is known of the pose ``q``; return Eq. 13."""
+    """Evaluate the pose ``q`` and write the parts to ``pose``; return Eq. 13."""
     _know_angles(q, pose.sines, pose.cosines)
     pose.errors[0] = _arm_error(size, target, 0, pose.sines, pose.cosines)
     pose.errors[1] = _arm_error(size, target, 1, pose.sines, pose.cosines)
@@ -81,9 +81,9 @@ def know(size: Lengths, target: Array, q: Array, pose: Pose) -> float:
 def changed(
     size: Lengths, target: Array, poses: Array, joint: int, pose: Pose, tried: Array
 ) -> None:
-    """Write Eq. 13 for poses, (k, 8), that differ from the known one in one joint.
+    """Evaluate poses, (k, 8), that differ from ``pose`` in one joint.
 
-    It is written to the first row of ``tried``, (3, k); the others are working memory.
+    Writes Eq. 13 to the first row of ``tried``, (3, k); the other rows are working memory.
     """
     for i in range(poses.shape[0]):
         tried[0, i] = poses[i, joint]
@@ -93,7 +93,7 @@ def changed(
 
 @compiled
 def changed_in_turn(size: Lengths, target: Array, poses: Array, pose: Pose, tried: Array) -> None:
-    """Do the same for (16, 8) of which the first two differ in the first joint, and so on."""
+    """Do the same for (16, 8): the first two poses differ in the first joint, and so on."""
     for i in range(16):
         tried[0, i] = poses[i, i // 2]
     _know_angles(tried[0], tried[1], tried[2])
@@ -220,10 +220,10 @@ def _add_arm(
 
 @compiled
 def body_step(normal: Array, gradient: Array, free: Array, damping: float, step: Array) -> None:
-    """Solve what ``bma.operators.residual_step`` solves, knowing what the body's JᵀJ looks like.
+    """Solve what ``bma.operators.residual_step`` solves, using the zeros of the body's JᵀJ.
 
-    The arms meet in the waist alone and the head meets nothing: each arm's step is a part of its
-    own less another times the waist's step, which follows from both arms.
+    Only the waist couples the arms, and nothing couples the head. So each arm gives its step as a
+    fixed part less a multiple of the waist's step, and the waist's step follows from both arms.
     """
     right, right_stiffness, right_push = _arm_step(normal, gradient, free, damping, 1, step)
     left, left_stiffness, left_push = _arm_step(normal, gradient, free, damping, 4, step)
@@ -288,28 +288,31 @@ def _solved(
 
 @compiled
 def finish(
-    problem: Problem, target: Array, start: Array, has_start: bool, pose: Array, found: Array
+    problem: Problem, target: Array, start: Array, has_start: bool, pose: Array, result: Array
 ) -> float:
-    """Choose the pose nearest to ``start``; write pose and errors, (11,); return the residual."""
+    """Of the poses that do the same, choose the one nearest to ``start``.
+
+    Writes the pose and the three errors to ``result``, (11,); returns the residual, in m.
+    """
     if has_start:
         _nearest_arm(problem, start, pose, 1, 1.0)
         _nearest_arm(problem, start, pose, 4, -1.0)
     known = known_pose()
     total = know(problem.size, target, pose, known)
     for j in range(8):
-        found[j] = pose[j]
+        result[j] = pose[j]
     for limb in range(3):
-        found[8 + limb] = sqrt(known.errors[limb])
+        result[8 + limb] = sqrt(known.errors[limb])
     return sqrt(total)
 
 
 @compiled
 def _nearest_arm(problem: Problem, start: Array, q: Array, first: int, side: float) -> None:
-    """Replace an arm's pose by that one of the same hand position which is nearest to ``start``.
+    """Of the arm's poses with this hand position, take the one nearest to ``start``.
 
-    The elbow mirrored about the line to the hand, the shoulder turned by π, and both: no other
-    pose of an arm, with the waist where it is, puts the hand on the same point. With the hand on
-    the shoulder axis any shoulder angle will do.
+    While the waist stays, only four poses put the hand on the same point: this one, the elbow
+    mirrored about the line from shoulder to hand, the shoulder turned by π, and both together.
+    With the hand on the shoulder axis any shoulder angle will do.
     """
     size, lower, upper = problem.size, problem.lower, problem.upper
     s, e, f = q[first], side * q[first + 1], side * q[first + 2]
@@ -318,7 +321,7 @@ def _nearest_arm(problem: Problem, start: Array, q: Array, first: int, side: flo
     bearing = atan2(out, reach)
     on_axis = abs(out) < 1e-9
     shortest = np.inf
-    found, arm = np.empty(3), np.empty(3)
+    nearest, arm = np.empty(3), np.empty(3)
     for turn in (0.0, pi, -pi):
         sign = 1.0 if turn == 0.0 else -1.0
         for mirror in (1.0, -1.0):
@@ -335,10 +338,10 @@ def _nearest_arm(problem: Problem, start: Array, q: Array, first: int, side: flo
             if distance < shortest:
                 shortest = distance
                 for k in range(3):
-                    found[k] = arm[k]
+                    nearest[k] = arm[k]
     if shortest < np.inf:
         for k in range(3):
-            q[first + k] = found[k]
+            q[first + k] = nearest[k]
 
 
 @compiled

@@ -1,4 +1,4 @@
-"""One target or many: checks what comes in, and hands it to the compiled search."""
+"""Solve for one target or many: check the input, then call the compiled search."""
 
 import time
 from concurrent.futures import ThreadPoolExecutor
@@ -28,11 +28,11 @@ OUT_OF_REACH = "out of reach: this is the best reachable pose"
 
 #: A target counts as reached where the residual is not above this, in m.
 REACHED = 1e-4
-#: The residual, in m, at which the search is content.
+#: The search ends at this residual, in m.
 TOLERANCE = 1e-6
 
-#: How :func:`solve` searches, unless it is told otherwise: the counts of Table 2 for the
-#: population, and for the local search numbers of our own.
+#: The settings of :func:`solve` if none are given: Table 2 for the population, and our own
+#: numbers for the local search.
 SETTINGS = Settings(
     local_search="residual",
     local_iterations=30,
@@ -133,23 +133,23 @@ def solve(
     Raises
     ------
     InputError
-        A shape is another, a value is not finite, or an argument is not as said above.
+        A shape is wrong, a value is not finite, or an argument does not match its description.
     """
     problem = _problem(robot, settings)
     goal = _numbers(target, "target", (9,))
     pose = problem.middle if start is None else problem.inside(_numbers(start, "start", (8,)))
-    found = np.empty(11)
+    result = np.empty(11)
     if deadline is None:
         status, residual, evaluations, generations = _kernel().solve(
-            problem.record, goal, pose, start is not None, seed_of(seed), found
+            problem.record, goal, pose, start is not None, seed_of(seed), result
         )
         words = _words(status, residual)
     else:
         limit = clock_limit(deadline)
         words, residual, evaluations, generations = _solve_until(
-            problem, goal, pose, start is not None, seed_of(seed), found, limit
+            problem, goal, pose, start is not None, seed_of(seed), result, limit
         )
-    return Solution(found[:8], residual, found[8:], evaluations, generations, words)
+    return Solution(result[:8], residual, result[8:], evaluations, generations, words)
 
 
 def solve_batch(
@@ -178,7 +178,7 @@ def solve_batch(
     goals = _numbers(targets, "targets", (-1, 9))
     pose = problem.middle if start is None else problem.inside(_numbers(start, "start", (8,)))
     number, kernel = seed_of(seed), _kernel()
-    found, residual = np.empty((len(goals), 11)), np.empty(len(goals))
+    results, residual = np.empty((len(goals), 11)), np.empty(len(goals))
     counts = np.empty((len(goals), 3), np.int64)
 
     def part(rows: slice) -> None:
@@ -188,7 +188,7 @@ def solve_batch(
             pose,
             start is not None,
             number,
-            found[rows],
+            results[rows],
             residual[rows],
             counts[rows],
         )
@@ -197,9 +197,9 @@ def solve_batch(
     with ThreadPoolExecutor(available_cores()) as threads:
         list(threads.map(part, slices))
     return Solutions(
-        found[:, :8],
+        results[:, :8],
         residual,
-        found[:, 8:],
+        results[:, 8:],
         counts[:, 1],
         counts[:, 2],
         tuple(map(_words, counts[:, 0].tolist(), residual.tolist())),
@@ -211,7 +211,7 @@ _WORDS = (BUDGET_SPENT, CONVERGED, OUT_OF_REACH)  # by the kernel's GOES_ON, CON
 
 
 def _words(status: int, residual: float) -> str:
-    """Say why a search ended; where it settled close by, the target was in reach after all."""
+    """Return why a search ended; a pose this near counts as reached, however it was found."""
     return CONVERGED if residual <= REACHED else _WORDS[status]
 
 
@@ -247,7 +247,7 @@ def _solve_until(
     pose: Array,
     has_start: bool,
     seed: int,
-    found: Array,
+    result: Array,
     limit: float,
 ) -> tuple[str, float, int, int]:
     """Do what the kernel's ``solve`` does, but look at the clock after each generation."""
@@ -261,7 +261,7 @@ def _solve_until(
         status = kernel.evolve(record, goal, population, best, 1)
         generations = int(population.counts[0])
         late = time.perf_counter() >= limit
-    residual = kernel.finish(record, goal, pose, has_start, best.pose, found)
+    residual = kernel.finish(record, goal, pose, has_start, best.pose, result)
     words = DEADLINE if status == kernel.GOES_ON and late else _words(status, residual)
     return words, residual, int(best.evaluations[0]), generations
 
@@ -280,7 +280,7 @@ def _numbers(values: ArrayLike, name: str, shape: tuple[int, ...]) -> Array:
         raise InputError(
             f"{name} must be {_WIDTHS[shape[-1]]}, of the shape {wanted}; got {array.shape}."
         )
-    flat = array.ravel()  # one product is the quickest test; what it overflows on is looked at
+    flat = array.ravel()  # one product is the quickest test, but finite values may overflow it
     if not isfinite(flat.dot(flat)) and not np.isfinite(array).all():
         raise InputError(f"{name} must be finite numbers, got {values!r}.")
     return array
