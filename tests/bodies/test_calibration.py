@@ -8,7 +8,7 @@ from miburi.bodies.card_settings import CardSettings
 from miburi.bodies.simulated import Simulated
 from miburi.calibration import Trace
 from miburi.robot import Robot
-from miburi.trials.person import TrialPlant, Variation
+from miburi.trials.plant import TrialPlant, Variation
 from miburi.trials.trial import Kind, trace_of, trial
 
 

@@ -12,7 +12,7 @@ from miburi.motion import synchronised
 from miburi.robot import Robot
 from miburi.trials.conditions import HandKind, draw, varied_servos
 from miburi.trials.meeting import carriers
-from miburi.trials.person import Skin, TrialPlant, Variation
+from miburi.trials.plant import Skin, TrialPlant, Variation
 from miburi.trials.replay import DeafRule, judge
 from miburi.trials.trial import IN_THE_WAY, Kind, measure, run, sustained, trial
 

@@ -15,7 +15,7 @@ from miburi.gestures import FEELINGS, KeyPose, MovementFunction, key_poses, load
 from miburi.motion import Move, synchronised
 from miburi.robot import Array, Robot
 from miburi.robot.mjcf import HAND_MASS
-from miburi.trials.person import Skin, Variation
+from miburi.trials.plant import Skin, Variation
 
 
 class HandKind(StrEnum):

@@ -10,7 +10,7 @@ from miburi.robot import Array, Robot
 from miburi.robot.mjcf import HAND_SIZE
 from miburi.robot.shape import extremities, links
 from miburi.trials.conditions import HandKind, Person
-from miburi.trials.person import TrialPlant
+from miburi.trials.plant import TrialPlant
 
 #: A person is in the way only where the link still wants to go this far, m (ours).
 LEAST_REST = 0.015

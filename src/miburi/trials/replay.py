@@ -11,7 +11,7 @@ from miburi.contact import Contact, Rule, Watch
 from miburi.motion import SECOND, Profile, Steps
 from miburi.robot import Robot
 from miburi.robot.mjcf import TIMESTEP
-from miburi.trials.person import TrialPlant
+from miburi.trials.plant import TrialPlant
 from miburi.trials.trial import Kind, Run, run
 
 #: µs for which a deaf rule waits for a blocked motor after its profile has ended.

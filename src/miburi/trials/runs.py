@@ -26,7 +26,7 @@ from miburi.contact import Rule
 from miburi.errors import InputError, MiburiError, OutputError
 from miburi.files import whole_files
 from miburi.robot import Robot
-from miburi.trials.person import TrialPlant
+from miburi.trials.plant import TrialPlant
 from miburi.trials.trial import Kind, Outcome, trial
 
 #: Trials that a process takes at once: about a second's work.

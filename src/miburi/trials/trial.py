@@ -16,7 +16,7 @@ from miburi.robot import Array, Robot
 from miburi.robot.mjcf import TIMESTEP
 from miburi.trials.conditions import Conditions, HandKind, Person, draw, draw_person
 from miburi.trials.meeting import Actor, Meeting, carriers, plan
-from miburi.trials.person import TrialPlant
+from miburi.trials.plant import TrialPlant
 
 #: s after the touch for which a robot that has not stopped is watched; then the contact is
 #: missed (ours).

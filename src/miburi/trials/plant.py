@@ -1,4 +1,4 @@
-"""A simulated person in the robot's way, and servos that differ: the physics of a trial.
+"""The physical robot of contact trials: servos that differ, and a human hand on springs.
 
 Unlike the hand of the experiment, this one has mass and hangs on springs, so that it can give
 way, come towards the robot, or hold on to it; and the force on it is known at every physics
