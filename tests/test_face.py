@@ -9,7 +9,7 @@ from PIL import Image
 
 from miburi.face import MOODS, SHEET, SIZE, SOURCE, face
 from miburi.feelings import FEELINGS, Expression
-from miburi.film import Scene, studio
+from miburi.film import Scene, camera
 from miburi.robot import Robot
 
 
@@ -32,10 +32,10 @@ def test_it_is_drawn_on_the_screen_upright(robot: Robot) -> None:
     picture = np.zeros((SIZE, SIZE, 3), dtype=np.uint8)
     picture[:, : SIZE // 2, 0] = 255
     picture[: SIZE // 2, :, 1] = 255
-    with studio(robot, 320, 240) as camera:
-        blank = camera.picture(Scene(robot.neutral)).astype(int)
-        drawn = camera.picture(Scene(robot.neutral, face=picture)).astype(int)
-        again = camera.picture(Scene(robot.neutral)).astype(int)
+    with camera(robot, 320, 240) as opened:
+        blank = opened.picture(Scene(robot.neutral)).astype(int)
+        drawn = opened.picture(Scene(robot.neutral, face=picture)).astype(int)
+        again = opened.picture(Scene(robot.neutral)).astype(int)
     np.testing.assert_array_equal(blank, again)
     rows, columns = np.nonzero(np.abs(drawn - blank).sum(axis=2) > 60)
     top, left = np.quantile(rows, 0.3), np.quantile(columns, 0.3)

@@ -9,7 +9,7 @@ from PIL import Image
 
 from miburi import film
 from miburi.errors import OutputError
-from miburi.film import Scene, contact_sheet, studio, write_film
+from miburi.film import Scene, camera, contact_sheet, write_film
 from miburi.robot import Robot
 
 
@@ -22,13 +22,13 @@ def test_pictures_show_pose_hand_and_caption(robot: Robot) -> None:
         Scene(robot.neutral, hand),
         Scene(robot.neutral, caption="mood 0.9"),
     ]
-    with studio(robot, 160, 120) as camera:
-        plain, *others = [camera.picture(scene) for scene in scenes]
+    with camera(robot, 160, 120) as opened:
+        plain, *others = [opened.picture(scene) for scene in scenes]
         assert plain.shape == (120, 160, 3)
         assert plain.std() > 10
         for other in others:
             assert np.abs(other.astype(int) - plain).max() > 50
-        assert np.array_equal(camera.picture(scenes[0]), plain)
+        assert np.array_equal(opened.picture(scenes[0]), plain)
 
 
 def test_a_film_is_written(robot: Robot, tmp_path: Path) -> None:
@@ -60,7 +60,7 @@ def test_where_nothing_can_be_drawn_the_packages_are_named(
         raise ImportError("no EGL")
 
     monkeypatch.setattr(film.mujoco, "Renderer", fail)
-    with pytest.raises(OutputError, match="no EGL.*libegl1"), studio(robot):
+    with pytest.raises(OutputError, match="no EGL.*libegl1"), camera(robot):
         pass
 
 

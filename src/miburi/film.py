@@ -52,8 +52,8 @@ class Scene:
     face: Picture | None = None
 
 
-class Studio:
-    """A camera on the robot; use it as made by :func:`studio`."""
+class Camera:
+    """Draws the robot from one place; open it with :func:`camera`."""
 
     def __init__(self, robot: Robot, width: int, height: int) -> None:
         self._model = mujoco.MjModel.from_xml_string(to_mjcf(robot, face=True))
@@ -102,7 +102,7 @@ class Studio:
 
 
 @contextmanager
-def studio(robot: Robot, width: int = 640, height: int = 480) -> Iterator[Studio]:
+def camera(robot: Robot, width: int = 640, height: int = 480) -> Iterator[Camera]:
     """Open a camera on the robot; sizes in pixels, even numbers.
 
     Raises
@@ -111,7 +111,7 @@ def studio(robot: Robot, width: int = 640, height: int = 480) -> Iterator[Studio
         This machine cannot draw; the message names the packages that it needs.
     """
     try:
-        made = Studio(robot, width, height)
+        made = Camera(robot, width, height)
     except Exception as error:  # each graphics layer fails in a way of its own
         raise OutputError(
             f"cannot draw pictures here ({error}). "
@@ -144,15 +144,15 @@ def write_film(
     OutputError
         This machine cannot draw, or ffmpeg fails.
     """
-    with studio(robot, *size) as camera:
+    with camera(robot, *size) as opened:
         program = shutil.which("ffmpeg")
         if program is None:
             chosen = [scenes[i] for i in np.linspace(0, len(scenes) - 1, 12).astype(int)]
             sheet = path.with_suffix(".sheet.png")
-            Image.fromarray(contact_sheet([camera.picture(s) for s in chosen], 4)).save(sheet)
+            Image.fromarray(contact_sheet([opened.picture(s) for s in chosen], 4)).save(sheet)
             return sheet
         film = path.with_suffix(".mp4")
-        first = camera.picture(scenes[0])
+        first = opened.picture(scenes[0])
         command = [
             program, "-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24",
             "-s", f"{first.shape[1]}x{first.shape[0]}", "-r", str(rate), "-i", "-",
@@ -166,7 +166,7 @@ def write_film(
                 raise OutputError("ffmpeg has no input")
             try:
                 for index, scene in enumerate(scenes):
-                    stdin.write(camera.picture(scene).tobytes())
+                    stdin.write(opened.picture(scene).tobytes())
                     progress(index + 1)
                 stdin.close()
             except BrokenPipeError:

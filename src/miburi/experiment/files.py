@@ -14,7 +14,7 @@ from miburi.bodies.plant import Tangible
 from miburi.experiment.figures import experiment_figure
 from miburi.feelings import Expression
 from miburi.files import whole_files
-from miburi.film import Scene, captioned, contact_sheet, studio, write_film
+from miburi.film import Scene, camera, captioned, contact_sheet, write_film
 from miburi.recording import Recorder
 from miburi.robot import Robot, iphonoid
 
@@ -109,12 +109,12 @@ def _write_strip(
     """Tell the story of the first stop in six pictures, cut upright around the robot."""
     met = result.stops[0].time if result.stops else result.times[-1] / 2
     moments = [met - 1.2, met - 0.15, met + 0.25, met + 1.9, met + 3.2, met + 4.2]
-    with studio(robot, 960, 720) as camera:
+    with camera(robot, 960, 720) as opened:
         pictures = []
         for moment in moments:
             index = min(range(len(scenes)), key=lambda i: abs(result.frames[i].time - moment))
             plain = replace(scenes[index], caption="")
-            upright = camera.picture(plain)[40:700, 110:850]
+            upright = opened.picture(plain)[40:700, 110:850]
             pictures.append(captioned(upright, scenes[index].caption))
     Image.fromarray(contact_sheet(pictures, 3)).save(path)
 

@@ -1,7 +1,6 @@
 """Pictures of a performed gesture: a strip of six, a film, and the paths of the hands."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,7 +15,7 @@ from PIL import Image
 
 from miburi import face as faces
 from miburi.feelings import Expression
-from miburi.film import Picture, Scene, Studio, studio, write_film
+from miburi.film import Camera, Picture, Scene, camera, write_film
 from miburi.gestures import MovementFunction, key_poses
 from miburi.gestures.check import Measured, measured
 from miburi.gestures.rehearsal import PERIOD, Rehearsal, rehearse
@@ -45,11 +44,9 @@ class Shown:
     paths: str
 
 
-@contextmanager
-def camera_on(robot: Robot) -> Iterator[Studio]:
-    """Open the camera that strips are drawn with; see :func:`miburi.film.studio`."""
-    with studio(robot, _PIXELS, _PIXELS) as camera:
-        yield camera
+def camera_on(robot: Robot) -> AbstractContextManager[Camera]:
+    """Open the camera that strips are drawn with; see :func:`miburi.film.camera`."""
+    return camera(robot, _PIXELS, _PIXELS)
 
 
 def show(
@@ -57,7 +54,7 @@ def show(
     function: MovementFunction,
     mood: float,
     folder: Path,
-    camera: Studio,
+    camera: Camera,
     *,
     face: bool = False,
 ) -> Shown:
@@ -78,7 +75,7 @@ def show(
     )
 
 
-def strip(camera: Studio, rehearsal: Rehearsal, face: Picture | None = None) -> Picture:
+def strip(camera: Camera, rehearsal: Rehearsal, face: Picture | None = None) -> Picture:
     """Draw the first two seconds: six moments, 0.4 s apart, each with a fading trail.
 
     Returns
@@ -122,7 +119,7 @@ def paths(rehearsal: Rehearsal, path: Path) -> Path:
     return path
 
 
-def _moment(camera: Studio, angles: Array, time: float, face: Picture | None) -> Picture:
+def _moment(camera: Camera, angles: Array, time: float, face: Picture | None) -> Picture:
     def at(moment: float) -> Array:
         index = min(max(round(moment / PERIOD), 0), len(angles) - 1)
         return camera.picture(Scene(angles[index], face=face)).astype(np.float64)
