@@ -10,10 +10,12 @@ Importing this package loads none of them; import the room that you need, such a
 
 from typing import TYPE_CHECKING
 
+from miburi.version import __version__
+
 if TYPE_CHECKING:
     from miburi.client import RemotePartner
 
-__version__ = "0.1.0"
+__all__ = ["__version__", "connect"]
 
 
 def connect(url: str, token: str | None = None) -> "RemotePartner":

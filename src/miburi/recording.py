@@ -15,12 +15,12 @@ from mcap.exceptions import McapError
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 
-from miburi import __version__
 from miburi.bodies import BodyState
 from miburi.errors import InputError
 from miburi.feelings import FEELINGS, FeelingModel
 from miburi.partner import Event, MoveSent, Stopped
 from miburi.robot import JOINTS
+from miburi.version import __version__
 
 _NUMBERS = {"type": "array", "items": {"type": "number"}}
 _NAMES = {"type": "array", "items": {"type": "string"}}

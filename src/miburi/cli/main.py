@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from miburi import __version__
 from miburi.cli.card import app as card_app
 from miburi.cli.gestures import gallery, gesture_app
 from miburi.cli.trials import calibrate, safety_page, trials, tune
 from miburi.errors import InputError, MiburiError
 from miburi.studio.commands import run
+from miburi.version import __version__
 
 if TYPE_CHECKING:
     from miburi.bodies.plant import Tangible

@@ -11,7 +11,7 @@ from time import perf_counter
 
 import numpy as np
 
-from miburi import __version__, ik
+from miburi import ik
 from miburi.bodies.base import BodyState
 from miburi.bodies.plant import Tangible, Touch
 from miburi.bodies.simulated import Simulated
@@ -21,6 +21,7 @@ from miburi.feelings import FEELINGS, EmotionalModel, Expression
 from miburi.partner import Event, GestureEnded, GestureStarted, Partner, Stopped
 from miburi.recording import Recorder
 from miburi.robot import Array, Robot, forward, iphonoid
+from miburi.version import __version__
 
 #: The loop's period in s; the encoders are read twice in it.
 STEP = 0.02

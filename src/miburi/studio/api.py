@@ -9,7 +9,7 @@ from fastapi import APIRouter, FastAPI, Path, Query, Request, Response
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import FileResponse, JSONResponse
 
-from miburi import __version__, gestures
+from miburi import gestures
 from miburi.bodies.registry import KINDS
 from miburi.contact import PAPER_RATIO
 from miburi.errors import BodyError, InputError, MiburiError
@@ -40,6 +40,7 @@ from miburi.studio.wire import (
     StimulusIn,
     TemperamentIn,
 )
+from miburi.version import __version__
 
 #: A command that no step has taken up within this many seconds has failed.
 _PATIENCE = 5.0

@@ -21,13 +21,13 @@ from typing import Any
 
 import numpy as np
 
-from miburi import __version__
 from miburi.contact import Rule
 from miburi.errors import InputError, MiburiError, OutputError
 from miburi.files import whole_files
 from miburi.robot import Robot
 from miburi.trials.plant import TrialPlant
 from miburi.trials.trial import Kind, Outcome, trial
+from miburi.version import __version__
 
 #: Trials that a process takes at once: about a second's work.
 CHUNK = 25
