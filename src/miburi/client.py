@@ -1,8 +1,7 @@
 """Talk to a live partner from another program, with the library's own words.
 
->>> import miburi
->>> from miburi.feelings import Stimulus
->>> partner = miburi.connect("http://127.0.0.1:8080")  # doctest: +SKIP
+>>> from miburi import Stimulus, connect
+>>> partner = connect("http://127.0.0.1:8080")  # doctest: +SKIP
 >>> partner.stimulate(Stimulus("happiness", 0.8))  # doctest: +SKIP
 >>> partner.state.felt  # doctest: +SKIP
 Expressed(feeling='happiness', mood=0.41)
@@ -25,6 +24,19 @@ from miburi.laban import Effort
 from miburi.studio.wire import BodyOut, Entry, GestureOut, MotorsOut, RecordingOut, RobotOut, State
 
 _PATIENCE = 10.0
+
+
+def connect(url: str, token: str | None = None) -> "RemotePartner":
+    """Return a live partner at ``url``, such as ``http://127.0.0.1:8080``.
+
+    The token is needed where the partner was started with another ``--host``.
+
+    Raises
+    ------
+    InputError
+        The address is not one.
+    """
+    return RemotePartner(url, token)
 
 
 class ConnectionLostError(MiburiError):
