@@ -20,7 +20,7 @@ from websockets.sync.client import connect as open_socket
 
 from miburi.errors import BodyError, InputError, MiburiError, OutputError
 from miburi.feelings import Expression, Stimulus
-from miburi.laban import Effort
+from miburi.gestures.effort import Effort
 from miburi.studio.wire import BodyOut, Entry, GestureOut, MotorsOut, RecordingOut, RobotOut, State
 
 _PATIENCE = 10.0

@@ -22,3 +22,10 @@ class BodyError(MiburiError):
 
 class OutputError(MiburiError):
     """A result cannot be written where it was asked for."""
+
+
+def needs_extra(extra: str, error: ModuleNotFoundError) -> MiburiError:
+    """Return the refusal of work for which a library of one of the package's extras is missing."""
+    return MiburiError(
+        f"this needs {error.name}, which is not installed: pip install 'miburi[{extra}]'."
+    )

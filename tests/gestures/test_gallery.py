@@ -3,20 +3,20 @@ from contextlib import nullcontext
 
 from PIL import Image
 
-from miburi.gestures import FEELINGS, gallery, load
-from miburi.gestures.check import perform
+from miburi.gestures import FEELINGS, gallery, key_poses, load
 from miburi.gestures.pictures import Shown
+from miburi.gestures.rehearsal import rehearse
 
 
 def test_the_page_shows_every_feeling_at_three_moods(robot, tmp_path, monkeypatch):
-    measured = perform(robot, load("surprise"), 0.0)
+    rehearsal = rehearse(robot, key_poses(robot, load("surprise"), 0.0))
 
     def show(robot, function, mood, folder, _, face):
         names = [f"{function.name}-{mood}{end}" for end in ("-strip.png", ".mp4", "-paths.png")]
         for name in names:
             (folder / name).touch()
         Image.new("RGB", (60, 10)).save(folder / names[0])
-        return Shown(measured, *names)
+        return Shown(function, mood, rehearsal, *names)
 
     monkeypatch.setattr(gallery, "show", show)
     monkeypatch.setattr(gallery, "camera_on", lambda _: nullcontext())

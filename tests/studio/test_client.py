@@ -8,7 +8,7 @@ import miburi
 from miburi.client import ConnectionLostError, RemotePartner
 from miburi.errors import BodyError, InputError
 from miburi.feelings import Expression, Stimulus
-from miburi.laban import Effort
+from miburi.gestures.effort import Effort
 from miburi.studio.access import Gate
 from miburi.studio.runner import Runner
 

@@ -10,8 +10,8 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from miburi.gestures import MovementFunction, key_poses
+from miburi.gestures.measures import Measures
 from miburi.gestures.rehearsal import Rehearsal, rehearse
-from miburi.laban import Measures
 from miburi.robot import Robot, forward
 
 #: m, the largest error of the inverse kinematics that a key pose may have.

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from miburi.gestures import FEELINGS, key_poses, load
 from miburi.gestures.rehearsal import Rehearsal, rehearse
-from miburi.laban import Array
-from miburi.robot import Robot
+from miburi.robot import Array, Robot
 
 #: The moods whose performances are learnt (the issue's choice, not the paper's).
 LEARNT_MOODS = (0.5, 0.9)

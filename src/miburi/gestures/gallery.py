@@ -10,8 +10,8 @@ from PIL import Image
 from miburi.files import whole_files
 from miburi.film import captioned, contact_sheet
 from miburi.gestures import FEELINGS, load
+from miburi.gestures.measures import Measures
 from miburi.gestures.pictures import STRIP_STEP, Shown, camera_on, show
-from miburi.laban import Measures
 from miburi.robot import Robot
 
 MOODS = (0.3, 0.6, 0.9)

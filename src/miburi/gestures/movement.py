@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from miburi.errors import DescriptionError, InputError
-from miburi.laban import Effort
+from miburi.gestures.effort import Effort
 from miburi.robot import Array, Robot, inverse, iphonoid
 from miburi.robot.geometry import arm_reach, hand_distances, head_joint, shoulders
 from miburi.tables import Table, load_table

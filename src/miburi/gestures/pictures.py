@@ -19,8 +19,7 @@ from miburi.film import Camera, Picture, Scene, camera, write_film
 from miburi.gestures import MovementFunction, key_poses
 from miburi.gestures.check import Measured, measured
 from miburi.gestures.rehearsal import PERIOD, Rehearsal, rehearse
-from miburi.laban import Array
-from miburi.robot import Robot
+from miburi.robot import Array, Robot
 
 #: Width and height of films and of a strip's pictures.
 _PIXELS = 320
@@ -36,12 +35,19 @@ _COLOURS = ("#d9553f", "#2f6f9f", "#8a7f74")
 
 @dataclass(frozen=True)
 class Shown:
-    """A gesture at one mood: what was measured, and the names of its pictures' files."""
+    """A gesture performed at one mood, and the names of its pictures' files."""
 
-    measured: Measured
+    function: MovementFunction
+    mood: float
+    rehearsal: Rehearsal
     strip: str
     film: str
     paths: str
+
+    @property
+    def measured(self) -> Measured:
+        """What was measured; only this needs SciPy."""
+        return measured(self.function, self.mood, self.rehearsal)
 
 
 def camera_on(robot: Robot) -> AbstractContextManager[Camera]:
@@ -68,7 +74,9 @@ def show(
     strip_file = folder / f"{stem}-strip.png"
     Image.fromarray(strip(camera, rehearsal, drawn)).save(strip_file)
     return Shown(
-        measured=measured(function, mood, rehearsal),
+        function,
+        mood,
+        rehearsal,
         strip=strip_file.name,
         film=film(robot, rehearsal, folder / f"{stem}.mp4", drawn).name,
         paths=paths(rehearsal, folder / f"{stem}-paths.png").name,

@@ -9,7 +9,7 @@ from miburi import ik
 from miburi.bodies import Phase, Stop
 from miburi.bodies.simulated import Simulated
 from miburi.gestures import KeyPose
-from miburi.laban import Measures, measure
+from miburi.gestures.measures import Measures, measure
 from miburi.motion import synchronised
 from miburi.robot import Array, Robot, forward
 

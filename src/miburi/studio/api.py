@@ -14,7 +14,7 @@ from miburi.bodies.registry import KINDS
 from miburi.contact import PAPER_RATIO
 from miburi.errors import BodyError, InputError, MiburiError
 from miburi.feelings import FEELINGS, SOURCES, TEMPERAMENTS, Expression, Stimulus
-from miburi.laban import Effort
+from miburi.gestures.effort import Effort
 from miburi.robot import JOINTS, Robot
 from miburi.robot.mjcf import HAND_AWAY, HAND_SIZE
 from miburi.robot.shape import COLOURS, links, parts

@@ -1,9 +1,8 @@
 import numpy as np
 import pytest
-from pydantic import ValidationError
 
 from miburi.errors import InputError
-from miburi.laban import Effort, measure
+from miburi.gestures.measures import measure
 
 TIME = np.linspace(0, 1, 1001)
 
@@ -36,10 +35,31 @@ def test_a_circle_has_its_radius_for_curvature():
     assert measures.directness == pytest.approx(2 * 0.2 / (2 * np.pi * 0.1), rel=1e-3)
 
 
-def test_the_volume_is_that_of_all_three_extremities_together():
-    corners = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 0]], dtype=float)
-    positions = np.hstack([corners, corners + np.array([0, 0, 1]), np.full((5, 3), 0.5)])
-    assert measure(positions, 0.1).volume == pytest.approx(1.0)
+def recorded(points):
+    """A motion in which hands and head come by all of ``points`` (3 n, 3)."""
+    return np.reshape(points, (-1, 9))
+
+
+CUBE = np.stack(np.meshgrid(*3 * [np.linspace(0, 1, 6)]), axis=-1).reshape(-1, 3)
+OCTAHEDRON = np.tile(np.vstack([np.eye(3), -np.eye(3)]), (4, 1))
+
+
+@pytest.mark.parametrize(
+    ("points", "volume"),
+    [(CUBE, 1.0), (0.01 * CUBE + 5, 1e-6), (0.1 * OCTAHEDRON, 4e-3 / 3)],
+    ids=["cube", "small cube far away", "octahedron"],
+)
+def test_the_volume_is_that_of_hands_and_head_together(points, volume):
+    assert measure(recorded(points), 0.1).volume == pytest.approx(volume, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "flat",
+    [np.ones((18, 3)), np.outer(np.arange(18.0), [1, 2, 3]), CUBE * [0.3, 0, 0.2] + 0.1],
+    ids=["one place", "line", "plane"],
+)
+def test_what_is_flat_has_no_volume(flat):
+    assert measure(recorded(flat), 0.1).volume == 0.0
 
 
 def test_who_does_not_move_shows_nothing():
@@ -61,9 +81,3 @@ def test_who_does_not_move_shows_nothing():
 def test_what_is_no_motion_is_refused(positions, period):
     with pytest.raises(InputError):
         measure(positions, period)
-
-
-def test_effort_is_four_numbers_from_0_to_1():
-    Effort(space=0.0, weight=1.0, time=0.5, flow=0.25)
-    with pytest.raises(ValidationError):
-        Effort(space=1.1, weight=1.0, time=0.5, flow=0.25)

@@ -1,6 +1,6 @@
-"""Laban's effort: four qualities that shape a gesture, and what a recorded motion shows of them.
+"""What a recorded motion shows of Laban's space, weight, time and flow, as eight numbers.
 
-Measures follow the practice of affective movement analysis: the hull as space, speed and its
+They follow the practice of affective movement analysis: the hull as space, speed and its
 derivatives as time and weight, jerk and curvature as flow (Larboulette and Gibet, A review of
 computable expressive descriptors of human motion, MOCO 2015; Wallbott, Bodily expression of
 emotion, Eur. J. Soc. Psychol. 28, 1998; Hartmann, Mancini and Pelachaud, Implementing expressive
@@ -8,62 +8,18 @@ gesture synthesis for embodied conversational agents, GW 2005).
 """
 
 from dataclasses import dataclass
-from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
 
-from miburi.errors import InputError
-from miburi.hull import hull_volume
-from miburi.tables import Table
+from miburi.errors import InputError, needs_extra
+
+__all__ = ["Measures", "measure"]
 
 Array = NDArray[np.float64]
-Share = Annotated[float, Field(ge=0, le=1)]
 
 #: Below this speed, in m/s, a path has no direction and no curvature (ours).
 STILL = 0.01
-
-
-class Effort(Table):
-    """Space, weight, time and flow (Laban; the paper's Fig. 5), each in [0, 1].
-
-    The paper lets space and time rise with the mood; weight and flow belong to the feeling.
-    What the numbers do to a gesture is ours:
-
-    Attributes
-    ----------
-    space
-        Share of the written reach that is used: 0 stays at neutral, 1 goes all the way.
-    weight
-        Light 0, strong 1: a strong movement is short and then halts; it takes the share
-        1 − weight / 2 of its time.
-    time
-        Sustained 0, sudden 1: the tempo is 0.5 + time, so 0.5 is as written.
-    flow
-        Bound 0, free 1: below 0.5 a wide movement halts half-way, the longer the more bound;
-        from 0.5 on it sweeps through.
-    """
-
-    space: Share
-    weight: Share
-    time: Share
-    flow: Share
-
-    @property
-    def tempo(self) -> float:
-        """How much faster than written, 0.5 to 1.5."""
-        return 0.5 + self.time
-
-    @property
-    def stroke(self) -> float:
-        """Share of its time that a movement takes before it halts, 1 to 0.5."""
-        return 1.0 - self.weight / 2
-
-    @property
-    def hesitation(self) -> float:
-        """Share of its time that a wide movement halts half-way, 0 to 0.25."""
-        return max(0.0, 0.25 - self.flow / 2)
 
 
 @dataclass(frozen=True)
@@ -117,6 +73,8 @@ def measure(positions: Array, period: float) -> Measures:
     ------
     InputError
         The shape is another, a value is not finite, or the period is not positive.
+    MiburiError
+        SciPy is not installed.
     """
     if positions.ndim != 2 or positions.shape[1] != 9 or len(positions) < 5:
         raise InputError(f"positions must have the shape (n, 9), n >= 5, got {positions.shape}.")
@@ -132,7 +90,7 @@ def measure(positions: Array, period: float) -> Measures:
     moved = lengths > STILL
     return Measures(
         duration=(len(positions) - 1) * period,
-        volume=hull_volume(positions.reshape(-1, 3)),
+        volume=_hull_volume(positions.reshape(-1, 3)),
         path=float(lengths.sum()),
         mean_speed=float(speed.mean()),
         mean_acceleration=float(np.linalg.norm(acceleration, axis=2).mean()),
@@ -140,6 +98,18 @@ def measure(positions: Array, period: float) -> Measures:
         directness=float(np.mean(2 * farthest[moved] / lengths[moved])) if moved.any() else 0.0,
         curvature=_curvature(velocity, acceleration),
     )
+
+
+def _hull_volume(points: Array) -> float:
+    """Return the volume in m³ of the convex hull of points, (n, 3) m; 0 where they are flat."""
+    try:
+        from scipy.spatial import ConvexHull, QhullError
+    except ModuleNotFoundError as error:
+        raise needs_extra("studies", error) from error
+    try:
+        return float(ConvexHull(points).volume)
+    except QhullError:  # they all lie in a plane, on a line or in one place
+        return 0.0
 
 
 def _curvature(velocity: Array, acceleration: Array) -> float:
