@@ -26,6 +26,7 @@ class OutputError(MiburiError):
 
 def needs_extra(extra: str, error: ModuleNotFoundError) -> MiburiError:
     """Return the refusal of work for which a library of one of the package's extras is missing."""
+    library = str(error.name).partition(".")[0]
     return MiburiError(
-        f"this needs {error.name}, which is not installed: pip install 'miburi[{extra}]'."
+        f"this needs {library}, which is not installed: pip install 'miburi[{extra}]'."
     )

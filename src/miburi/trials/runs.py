@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from miburi.contact import Rule
-from miburi.errors import InputError, MiburiError, OutputError
+from miburi.errors import InputError, MiburiError, OutputError, needs_extra
 from miburi.files import whole_files
 from miburi.robot import Robot
 from miburi.trials.plant import TrialPlant
@@ -117,10 +117,13 @@ def run(
     OutputError
         ``out`` cannot be written, or another run's journal is in its place.
     MiburiError
-        Ray is asked for and not installed, or cannot be reached.
+        Ray is asked for and not installed, or cannot be reached; or ``out`` is given and PyArrow
+        is not installed.
     """
     if workers < 1:
         raise InputError(f"--workers must be from 1, got {workers}.")
+    if out is not None:
+        _arrow()  # a missing library is missed now, not after the last trial
     total, chunks = plan.free + plan.blocked, plan.chunks
     with _journal(plan, out) as (known, write):
         done = dict(known)
@@ -225,10 +228,8 @@ def _on_cluster(plan: Plan, todo: list[Chunk], address: str) -> Iterator[Done]:
     _knock(address)
     try:
         import ray
-    except ImportError as error:
-        raise MiburiError(
-            "several machines need Ray: install it with pip install 'miburi[cluster]'."
-        ) from error
+    except ModuleNotFoundError as error:
+        raise needs_extra("cluster", error) from error
     try:
         ray.init(address=address, log_to_driver=False, logging_level="ERROR")
     except (ConnectionError, RuntimeError, ValueError) as error:
@@ -326,10 +327,10 @@ def write_parquet(plan: Plan, outcomes: list[Outcome], out: Path) -> None:
     ------
     OutputError
         The place cannot be written to, or is full.
+    MiburiError
+        PyArrow is not installed.
     """
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
+    pa, pq = _arrow()
     columns = {f.name: [getattr(o, f.name) for o in outcomes] for f in fields(Outcome)}
     said = {"miburi": __version__, "seed": str(plan.seed), "run": plan.key}
     table = pa.table(columns).replace_schema_metadata(said)
@@ -344,15 +345,25 @@ def read_parquet(path: Path) -> list[Outcome]:
     ------
     InputError
         The file cannot be read, or holds something else.
+    MiburiError
+        PyArrow is not installed.
     """
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
+    pa, pq = _arrow()
     try:
         rows = pq.read_table(path).to_pylist()
         return [Outcome(**row) for row in rows]
     except (OSError, pa.ArrowException, TypeError) as error:
         raise InputError(f"{path} is not a file of trials: {error}.") from error
+
+
+def _arrow() -> tuple[Any, Any]:
+    """Return the modules ``pyarrow`` and ``pyarrow.parquet``."""
+    try:
+        import pyarrow
+        import pyarrow.parquet
+    except ModuleNotFoundError as error:
+        raise needs_extra("studies", error) from error
+    return pyarrow, pyarrow.parquet
 
 
 def as_array(outcomes: list[Outcome], name: str) -> np.ndarray[Any, np.dtype[Any]]:

@@ -2,15 +2,18 @@
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from math import sqrt
 
 import numpy as np
 
+from miburi.errors import needs_extra
 from miburi.trials.runs import as_array
 from miburi.trials.trial import Kind, Outcome
 
-#: Standard score of a 95 % interval.
-_Z = 1.959963984540054
+try:
+    from scipy.stats import binomtest
+except ModuleNotFoundError as error:
+    raise needs_extra("studies", error) from error
+
 #: A force from which on a missed contact matters, N (ours).
 MATTERS = 2.0
 #: A stop later than this after the first touch is counted as late, s (ours).
@@ -32,11 +35,8 @@ def wilson(hits: int, trials: int) -> tuple[float, float]:
     """Return Wilson's 95 % interval (1927) of a share: ``hits`` of ``trials``; 0 to 1 of none."""
     if trials == 0:
         return 0.0, 1.0
-    share, z2 = hits / trials, _Z**2 / trials
-    middle = (share + z2 / 2) / (1 + z2)
-    half = _Z / (1 + z2) * sqrt(share * (1 - share) / trials + z2 / (4 * trials))
-    # None and all are exact; rounding would put them a hair outside.
-    return middle - half if hits else 0.0, middle + half if hits < trials else 1.0
+    low, high = binomtest(hits, trials).proportion_ci(method="wilson")
+    return float(low), float(high)
 
 
 @dataclass(frozen=True)
