@@ -14,9 +14,9 @@ used, so ``import miburi`` alone is quick; all else is imported from its room, s
 'converged'
 """
 
-from typing import TYPE_CHECKING
-
 from miburi.version import __version__
+
+TYPE_CHECKING = False  # type checkers take it for true; typing's own costs most of the import
 
 if TYPE_CHECKING:
     from miburi.bodies.simulated import Simulated
