@@ -74,7 +74,7 @@ class Joints(Table):
     head: Joint
 
 
-class Servo(Table):
+class ServoTable(Table):
     """One kind of motor for all joints: steps a turn, rad/s, rad/s², N·m, kg·m²."""
 
     name: str
@@ -141,7 +141,7 @@ class Robot(Table):
     name: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$")]
     lengths: Lengths
     joints: Joints
-    servo: Servo
+    servo: ServoTable
     guards: Guards
     masses: Masses
     shape: Shape
