@@ -12,10 +12,11 @@ from hypothesis import strategies as st
 from miburi.calibration import MARGIN, Trace, calibrate, measured_lag, need, response
 from miburi.calibration_file import Mounting, read_calibration, write_calibration
 from miburi.cli import trials as cli
-from miburi.contact import PAPER_PERIOD, PAPER_RATIO, Guards, Rule
+from miburi.contact import PAPER_PERIOD, PAPER_RATIO, Rule
 from miburi.errors import DescriptionError, InputError
 from miburi.motion import FINE, Profile, Steps
 from miburi.robot import Robot
+from miburi.robot.guards import GUARDS, Guards
 from miburi.trials.replay import CALIBRATION_MOVES
 
 EIGHT = np.ones(8, dtype=np.int64)
@@ -148,15 +149,14 @@ def test_nothing_cannot_be_calibrated() -> None:
 
 def test_the_file_keeps_the_rule_to_the_step(robot: Robot, tmp_path: Path) -> None:
     path = tmp_path / "calibration.toml"
-    grants = {name: np.arange(8) + 3 for name in ("slack", "least", "behind", "ahead", "arrival")}
-    rule = Rule(Guards(lag=1000 * (np.arange(8) + 20), **grants), period=80_000, ratio=9100)
+    rule = Rule(Guards(*(np.arange(8) + 3 for _ in GUARDS)), period=80_000, ratio=9100)
     write_calibration(robot, rule, path, "two\nlines")
     found = read_calibration(robot, path)
     body, back = found.robot, found.rule
     assert found.servos is None
     assert (back.period, back.ratio) == (80_000, 9100)
-    for name in ("lag", "slack", "least", "behind", "ahead", "arrival"):
-        np.testing.assert_array_equal(getattr(back.guards, name), getattr(rule.guards, name))
+    for name, values in vars(rule.guards).items():
+        np.testing.assert_array_equal(vars(back.guards)[name], values)
     assert Rule.of(body).guards.slack.tolist() == list(range(3, 11))
     path.write_text(path.read_text().replace("ratio = 0.91", "ratio = 1.5"))
     with pytest.raises(DescriptionError, match=r"rule\.ratio"):

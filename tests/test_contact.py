@@ -12,7 +12,6 @@ from miburi.contact import (
     PAPER_PERIOD,
     PAPER_RATIO,
     Contact,
-    Guards,
     Rule,
     Sign,
     Watch,
@@ -20,6 +19,7 @@ from miburi.contact import (
 )
 from miburi.motion import FINE, SECOND, Profile
 from miburi.robot import JOINTS, iphonoid
+from miburi.robot.guards import Guards
 
 EIGHT = np.ones(8, dtype=np.int64)
 #: Grants of a usual size; those of the robot itself are judged by trials.

@@ -9,18 +9,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from miburi.contact import PAPER_PERIOD, PAPER_RATIO, Guards, lag_doubt
+from miburi.contact import PAPER_PERIOD, PAPER_RATIO, lag_doubt
 from miburi.errors import InputError
 from miburi.motion import FINE, Profile, Steps
 from miburi.robot import JOINTS, Array
+from miburi.robot.guards import GUARDS, Guards
 
 #: Guards are so many times what free motion needed (ours).
 MARGIN = 1.2
 #: Windows in which a motor should have moved less than this, rad, are judged later (ours).
 LEAST = 0.0125
-#: A servo is never judged more finely than this, rad: few moves do not show all that it needs
-#: (ours).
-SLACK_FLOOR, TRACKING_FLOOR, ARRIVAL_FLOOR = 0.006, 0.0092, 0.0092
 _LONGEST_LAG = 120_000  # µs
 #: Ramps that are tried, as parts of the commanded one; and lags with each, µs about the one found.
 _RAMPS = np.linspace(0.6, 1.2, 13)
@@ -172,7 +170,7 @@ def calibrate(
     margin: float = MARGIN,
     period: int = PAPER_PERIOD,
     ratio: int = PAPER_RATIO,
-) -> Guards:
+) -> Guards[Steps]:
     """Return the guards that free motion needs, with a margin.
 
     Parameters
@@ -197,18 +195,12 @@ def calibrate(
         raise InputError("a calibration needs the traces of some free moves, got none.")
     lag = measured_lag(traces) if lag is None else lag
     judged = np.full(len(JOINTS), max(round(LEAST / step), 4) if least is None else least)
-    found = need(traces, lag, judged, period, ratio)
 
     # Rounded up: with coarse encoders a step more or less is much.
     def granted(needed: Steps, floor: float) -> Steps:
         steps = np.ceil(needed * margin / FINE).astype(np.int64)
         return np.maximum(steps, round(floor / step))
 
-    return Guards(
-        lag=lag,
-        slack=granted(found.slack, SLACK_FLOOR),
-        least=judged,
-        behind=granted(found.behind, TRACKING_FLOOR),
-        ahead=granted(found.ahead, TRACKING_FLOOR),
-        arrival=granted(found.arrival, ARRIVAL_FLOOR),
-    )
+    needs = vars(need(traces, lag, judged, period, ratio))
+    measured = {name: granted(needed, GUARDS[name].floor) for name, needed in needs.items()}
+    return Guards(lag=lag, least=judged, **measured)

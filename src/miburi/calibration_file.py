@@ -3,17 +3,17 @@
 A card's calibration also says how its servos are mounted; all others leave that out.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from miburi import contact
 from miburi.contact import Rule
 from miburi.motion import SECOND
 from miburi.robot import Robot
-from miburi.robot.description import Guards
+from miburi.robot.description import GuardsTable
+from miburi.robot.guards import GUARDS, in_whole_units
 from miburi.tables import Table, load_table
 
 
@@ -55,7 +55,7 @@ class CalibrationFile(Table):
     """The file: ``guards`` are the table of the robot's description."""
 
     rule: RuleTable
-    guards: Guards
+    guards: GuardsTable
     servos: Mounting | None = None
 
 
@@ -76,11 +76,10 @@ def write_calibration(
     lines = [f"# {line}".rstrip() for line in note.splitlines()]
     lines += ["", "[rule]", f"period = {rule.period / SECOND:g} # s"]
     lines += [f"ratio = {rule.ratio / 10_000:g}", "", "[guards]"]
-    for field in fields(contact.Guards):
-        values = getattr(rule.guards, field.name)
-        scaled = values / SECOND if field.name == "lag" else values * step
-        unit = "s" if field.name == "lag" else "rad"
-        lines.append(f"{field.name} = [{', '.join(f'{v:.6f}' for v in scaled)}] # {unit}")
+    for name, values in vars(rule.guards).items():
+        unit = GUARDS[name].unit
+        shown = ", ".join(f"{value:.6f}" for value in values * unit.size(step))
+        lines.append(f"{name} = [{shown}] # {unit.si}")
     if servos is not None:
         lines += ["", "[servos]"]
         lines += [f"{name} = {values}" for name, values in servos.model_dump().items()]
@@ -98,4 +97,5 @@ def read_calibration(robot: Robot, path: Path) -> Calibration:
     found = load_table(CalibrationFile, path)
     robot = robot.model_copy(update={"guards": found.guards})
     period, ratio = round(found.rule.period * SECOND), round(found.rule.ratio * 10_000)
-    return Calibration(robot, Rule(contact.Guards.of(robot), period, ratio), found.servos)
+    guards = in_whole_units(found.guards, robot.servo.step)
+    return Calibration(robot, Rule(guards, period, ratio), found.servos)

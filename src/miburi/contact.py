@@ -25,13 +25,13 @@ All quantities are integers, in units of an encoder step and µs, as on the card
 
 from dataclasses import dataclass, field
 from enum import StrEnum
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from miburi.motion import FINE, SECOND, Profile, Steps, to_steps
+from miburi.motion import FINE, SECOND, Profile, Steps
 from miburi.robot import JOINTS, Robot
+from miburi.robot.guards import Guards, in_whole_units
 
 Flags = NDArray[np.bool_]
 
@@ -46,50 +46,17 @@ _READINGS = np.arange(20, dtype=np.int64) * (SECOND // 100)
 
 
 @dataclass(frozen=True)
-class Guards:
-    """What the rule grants each servo, found by calibration (ours).
-
-    Attributes
-    ----------
-    lag
-        (8,) µs: how far a motor follows behind its commanded profile.
-    slack, least, behind, ahead, arrival
-        (8,) steps; see the module's text.
-    """
-
-    lag: Steps
-    slack: Steps
-    least: Steps
-    behind: Steps
-    ahead: Steps
-    arrival: Steps
-
-    @classmethod
-    def of(cls, robot: Robot) -> "Guards":
-        """Return the guards that the robot's description ships, in the card's units."""
-        guards, steps = robot.guards, partial(to_steps, robot)
-        return cls(
-            lag=np.rint(np.multiply(guards.lag, SECOND)).astype(np.int64),
-            slack=steps(np.array(guards.slack)),
-            least=steps(np.array(guards.least)),
-            behind=steps(np.array(guards.behind)),
-            ahead=steps(np.array(guards.ahead)),
-            arrival=steps(np.array(guards.arrival)),
-        )
-
-
-@dataclass(frozen=True)
 class Rule:
     """Period p in µs, ratio in parts of 10 000 (Eqs. 1 and 2), and the servo's guards."""
 
-    guards: Guards
+    guards: Guards[Steps]
     period: int = PAPER_PERIOD
     ratio: int = PAPER_RATIO
 
     @classmethod
     def of(cls, robot: Robot) -> "Rule":
         """Return the paper's period and ratio with the guards of the robot's servo."""
-        return cls(Guards.of(robot))
+        return cls(in_whole_units(robot.guards, robot.servo.step))
 
     def watch(self, profile: Profile, start: Steps, direction: Steps) -> "Watch":
         """Begin to watch one move; see :class:`Watch`."""

@@ -2,8 +2,9 @@
 
 import tomllib
 from collections.abc import Sequence
+from dataclasses import fields, is_dataclass
 from pathlib import Path
-from typing import Any, Self, TypeVar, get_args
+from typing import Any, Self, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
@@ -93,7 +94,7 @@ def _in_words(error: ValidationError, model: type[Table]) -> str:
         match item["type"]:
             case "missing":
                 lines.append(f"{key} is missing; add it.")
-            case "extra_forbidden":
+            case "extra_forbidden" | "unexpected_keyword_argument":
                 known = ", ".join(_keys(model, path[:-1]))
                 lines.append(f"{key} = {got}: not a known key here; allowed are {known}.")
             case "value_error":
@@ -108,6 +109,8 @@ def _keys(model: type[BaseModel], path: Sequence[object]) -> list[str]:
     for part in path:
         if isinstance(part, str):
             inner = model.model_fields[part].annotation
+            if is_dataclass(table := get_origin(inner)):
+                return [field.name for field in fields(table)]
             models = [inner, *get_args(inner)]
             model = next(m for m in models if isinstance(m, type) and issubclass(m, BaseModel))
     return list(model.model_fields)

@@ -2,6 +2,7 @@
 
 import struct
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,18 +10,13 @@ import pytest
 from rig import Rig
 
 from miburi.bodies import Phase
-from miburi.bodies.card_settings import (
-    ALLOWED,
-    GENERAL_NAMES,
-    GUARDS,
-    JOINT_NAMES,
-    CardSettings,
-)
+from miburi.bodies.card_settings import ALLOWED, CardSettings, JointSettings
 from miburi.bodies.link import Kind
 from miburi.bodies.servos import Servo
 from miburi.errors import BodyError
 from miburi.motion import Move
 from miburi.robot import JOINTS
+from miburi.robot.guards import GUARDS, Guards
 
 
 def raise_arms(rig: Rig, speed: float = 1.0) -> None:
@@ -307,14 +303,18 @@ def test_limits_and_caps_stand_on_the_card_itself(rig: Rig) -> None:
         np.testing.assert_allclose(rig.body.state.angles, end, atol=2e-3)
 
 
-def test_settings_stay_inside_safe_ranges_and_change_only_while_stopped(rig: Rig) -> None:
-    from dataclasses import replace
+def changed(joint: JointSettings, name: str, value: int) -> JointSettings:
+    if name in GUARDS:
+        return replace(joint, guards=replace(joint.guards, **{name: value}))
+    return replace(joint, **{name: value})
 
+
+def test_settings_stay_inside_safe_ranges_and_change_only_while_stopped(rig: Rig) -> None:
     settings = rig.settings
     with pytest.raises(BodyError, match="idle"):
         rig.body.configure(settings)
     rig.body.stop()
-    for name in GENERAL_NAMES:
+    for name in vars(settings.general):
         low, high = ALLOWED[name][:2]
         for value in (low - 1, high + 1) if low else (high + 1,):
             wrong = replace(settings, general=replace(settings.general, **{name: value}))
@@ -322,22 +322,21 @@ def test_settings_stay_inside_safe_ranges_and_change_only_while_stopped(rig: Rig
             with pytest.raises(BodyError, match=said):
                 rig.body.configure(wrong)
     joint = settings.joints[0]
-    beyond = {name: (ALLOWED[name][0] - 1, ALLOWED[name][1] + 1) for name in JOINT_NAMES[6:]}
+    beyond = {name: (ALLOWED[name][0] - 1, ALLOWED[name][1] + 1) for name in GUARDS}
     beyond |= {"servo": (253,), "direction": (0, 2, -2), "zero": (4096, 0)}
     beyond |= {"neutral": (-3000, 3000), "min": (3000, -4096), "max": (-3000, 4096)}
     for name, values in beyond.items():
         for value in values:
-            joints = (replace(joint, **{name: value}), *settings.joints[1:])
+            joints = (changed(joint, name, value), *settings.joints[1:])
             seam = name in ("min", "max") or (name, value) == ("zero", 0)
             said = "cross the servo's seam" if seam else f"refuses waist's {name} .*: allowed is "
             with pytest.raises(BodyError, match=said):
                 rig.body.configure(replace(settings, joints=joints))
     # What is just allowed is taken: the ranges in words are the card's.
     for end in (0, 1):
-        joints = tuple(
-            replace(j, **{name: ALLOWED[name][end] for name in GUARDS}) for j in settings.joints
-        )
-        general = type(settings.general)(*(ALLOWED[name][end] for name in GENERAL_NAMES))
+        guards = Guards(*(ALLOWED[name][end] for name in GUARDS))
+        joints = tuple(replace(j, guards=guards) for j in settings.joints)
+        general = type(settings.general)(*(ALLOWED[name][end] for name in vars(settings.general)))
         rig.body.configure(CardSettings(general, joints))
     twice = (replace(settings.joints[0], servo=2), *settings.joints[1:])
     rig.body.configure(settings)

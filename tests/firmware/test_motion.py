@@ -91,7 +91,7 @@ def test_who_still_keeps_a_motor_from_its_place_wins_once(firmware: Path) -> Non
     assert rig.settle() is Phase.STOPPED
     gave_way = servo.segment.goal
     # It is pressed back, by more than what is always granted.
-    block(gave_way - sign * (joint.slack + 3))
+    block(gave_way - sign * (joint.guards.slack + 3))
     rig.run(0.1)
     assert servo.segment.goal == gave_way
     rig.run(0.1)

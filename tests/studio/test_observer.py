@@ -9,7 +9,7 @@ import pytest
 from tests.studio.test_runner import block, run, until
 
 from miburi.bodies import Phase, Stop
-from miburi.contact import Guards, Window
+from miburi.contact import Rule, Window
 from miburi.errors import BodyError
 from miburi.feelings import FEELINGS, EmotionalModel, Stimulus, shipped_temperament
 from miburi.motion import FINE
@@ -48,7 +48,10 @@ def test_a_card_tells_how_its_motors_are(card: Runner) -> None:
     assert (told.hottest, told.lowest, told.calibrated) == (65.0, 4.2, False)
     body = card.body
     body.stop()
-    joints = tuple(replace(joint, slack=joint.slack + 1) for joint in body.settings.joints)
+    joints = tuple(
+        replace(joint, guards=replace(joint.guards, slack=joint.guards.slack + 1))
+        for joint in body.settings.joints
+    )
     body.configure(replace(body.settings, joints=joints))
     run(card, 1.0)
     assert card.motors.calibrated
@@ -131,6 +134,6 @@ def test_a_motor_far_from_its_path_is_compared_with_the_speed_that_was_sent(
 
 
 def test_the_shipped_guards_are_those_of_the_robot(runner: Runner) -> None:
-    shipped = Guards.of(runner.robot)
+    shipped = Rule.of(runner.robot).guards
     lags = [motor.guards.lag for motor in runner.motors.motors]
     np.testing.assert_allclose(lags, shipped.lag / 1e6)

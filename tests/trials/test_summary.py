@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from miburi.contact import PAPER_PERIOD, PAPER_RATIO, Guards, Rule
+from miburi.contact import PAPER_PERIOD, PAPER_RATIO, Rule
 from miburi.errors import InputError
 from miburi.robot import Robot
 from miburi.trials.figures import Point, rule_map
@@ -121,7 +121,7 @@ def test_the_map_has_the_papers_point(
 ) -> None:
     monkeypatch.setattr("miburi.trials.figures.PERIODS", (PAPER_PERIOD,))
     monkeypatch.setattr("miburi.trials.figures.RATIOS", (PAPER_RATIO,))
-    ours, printed = rule_map(recorded, Guards.of(robot))
+    ours, printed = rule_map(recorded, Rule.of(robot).guards)
     assert printed.verdict.false_stops > 0.9
     assert ours.verdict.false_stops == 0
     assert "missed" in table({"a": summarise([MET])})

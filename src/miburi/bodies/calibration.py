@@ -6,28 +6,20 @@ follows from those is :mod:`miburi.calibration`'s, for this card as for the simu
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from miburi.bodies.base import Phase
 from miburi.bodies.card import Card
-from miburi.bodies.card_settings import (
-    ALLOWED,
-    GUARDS,
-    CardSettings,
-    General,
-    JointSettings,
-    real_acceleration,
-    real_speed,
-    shown,
-)
+from miburi.bodies.card_settings import ALLOWED, CardSettings, real_acceleration, real_speed, shown
 from miburi.calibration import Response, Trace, calibrate, response
 from miburi.calibration_file import Calibration
-from miburi.contact import Guards, Rule
+from miburi.contact import Rule
 from miburi.errors import BodyError
 from miburi.motion import Move, Profile, Steps, synchronised, to_steps
 from miburi.robot import JOINTS, Array, Robot
+from miburi.robot.guards import GUARDS
 
 #: Where a joint goes: so much of half its range, to both sides of the middle (ours).
 _REACH = 0.35
@@ -40,8 +32,6 @@ _SLOWLY, _BIT = (0.05, 0.1, 0.2, 0.4), 0.15
 #: s for which the servos are watched after each move: longer than the rule waits for them.
 _AFTER = 0.3
 _DEGREES = 360 / 4096
-#: Guards that are never less than the description's.
-_AT_LEAST = ("slack", "behind", "ahead", "arrival")
 #: Motors that all answered a reading.
 _ALL = 0xFF
 
@@ -185,16 +175,20 @@ def granted(robot: Robot, settings: CardSettings, traces: list[Trace]) -> CardSe
         period=general.period,
         ratio=general.ratio,
     )
-    least = Guards.of(robot)
-    enough = {name: np.maximum(getattr(guards, name), getattr(least, name)) for name in _AT_LEAST}
+    shipped = vars(Rule.of(robot).guards)
+    enough = {
+        name: np.maximum(values, shipped[name])
+        for name, values in vars(guards).items()
+        if GUARDS[name].floor
+    }
     guards = replace(guards, **enough)
     return settings.with_rule(Rule(guards, general.period, general.ratio))
 
 
 def _check(settings: CardSettings) -> None:
     for name, joint in zip(JOINTS, settings.joints, strict=True):
-        for guard in GUARDS:
-            most, needed = ALLOWED[guard][1], getattr(joint, guard)
+        for guard, needed in vars(joint.guards).items():
+            most = ALLOWED[guard][1]
             if needed > most:
                 raise BodyError(
                     f"{name} would need a {guard} of {shown(guard, needed)}, and the card grants "
@@ -208,8 +202,8 @@ def in_words(measured: Measured) -> list[str]:
     found = measured.response
     return [
         f"{name:>15}: lag {found.lag[i] / 1000:.0f} ms, ramp × {found.ramp[i]:.2f}, "
-        f"noise {found.noise[i]:.1f} steps; guards: slack {joint.slack}, "
-        f"behind {joint.behind}, ahead {joint.ahead}, arrival {joint.arrival} steps"
+        f"noise {found.noise[i]:.1f} steps; guards: "
+        + ", ".join(f"{guard} {shown(guard, n)}" for guard, n in vars(joint.guards).items())
         for i, (name, joint) in enumerate(zip(JOINTS, measured.settings.joints, strict=True))
     ]
 
@@ -223,14 +217,16 @@ def loaded(settings: CardSettings, calibration: Calibration) -> CardSettings:
 def changes(before: CardSettings, after: CardSettings) -> list[str]:
     """Say in words how two cards' calibrations differ, a line for all joints and one for each."""
     names = ("all joints", *JOINTS)
-    olds: tuple[General | JointSettings, ...] = (before.general, *before.joints)
-    news: tuple[General | JointSettings, ...] = (after.general, *after.joints)
+    olds, news = (
+        [vars(settings.general), *(joint.values for joint in settings.joints)]
+        for settings in (before, after)
+    )
     said = []
     for name, old, new in zip(names, olds, news, strict=True):
         parts = [
-            f"{field} {shown(field, getattr(old, field))} → {shown(field, getattr(new, field))}"
-            for field in (field.name for field in fields(old))
-            if getattr(old, field) != getattr(new, field)
+            f"{field} {shown(field, value)} → {shown(field, new[field])}"
+            for field, value in old.items()
+            if value != new[field]
         ]
         if parts:
             said.append(f"{name:>15}: {', '.join(parts)}")

@@ -11,20 +11,19 @@ import numpy as np
 from miburi.bodies.controller import RETURN_SPEED
 from miburi.bodies.link import crc16
 from miburi.calibration_file import Mounting
-from miburi.contact import Guards, Rule
+from miburi.contact import Rule
 from miburi.motion import to_steps
 from miburi.robot import JOINTS, Robot
+from miburi.robot.guards import GUARDS, Guards, by_motor
 
 _GENERAL = struct.Struct("<i6H2B")
-_JOINT = struct.Struct("<BbHhhhihhhhh")
+_JOINT = struct.Struct("<BbHhhh" + "".join(guard.unit.code for guard in GUARDS.values()))
 #: Current of an XL330-M288 for each N·m, from its stall at 5 V: 1.47 A, 0.52 N·m.
 MILLIAMPERES_PER_NM = 1470 / 0.52
 #: Servos hotter than this, in °C, or with a lower supply, in 0.1 V, stop the body (ours).
 HOTTEST, LOWEST = 65, 42
 #: The servo's middle position.
 _MIDDLE = 2048
-#: While the lags are not known the rule is on, with guards that any lag up to 50 ms passes (ours).
-_GENEROUS = {"lag": 30_000, "slack": 40, "least": 16, "behind": 150, "ahead": 150, "arrival": 60}
 #: What the card takes (``settings.h``), with its unit; it takes no range that crosses the seam.
 ALLOWED = {
     "period": (20_000, 200_000, "µs"),
@@ -39,12 +38,7 @@ ALLOWED = {
     "servo": (0, 252, ""),
     "direction": (-1, 1, ""),
     "zero": (0, 4095, "steps"),
-    "lag": (0, 100_000, "µs"),
-    "slack": (0, 40, "steps"),
-    "least": (1, 100, "steps"),
-    "behind": (1, 300, "steps"),
-    "ahead": (1, 300, "steps"),
-    "arrival": (1, 150, "steps"),
+    **{name: (guard.low, guard.high, guard.unit.whole) for name, guard in GUARDS.items()},
 }
 
 
@@ -102,21 +96,24 @@ class JointSettings:
     min: int
     max: int
     neutral: int
-    lag: int
-    slack: int
-    least: int
-    behind: int
-    ahead: int
-    arrival: int
+    guards: Guards[int]
+
+    @property
+    def values(self) -> dict[str, int]:
+        """All values by name, in the order in which the card takes and counts them."""
+        own = dict(vars(self))
+        guards: Guards[int] = own.pop("guards")
+        return own | vars(guards)
 
     def pack(self) -> bytes:
         """Return the bytes that the card takes."""
-        return _JOINT.pack(*astuple(self))
+        return _JOINT.pack(*self.values.values())
 
     @classmethod
     def unpack(cls, data: bytes) -> "JointSettings":
         """Read the card's bytes."""
-        return cls(*_JOINT.unpack(data))
+        servo, direction, zero, low, high, neutral, *guards = _JOINT.unpack(data)
+        return cls(servo, direction, zero, low, high, neutral, Guards(*guards))
 
 
 @dataclass(frozen=True)
@@ -136,7 +133,6 @@ class CardSettings:
         rule, step = rule or Rule.of(robot), robot.servo.step
         lower, upper = to_steps(robot, robot.lower), to_steps(robot, robot.upper)
         neutral = to_steps(robot, robot.neutral)
-        guards = zip(*(getattr(rule.guards, name).tolist() for name in GUARDS), strict=True)
         return cls(
             General(
                 period=rule.period,
@@ -155,18 +151,17 @@ class CardSettings:
                     int(lower[i]),
                     int(upper[i]),
                     int(neutral[i]),
-                    *of_joint,
+                    guards,
                 )
-                for i, of_joint in enumerate(guards)
+                for i, guards in enumerate(by_motor(rule.guards))
             ),
         )
 
     def with_rule(self, rule: Rule) -> "CardSettings":
         """Return these settings with a rule's period, ratio and guards."""
-        columns = zip(*(getattr(rule.guards, name).tolist() for name in GUARDS), strict=True)
         joints = (
-            replace(joint, **dict(zip(GUARDS, values, strict=True)))
-            for joint, values in zip(self.joints, columns, strict=True)
+            replace(joint, guards=guards)
+            for joint, guards in zip(self.joints, by_motor(rule.guards), strict=True)
         )
         general = replace(self.general, period=rule.period, ratio=rule.ratio)
         return CardSettings(general, tuple(joints))
@@ -191,8 +186,8 @@ class CardSettings:
     @property
     def generous(self) -> "CardSettings":
         """These settings with guards for the time in which the servos are not known yet."""
-        joints = tuple(replace(joint, **_GENEROUS) for joint in self.joints)
-        return replace(self, joints=joints)
+        guards = Guards(*(guard.generous for guard in GUARDS.values()))
+        return replace(self, joints=tuple(replace(joint, guards=guards) for joint in self.joints))
 
     @property
     def mounting(self) -> Mounting:
@@ -206,11 +201,8 @@ class CardSettings:
     @property
     def rule(self) -> Rule:
         """The contact rule that the card follows with these settings."""
-        guards = {
-            name: np.array([getattr(joint, name) for joint in self.joints], dtype=np.int64)
-            for name in GUARDS
-        }
-        return Rule(Guards(**guards), self.general.period, self.general.ratio)
+        guards = np.array([astuple(joint.guards) for joint in self.joints], dtype=np.int64).T
+        return Rule(Guards(*guards), self.general.period, self.general.ratio)
 
     @property
     def crc(self) -> int:
@@ -221,8 +213,8 @@ class CardSettings:
 def refusal(settings: CardSettings, piece: int, index: int) -> str:
     """Say in words which value the card refused: of joint ``piece``, or of all (8)."""
     of_joint = piece < len(JOINTS)
-    name = (JOINT_NAMES if of_joint else GENERAL_NAMES)[index]
-    value = astuple(settings.joints[piece] if of_joint else settings.general)[index]
+    values = settings.joints[piece].values if of_joint else vars(settings.general)
+    name, value = list(values.items())[index]
     if name in ("min", "max"):
         joint = settings.joints[piece]
         return (
@@ -241,16 +233,9 @@ def refusal(settings: CardSettings, piece: int, index: int) -> str:
 
 def shown(name: str, value: int) -> str:
     """Say a value of the settings as people and files do."""
-    if name in ("period", "lag"):
+    unit = ALLOWED[name][2] if name in ALLOWED else "steps"
+    if unit == "µs":
         return f"{value / 1000:g} ms"
     if name == "ratio":
         return f"{value / 10_000:g}"
-    unit = ALLOWED[name][2] if name in ALLOWED else "steps"
     return f"{value} {unit}".rstrip()
-
-
-#: The guards' names, in the card's order.
-GUARDS = ("lag", "slack", "least", "behind", "ahead", "arrival")
-#: Names of the values in the order in which the card counts them when it refuses one.
-GENERAL_NAMES = tuple(General.__dataclass_fields__)
-JOINT_NAMES = tuple(JointSettings.__dataclass_fields__)

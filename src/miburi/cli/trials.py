@@ -145,7 +145,7 @@ def safety_page(
     robot: RobotFile = None,
 ) -> None:
     """Write the page on contact safety from files of trials; a column is named by its file."""
-    from miburi.contact import Guards
+    from miburi.contact import Rule
     from miburi.files import whole_files
     from miburi.trials.figures import rule_map
     from miburi.trials.replay import record
@@ -154,7 +154,7 @@ def safety_page(
 
     outcomes = {path.stem.replace("-", " "): read_parquet(path) for path in runs}
     body = _robot(robot)
-    points = rule_map(record(body, seed, recorded, recorded), Guards.of(body))
+    points = rule_map(record(body, seed, recorded, recorded), Rule.of(body).guards)
     with whole_files(out) as draft:
         write_page(outcomes, points, draft)
     print(out / "safety.md")

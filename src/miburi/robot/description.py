@@ -3,12 +3,13 @@
 from functools import cached_property, lru_cache
 from importlib import resources
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Annotated, Self, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, model_validator
+from pydantic import Field, Strict, model_validator
 
+from miburi.robot.guards import Guards
 from miburi.tables import Table, load_table
 
 Array = NDArray[np.float64]
@@ -94,21 +95,9 @@ class ServoTable(Table):
         return 2 * np.pi / self.steps_per_turn
 
 
-Eight = Annotated[list[Annotated[float, Field(ge=0, le=1)]], Field(min_length=8, max_length=8)]
-
-
-class Guards(Table):
-    """What the contact rule grants each of the eight motors (see ``miburi.contact``).
-
-    Lag in s; slack, least, behind, ahead and arrival in rad.
-    """
-
-    lag: Eight
-    slack: Eight
-    least: Eight
-    behind: Eight
-    ahead: Eight
-    arrival: Eight
+_Grant = Annotated[float, Strict(), Field(ge=0, le=1)]
+#: What the contact rule grants the eight motors, in s and rad.
+GuardsTable: TypeAlias = Guards[Annotated[list[_Grant], Field(min_length=8, max_length=8)]]
 
 
 class Masses(Table):
@@ -142,7 +131,7 @@ class Robot(Table):
     lengths: Lengths
     joints: Joints
     servo: ServoTable
-    guards: Guards
+    guards: GuardsTable
     masses: Masses
     shape: Shape
 

@@ -8,12 +8,13 @@ import numpy as np
 from miburi.bodies import Phase
 from miburi.bodies.card import Card
 from miburi.bodies.link import Report
-from miburi.contact import Guards, Rule
+from miburi.contact import Rule
 from miburi.feelings import FEELINGS, Expression, FeelingModel
 from miburi.motion import FINE, SECOND
 from miburi.partner import Event, MoveSent, Partner, Released, Stopped
 from miburi.robot import JOINTS, Array, forward
-from miburi.studio.wire import Expressed, GuardsOut, Hand, MotorOut, MotorsOut, State, StopOut
+from miburi.robot.guards import by_motor
+from miburi.studio.wire import Expressed, Hand, MotorOut, MotorsOut, State, StopOut
 
 #: A touch that no stop followed is forgotten within a second: its force fades by this a step.
 _FADING = 0.9
@@ -112,10 +113,8 @@ class Observer:
         # A report that has not changed since the look before is that of a card which is gone.
         report = card.report if card and card.report is not self._report else None
         self._report = card.report if card else None
-        shipped = Guards.of(robot)
         rule = settings.rule if settings else self._rule
-        guards = rule.guards
-        step = robot.servo.step
+        guards, step = by_motor(rule.guards), robot.servo.step
         motors = [
             MotorOut(
                 joint=joint,
@@ -123,20 +122,14 @@ class Observer:
                 answers=report is not None and bool(report.heard >> i & 1) if card else None,
                 temperature=report.temperatures[i] if report else None,
                 voltage=report.voltages[i] / 10 if report else None,
-                guards=GuardsOut(
-                    lag=int(guards.lag[i]) / SECOND,
-                    **{
-                        name: round(int(getattr(guards, name)[i]) * step, 5) for name in _GUARDS[1:]
-                    },
-                ),
+                guards=guards[i].map(lambda guard, n: round(n * guard.unit.size(step), 5)),
             )
             for i, joint in enumerate(JOINTS)
         ]
-        same = all(np.array_equal(getattr(guards, n), getattr(shipped, n)) for n in _GUARDS)
         return MotorsOut(
             body=self.name,
             port=self.port,
-            calibrated=not same,
+            calibrated=guards != by_motor(Rule.of(robot).guards),
             settings=f"{settings.crc:04x}" if settings else None,
             hottest=settings.general.hottest if settings else None,
             lowest=settings.general.lowest / 10 if settings else None,
@@ -241,9 +234,6 @@ class Observer:
                 window.granted, window.expected, window.judged, strict=True
             )
         ]
-
-
-_GUARDS = ("lag", "slack", "least", "behind", "ahead", "arrival")
 
 
 def _rounded(value: float | None) -> float | None:

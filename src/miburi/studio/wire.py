@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from miburi.feelings.temperament import Feeling, Source
+from miburi.robot.guards import Guards
 
 Share = Annotated[float, Field(ge=0, le=1)]
 Eight = Annotated[list[float], Field(min_length=8, max_length=8)]
@@ -199,17 +200,6 @@ class BodyOut(BaseModel):
     chosen: bool
 
 
-class GuardsOut(BaseModel):
-    """What the contact rule grants one motor."""
-
-    lag: float = Field(description="How far it follows behind its command, s.")
-    slack: float = Field(description="rad that may always be missing.")
-    least: float = Field(description="rad that it must have to move before it is judged.")
-    behind: float = Field(description="The largest distance behind its path, rad.")
-    ahead: float = Field(description="The largest distance ahead of its path, rad.")
-    arrival: float = Field(description="The largest distance from its goal, rad.")
-
-
 class MotorOut(BaseModel):
     """One motor; what a body does not tell is null."""
 
@@ -218,7 +208,7 @@ class MotorOut(BaseModel):
     answers: bool | None
     temperature: float | None = Field(description="°C")
     voltage: float | None = Field(description="V")
-    guards: GuardsOut
+    guards: Guards[float] = Field(description="What the contact rule grants it.")
 
 
 class MotorsOut(BaseModel):

@@ -12,7 +12,9 @@ matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
 
-from miburi.contact import PAPER_PERIOD, PAPER_RATIO, Guards, PrintedRule, Rule
+from miburi.contact import PAPER_PERIOD, PAPER_RATIO, PrintedRule, Rule
+from miburi.motion import Steps
+from miburi.robot.guards import Guards
 from miburi.trials.conditions import HandKind
 from miburi.trials.runs import as_array
 from miburi.trials.summary import ISO_LIMITS
@@ -68,7 +70,7 @@ class Point:
     verdict: Verdict
 
 
-def rule_map(runs: Sequence[Run], guards: Guards) -> list[Point]:
+def rule_map(runs: Sequence[Run], guards: Guards[Steps]) -> list[Point]:
     """Judge recorded runs by the rule with ``guards`` and as printed, over (p, ratio).
 
     The guards are the same for all, made for the paper's point: what else would p and ratio show?

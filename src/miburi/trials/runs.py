@@ -74,7 +74,7 @@ class Plan:
         """Name the run by its contents: same key, same results."""
         words = hashlib.sha256(f"{__version__} {self.seed} {self.free} {self.blocked}".encode())
         for robot, rule in self.servos:
-            grants = {f.name: getattr(rule.guards, f.name).tolist() for f in fields(rule.guards)}
+            grants = {name: values.tolist() for name, values in vars(rule.guards).items()}
             told = [robot.model_dump(), grants, type(rule).__name__, rule.period, rule.ratio]
             words.update(json.dumps(told, sort_keys=True).encode())
         return words.hexdigest()[:16]
