@@ -2,7 +2,7 @@
 // The format is that of traces.py.
 #pragma once
 
-#include "contact.h"
+#include "settings.h"
 
 template <class In, class Out>
 void run_trace(In& in, Out& out) {
@@ -12,12 +12,7 @@ void run_trace(In& in, Out& out) {
   rule.ratio = in.i32();
   watch.period_ends = rule.period;
   for (uint8_t i = 0; i < miburi::MOTORS; i++) {
-    rule.guards[i].lag = in.i32();
-    rule.guards[i].slack = in.i16();
-    rule.guards[i].least = in.i16();
-    rule.guards[i].behind = in.i16();
-    rule.guards[i].ahead = in.i16();
-    rule.guards[i].arrival = in.i16();
+    rule.guards[i] = miburi::read_guards(in);
   }
   for (uint8_t i = 0; i < miburi::MOTORS; i++) {
     const int32_t distance = in.i32();
