@@ -260,6 +260,24 @@ def test_sources_weigh_as_the_temperament_says(kind):
         assert model.emotion[FEAR] == pytest.approx(0.5 * model.temperament.sources[source])
 
 
+@both
+def test_another_temperament_acts_from_the_moment_it_is_assigned(kind):
+    lively = shipped_temperament("lively")
+    model, unchanged = kind(), kind()
+    for each in (model, unchanged):
+        talk(each, "happiness", 5)
+        each.step(7)
+    before = levels(model)
+    model.temperament = lively
+    np.testing.assert_array_equal(levels(model), before)
+    reference = kind.load(unchanged.save(), lively)
+    for each in (model, reference, unchanged):
+        each.step(400)
+        talk(each, "anger", 3)
+    np.testing.assert_allclose(levels(model), levels(reference), rtol=0, atol=1e-9)
+    assert np.abs(levels(model) - levels(unchanged)).max() > 0.1
+
+
 # Invariants.
 
 

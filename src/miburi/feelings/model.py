@@ -97,11 +97,22 @@ class FeelingModel(ABC):
     _stored: ClassVar[dict[str, float]]
 
     def __init__(self, temperament: Temperament | None = None) -> None:
-        self.temperament = temperament or shipped_temperament()
+        self._temperament = temperament or shipped_temperament()
         self._time = 0.0
         self._held = np.zeros((3, 8), dtype=bool)
         self._lost = np.zeros(8)  # share of the mood that contact took and that has not healed
         self._stale = np.zeros((len(SOURCES), 8))
+
+    @property
+    def temperament(self) -> Temperament:
+        """All constants; another one acts from the moment it is assigned."""
+        return self._temperament
+
+    @temperament.setter
+    def temperament(self, temperament: Temperament) -> None:
+        state = self._state()  # as the constants until now have made it
+        self._temperament = temperament
+        self._restore(state)
 
     @property
     def time(self) -> float:

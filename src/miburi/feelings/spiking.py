@@ -64,11 +64,6 @@ class SpikingModel(FeelingModel):
 
     def __init__(self, temperament: Temperament | None = None) -> None:
         super().__init__(temperament)
-        shares = self.temperament.shares[:, 0]
-        ratio = shares[1:] / np.maximum(shares[:-1], 1e-12)
-        self._weights = _SYNAPSE * np.minimum(ratio, 1)  # from each layer to the next, (2,)
-        self._slow = 1 / self.temperament.fading
-        self._fast = self._slow / _RECOVERY
         # State at the last spike or input ...
         self._activation = np.zeros((3, 8))
         self._refractory = np.zeros((3, 8))
@@ -108,8 +103,27 @@ class SpikingModel(FeelingModel):
         super()._restore(arrays)
         self._activation, self._refractory = arrays["activation"], arrays["refractory"]
         self._trace, self._learned = arrays["trace"], arrays["learned"]
+        self._since = 0.0
         for layer in range(3):
             self._plan(layer)
+
+    @property
+    def _weights(self) -> Array:
+        """Weights from each layer to the next, (2,)."""
+        shares = self.temperament.shares[:, 0]
+        ratio = shares[1:] / np.maximum(shares[:-1], 1e-12)
+        weights: Array = _SYNAPSE * np.minimum(ratio, 1)
+        return weights
+
+    @property
+    def _slow(self) -> Array:
+        """Rates at which activations fade, (3, 8) 1/s."""
+        return 1 / self.temperament.fading
+
+    @property
+    def _fast(self) -> Array:
+        """Rates at which refractoriness fades, (3, 8) 1/s."""
+        return self._slow / _RECOVERY
 
     def _leaving(self) -> Array:
         return np.where(self._held, 0.0, self._slow)
@@ -154,6 +168,7 @@ class SpikingModel(FeelingModel):
 
     def _plan(self, layer: int) -> None:
         """Foresee when the neurons of a layer fire if nothing arrives before."""
+        slow, fast = self._slow, self._fast
         for neuron in range(8):
             place = layer, neuron
             self._next[place] = inf
@@ -161,8 +176,8 @@ class SpikingModel(FeelingModel):
                 self._next[place] = _spike_time(
                     float(self._activation[place]),
                     float(self._refractory[place]),
-                    float(self._slow[place]),
-                    float(self._fast[place]),
+                    float(slow[place]),
+                    float(fast[place]),
                 )
 
 
