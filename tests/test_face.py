@@ -1,13 +1,12 @@
 """The face for films: one for each feeling, stronger with the mood, drawn from today's page."""
 
-import hashlib
 from itertools import combinations
 
 import numpy as np
 import pytest
 from PIL import Image
 
-from miburi.face import MOODS, SHEET, SIZE, SOURCE, face
+from miburi.face import MOODS, SHEET, SIZE, SOURCE, face, source_digest
 from miburi.feelings import FEELINGS, Expression
 from miburi.film import Scene, camera
 from miburi.robot import Robot
@@ -53,6 +52,5 @@ def test_it_is_drawn_on_the_screen_upright(robot: Robot) -> None:
 
 @pytest.mark.skipif(not SOURCE.exists(), reason="the face's page is not part of this build")
 def test_the_sheet_is_drawn_from_todays_page() -> None:
-    digest = hashlib.sha256(SOURCE.read_text(encoding="utf-8").encode()).hexdigest()
     with Image.open(SHEET) as sheet:
-        assert sheet.info["Source"] == digest, "run tools/draw-faces"
+        assert sheet.info["Source"] == source_digest(), "run tools/draw-faces"

@@ -437,6 +437,18 @@ def test_a_state_of_another_kind_is_refused_in_words(kind, key, value):
         kind.load(state)
 
 
+@both
+def test_a_state_of_other_feelings_is_refused_in_words(kind):
+    state = kind().save()
+    nine = {**state, "feelings": [*FEELINGS, "pride"], "lost": [0.0] * 9}
+    with pytest.raises(InputError, match=r"feelings happiness, .* got .*'pride'.*MIBURI_FEELINGS"):
+        kind.load(nine)
+    with pytest.raises(InputError, match="feelings"):
+        kind.load({**state, "feelings": FEELINGS[::-1]})
+    del state["feelings"]  # as it was kept when there were only the paper's eight
+    assert kind.load(state).save()["feelings"] == list(FEELINGS)
+
+
 def test_more_on_its_way_than_a_level_can_take_is_refused():
     state = EmotionalModel().save()
     state["levels"][2][0] = state["pending"][2][0] = 0.6

@@ -72,7 +72,7 @@ def test_an_unknown_feeling_is_refused_with_the_list():
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ('feeling = "happiness"', 'feeling = "joy"', r"feeling = 'joy'.*allowed are anger, dis"),
+        ('feeling = "happiness"', 'feeling = "joy"', r"feeling = 'joy'.*allowed are happiness, "),
         ("phase = 0.4", "phase = 1.2", r"pose\.0\.phase = 1\.2.*less than or equal to 1"),
         ("phase = 0.4", "phase = -0.1", r"pose\.0\.phase = -0\.1.*greater than or equal to 0"),
         ("phase = 0.4", "phase = nan", r"pose\.0\.phase = nan.*"),

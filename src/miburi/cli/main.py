@@ -1,9 +1,11 @@
 """The command ``miburi``: parse, call, print."""
 
 import json
+import os
 import signal
 import sys
 from collections.abc import Iterator
+from importlib import import_module
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Annotated, Any
@@ -73,11 +75,27 @@ def _version(wanted: bool) -> None:
         raise typer.Exit
 
 
+def _choose_feelings(path: Path | None) -> None:
+    if path is not None:
+        # Processes that this one starts inherit it, wherever they run.
+        os.environ["MIBURI_FEELINGS"] = str(path.resolve())
+        import_module("miburi.feelings")  # which refuses a wrong file before anything is done
+
+
 @app.callback()
 def common(
     version: Annotated[
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Say the version.")
     ] = False,
+    feelings: Annotated[
+        Path | None,
+        typer.Option(
+            help="A file of feelings, for all that this command does; default: the paper's eight.",
+            envvar="MIBURI_FEELINGS",
+            callback=_choose_feelings,
+            show_default=False,
+        ),
+    ] = None,
 ) -> None:
     """Miburi (身振り): gesture."""
 

@@ -10,13 +10,14 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from miburi.errors import OutputError
-from miburi.feelings.model import FEELINGS, LEVELS, EmotionalModel, FeelingModel, Stimulus
+from miburi.feelings.catalogue import CATALOGUE, FEELINGS
+from miburi.feelings.model import LEVELS, EmotionalModel, FeelingModel, Stimulus
 from miburi.feelings.temperament import Array, Temperament
 
 __all__ = ["COLOURS", "DAY", "Day", "Episode", "live_day", "plot_day"]
 
 #: One colour for each feeling, in the order of ``FEELINGS``.
-COLOURS = ("#e0a100", "#2f6db5", "#4a2a7a", "#a67fcb", "#f2692e", "#5b9a3c", "#c3202f", "#1a9fa8")
+COLOURS = tuple(feeling.colour.paper for feeling in CATALOGUE.feeling)
 _HOUR = 3600.0
 _STARTS, _ENDS = 8, 20  # o'clock
 _SAMPLE = 10.0  # s between two points of the record
@@ -113,7 +114,7 @@ class Day:
     hours
         (n,).
     levels
-        (n, 3, 8) in [0, 1]: emotion, feeling, mood.
+        (n, 3, k) in [0, 1], for k feelings: emotion, feeling, mood.
     shown
         (n,) indices into ``FEELINGS``, −1 while neutral.
     contacts
@@ -259,7 +260,7 @@ def _drawn(day: Day, temperament: Temperament) -> Figure:
     _zoom(panels[0], day)
     _name_moods(mood, day)
     lines = [Line2D([], [], color=colour, lw=4) for colour in COLOURS]
-    figure.legend(lines, FEELINGS, loc="outside lower center", ncols=8, frameon=False)
+    figure.legend(lines, FEELINGS, loc="outside lower center", ncols=len(FEELINGS), frameon=False)
     mood.set_xlim(_STARTS, _ENDS)
     mood.set_xticks(range(_STARTS, _ENDS + 1), [f"{h}:00" for h in range(_STARTS, _ENDS + 1)])
     return figure

@@ -7,6 +7,7 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
+from miburi import feelings
 from miburi.errors import DescriptionError, InputError
 from miburi.gestures.effort import Effort
 from miburi.robot import Array, Robot, inverse, iphonoid
@@ -116,9 +117,10 @@ class MovementFunction(Table):
 
     @model_validator(mode="after")
     def _in_order(self) -> Self:
-        if self.feeling not in FEELINGS:
+        if self.feeling not in feelings.FEELINGS:
             raise ValueError(
-                f"feeling = {self.feeling!r} is not known; allowed are {', '.join(FEELINGS)}"
+                f"feeling = {self.feeling!r} is not known; allowed are "
+                f"{', '.join(feelings.FEELINGS)}"
             )
         left = 0.0
         for number, pose in enumerate(self.pose, start=1):

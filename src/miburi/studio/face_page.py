@@ -6,6 +6,7 @@ from pathlib import Path
 from fastapi import FastAPI, Request
 from fastapi.responses import HTMLResponse
 
+from miburi.feelings.catalogue import CATALOGUE
 from miburi.studio.words import preferred, words
 
 _PAGE = Path(__file__).parent / "static" / "face.html"
@@ -24,6 +25,7 @@ def add_face_page(app: FastAPI) -> None:
         )
         say = {
             "feelings": words(language)["feeling"],
+            "faces": CATALOGUE.faces(),
             **words(language)["face"],
             "stop": words(language)["studio"]["stop"],
             "release": words(language)["studio"]["release"],

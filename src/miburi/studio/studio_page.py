@@ -12,6 +12,7 @@ import numpy as np
 from fastapi import Request
 from nicegui import ui
 
+from miburi.feelings.catalogue import CATALOGUE
 from miburi.studio.api import describe
 from miburi.studio.body_panel import body_panel
 from miburi.studio.contact_panel import contact_panel, why
@@ -128,7 +129,8 @@ class _Studio:
     def _stage(self) -> None:
         say = self._words["studio"]
         with ui.element("section").classes("card stage").props(f'aria-label="{say["scene"]}"'):
-            view = RobotView(describe(self._runner.robot).model_dump(), say["scene"], say["no_3d"])
+            robot = describe(self._runner.robot).model_dump()
+            view = RobotView(robot, CATALOGUE.faces(), say["scene"], say["no_3d"])
             with ui.element("div").classes("why").props('role="alert" aria-live="assertive"'):
                 said = ui.label()
                 with ui.element("small"):
@@ -162,7 +164,7 @@ class _Studio:
         say, level = self._words["studio"], dict(self._words["level"])
         with ui.element("section").classes("card feelings"):
             heading(say["feelings"])
-            board = Levels({**level, "names": self._words["feeling"]}, 0.7)
+            board = Levels({**level, "names": self._words["feeling"]}, CATALOGUE.faces(), 0.7)
             with ui.element("div").classes("strength"):
                 ui.label(say["strength"]).classes("field-label")
                 strength = ui.slider(min=0.05, max=1, step=0.05, value=0.7)
@@ -193,6 +195,7 @@ class _Studio:
             self._words["plot"],
             robot.threshold,
             [self._words["feeling"][name] for name in robot.feelings],
+            [feeling.colour.screen for feeling in CATALOGUE.feeling],
             [self._words["joint"][name] for name in robot.joints],
         )
 

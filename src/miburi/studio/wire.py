@@ -8,11 +8,13 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from miburi.feelings.temperament import Feeling, Source
+from miburi.feelings.catalogue import FEELINGS, FeelingName
+from miburi.feelings.temperament import Source
 from miburi.robot.guards import Guards
 
 Share = Annotated[float, Field(ge=0, le=1)]
 Eight = Annotated[list[float], Field(min_length=8, max_length=8)]
+Levels = Annotated[list[float], Field(min_length=len(FEELINGS), max_length=len(FEELINGS))]
 Point = Annotated[list[Annotated[float, Field(ge=-2, le=2)]], Field(min_length=3, max_length=3)]
 Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_-]{0,39}$")]
 
@@ -26,7 +28,7 @@ class Message(BaseModel):
 class StimulusIn(Message):
     """Somebody said, showed or did something."""
 
-    feeling: Feeling
+    feeling: FeelingName
     strength: Share = 0.7
     source: Source = "application"
 
@@ -43,9 +45,9 @@ class EffortIn(Message):
 class ExpressIn(Message):
     """A gesture to perform once, whatever the feelings are."""
 
-    feeling: Feeling
+    feeling: FeelingName
     mood: Share = Field(default=0.7, description="The intensity μ.")
-    blend: dict[Feeling, Share] = Field(
+    blend: dict[FeelingName, Share] = Field(
         default_factory=dict, description="Other feelings' gestures to mix in, with their μ."
     )
     effort: EffortIn | None = None
@@ -86,7 +88,7 @@ class RecordingIn(Message):
 class Expressed(BaseModel):
     """What the body shows, with the mood as its intensity μ."""
 
-    feeling: Feeling
+    feeling: FeelingName
     mood: Share
 
 
@@ -133,9 +135,9 @@ class State(BaseModel):
     recording: str | None = Field(description="The file that is being written.")
     angles: Eight = Field(description="rad")
     velocities: Eight = Field(description="rad/s")
-    emotion: Eight
-    feeling: Eight
-    mood: Eight
+    emotion: Levels
+    feeling: Levels
+    mood: Levels
     felt: Expressed | None = Field(description="The strongest emotion, with its mood.")
     expressed: Expressed | None = Field(description="The gesture of now; null between gestures.")
     asked: bool = Field(description="Whether somebody asked for that gesture.")
@@ -150,7 +152,7 @@ class State(BaseModel):
     force: float | None = Field(description="Force on the human hand now, N; simulation only.")
     hand: Hand | None
     hand_out: bool = Field(description="Whether the hand reaches out, or waits beside the table.")
-    face: Eight = Field(description="How much of each feeling the face shows.")
+    face: Levels = Field(description="How much of each feeling the face shows.")
     latest: int = Field(description="Number of the latest entry of the log.")
 
 
@@ -175,7 +177,7 @@ class Sample(BaseModel):
     """A moment of the last minutes, for plots."""
 
     time: float
-    mood: Eight
+    mood: Levels
     hand_speed: float
     extent: float
     ratios: list[float | None]
@@ -186,7 +188,7 @@ class GestureOut(BaseModel):
     """A movement function."""
 
     name: str
-    feeling: Feeling
+    feeling: FeelingName
     duration: float = Field(description="s at tempo 1, repeats not counted.")
     effort: EffortIn
 

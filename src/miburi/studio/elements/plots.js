@@ -2,7 +2,7 @@
 import { listen } from "/static/live.js";
 
 const SPAN = 60;
-const COLOURS = ["#e2a400", "#3d78c2", "#8d7cc3", "#6d4f9c", "#ee7f2d", "#7d9a2c", "#d2402f", "#1ba3a8"];
+const JOINT_COLOURS = ["#e2a400", "#3d78c2", "#8d7cc3", "#6d4f9c", "#ee7f2d", "#7d9a2c", "#d2402f", "#1ba3a8"];
 
 export default {
   template: `<div class="plots">
@@ -15,18 +15,18 @@ export default {
       <p v-if="plot.limit" class="note">{{ carded ? words.card : words.guards }}</p>
     </figure>
   </div>`,
-  props: { words: Object, threshold: Number, feelings: Array, joints: Array },
+  props: { words: Object, threshold: Number, feelings: Array, colours: Array, joints: Array },
   data() {
     const { words } = this.$props;
     return {
       carded: false,
       alone: {}, // the one series that each plot shows, where somebody chose one
       plots: [
-        { key: "mood", title: words.moods, unit: "0 – 1", top: 1, fixed: true, colours: COLOURS, names: this.feelings,
+        { key: "mood", title: words.moods, unit: "0 – 1", top: 1, fixed: true, colours: this.colours, names: this.feelings,
           values: (s) => s.mood },
         { key: "hands", title: words.hands, unit: "m/s · m", top: 0.3, colours: ["#d2402f", "#3d78c2"],
           names: [words.hand_speed, words.extent], values: (s) => [s.hand_speed, s.extent] },
-        { key: "ratio", title: words.ratio, unit: `≥ ${this.threshold}`, top: 1.4, fixed: true, colours: COLOURS, names: this.joints,
+        { key: "ratio", title: words.ratio, unit: `≥ ${this.threshold}`, top: 1.4, fixed: true, colours: JOINT_COLOURS, names: this.joints,
           values: (s) => s.ratios, limit: true, dots: true },
       ],
     };

@@ -12,7 +12,7 @@ export default {
     <canvas ref="canvas" tabindex="0" role="img" :aria-label="label"
       style="width:100%;height:100%;display:block;outline-offset:-4px;touch-action:none"></canvas>
     <p v-if="blind" class="blind">{{ without }}</p></div>`,
-  props: { robot: Object, label: String, without: String },
+  props: { robot: Object, faces: Object, label: String, without: String },
   data: () => ({ blind: false }),
 
   async mounted() {
@@ -43,7 +43,7 @@ export default {
     this.$el.view = this; // for tests and pictures
     this.angles = [...this.robot.neutral];
     this.goal = this.angles;
-    this.easer = new Easer();
+    this.easer = new Easer(this.faces.feelings.length);
     this.blinker = new Blinker();
     this.weights = [];
     this.unlisten = listen((state) => this.take(state));
@@ -214,7 +214,7 @@ export default {
     },
 
     drawFace(time, dt) {
-      const look = mix(this.easer.towards(this.weights, dt));
+      const look = mix(this.faces, this.easer.towards(this.weights, dt));
       const { width, height } = this.canvas;
       const context = this.canvas.getContext("2d");
       context.setTransform(1, 0, 0, 1, 0, 0);
