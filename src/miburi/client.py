@@ -14,7 +14,7 @@ from typing import Any, Self
 from urllib.parse import urlsplit
 
 import httpx
-from pydantic import TypeAdapter
+from pydantic import TypeAdapter, ValidationError
 from websockets.exceptions import ConnectionClosed, InvalidHandshake
 from websockets.sync.client import connect as open_socket
 
@@ -79,7 +79,7 @@ class RemotePartner:
     @property
     def state(self) -> State:
         """Everything about the partner, now."""
-        return State.model_validate(self._get("/state"))
+        return self._state(self._ask("GET", "/state").content)
 
     @property
     def robot(self) -> RobotOut:
@@ -97,7 +97,7 @@ class RemotePartner:
         try:
             with open_socket(address, additional_headers=self._headers) as socket:
                 for text in socket:
-                    yield State.model_validate_json(text)
+                    yield self._state(text)
         except (OSError, ConnectionClosed, InvalidHandshake) as error:
             raise ConnectionLostError(
                 f"{self._url}: {error or 'the connection was closed'}."
@@ -190,6 +190,16 @@ class RemotePartner:
         except OSError as error:
             raise OutputError(f"{path}: cannot be written: {error.strerror}.") from error
         return Path(path)
+
+    def _state(self, text: str | bytes) -> State:
+        try:
+            return State.model_validate_json(text)
+        except ValidationError as error:
+            raise InputError(
+                f"{self._url}: this partner's state is not one that this program knows. If the "
+                "partner has feelings of its own, start this program with the same file of "
+                "feelings (MIBURI_FEELINGS)."
+            ) from error
 
     def _get(self, path: str) -> Any:
         return self._ask("GET", path).json()

@@ -1,7 +1,9 @@
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
+from fastapi import FastAPI
 from tests.studio.conftest import Server, interface, serving
 
 import miburi
@@ -43,6 +45,23 @@ def test_it_speaks_the_librarys_words(partner: RemotePartner) -> None:
     partner.pause()
     partner.pause(False)
     assert {gesture.feeling for gesture in partner.gestures()} == set(partner.robot.feelings)
+
+
+def test_a_partner_with_other_feelings_is_refused_in_words(runner: Runner) -> None:
+    app = FastAPI()
+    nine = runner.snapshot.state.model_dump()
+    nine["mood"].append(0.5)
+
+    @app.get("/api/v1/state")
+    def state() -> dict[str, Any]:
+        return nine
+
+    with (
+        serving(app) as url,
+        miburi.connect(url) as partner,
+        pytest.raises(InputError, match="same file of feelings"),
+    ):
+        _ = partner.state
 
 
 def test_recordings_come_home(partner: RemotePartner, tmp_path: Path) -> None:
