@@ -2,8 +2,8 @@
 
     python pride.py FOLDER
 
-The folder holds ``feelings.toml``, ``pride.toml`` and ``temperament.toml``. What was seen is
-printed as JSON.
+The folder holds ``feelings.toml``, ``gestures/pride.toml`` and ``temperament.toml``. What was seen
+is printed as JSON.
 """
 
 import asyncio
@@ -92,7 +92,7 @@ def main(folder: Path) -> dict[str, object]:
     model = EmotionalModel(own)
     model.stimulate(Stimulus("pride", 1.0))
     runner = Runner(robot, model, Recordings(folder / "recordings"))
-    function = gestures.load(folder / "pride.toml", robot)
+    function = gestures.load(folder / "gestures" / "pride.toml")
     runner.perform(Expression("pride", 0.9), gestures.key_poses(robot, function, 0.9))
     runner.tick()
     state = runner.snapshot.state

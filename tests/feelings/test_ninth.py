@@ -33,7 +33,8 @@ def written(folder: Path) -> Path:
     page = DOCS.read_text(encoding="utf-8")
     feeling, gesture, rows = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
     (folder / "feelings.toml").write_text(shipped("feelings.toml") + feeling)
-    (folder / "pride.toml").write_text(gesture)
+    (folder / "gestures").mkdir()
+    (folder / "gestures" / "pride.toml").write_text(gesture)
     default = shipped("temperaments/default.toml")
     (folder / "temperament.toml").write_text(with_rows(default, rows))
     return folder
@@ -108,13 +109,13 @@ def test_the_command_takes_it_from_its_option(mine: Path) -> None:
             cwd=mine, env=own, capture_output=True, text=True, check=False,
         )  # fmt: skip
 
-    check = ["gesture", "check", "pride.toml", "--step", "0.5"]
+    check = ["gesture", "check", "gestures/pride.toml", "--step", "0.5"]
     assert "all is well" in miburi("--feelings", "feelings.toml", *check).stdout
     unknown = miburi(*check)
     assert unknown.returncode == 1
     assert "feeling = 'pride' is not known" in unknown.stderr
-    wrong = miburi("--feelings", "pride.toml", "forward", *["0"] * 8)
+    wrong = miburi("--feelings", "temperament.toml", "forward", *["0"] * 8)
     assert wrong.returncode == 1
-    assert "pride.toml: " in wrong.stderr
+    assert "temperament.toml: " in wrong.stderr
     assert "allowed are rest, feeling" in wrong.stderr
     assert "Traceback" not in wrong.stderr
