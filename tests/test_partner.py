@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from miburi import gestures
-from miburi.bodies import BodyState, Phase, Stop
+from miburi.bodies import BodyState, Phase, Stop, StopReason
 from miburi.errors import BodyError
 from miburi.feelings import FEELINGS, EmotionalModel, Expression, Stimulus
 from miburi.motion import Move
@@ -46,9 +46,9 @@ class PaperBody:
         self._angles = move.angles
 
     def stop(self) -> None:
-        self.touch("asked")
+        self.touch(StopReason.ASKED)
 
-    def touch(self, reason: str = "contact") -> None:
+    def touch(self, reason: StopReason = StopReason.CONTACT) -> None:
         self.phase, self.stopped = Phase.STOPPED, Stop(self.time, reason, "waist", "speed", 0.5)
 
     def release(self) -> None:
@@ -316,7 +316,7 @@ def test_what_failed_waits_for_a_person(robot: Robot, ending: bool) -> None:
     run(partner, 0.1)
     body.touch()
     run(partner, 0.5)
-    body.touch("the connection to the card was lost")
+    body.touch(StopReason.LINE_LOST)
     if ending:
         partner.rest()
     assert of(Released, run(partner, 30.0)) == []
@@ -345,7 +345,7 @@ def test_a_move_that_comes_too_late_for_a_stopped_body_is_no_failure(
     partner = Partner(body, happy())
 
     def stopped_just_now(move: Move) -> None:
-        body.touch("the connection to the card was lost")
+        body.touch(StopReason.LINE_LOST)
         _refuse()
 
     monkeypatch.setattr(body, "move", stopped_just_now)

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 from mcap.reader import make_reader
 
-from miburi.bodies import BodyState, Phase, Stop
+from miburi.bodies import BodyState, Phase, Stop, StopReason
 from miburi.errors import InputError
 from miburi.feelings import EmotionalModel
 from miburi.partner import Released, Stopped
 from miburi.recording import Recorder, read
 from miburi.robot import JOINTS
 
-STOP = Stop(0.1, "contact", "waist", "speed", 0.5)
+STOP = Stop(0.1, StopReason.CONTACT, "waist", "speed", 0.5)
 
 
 def record(file: BytesIO) -> None:

@@ -12,7 +12,7 @@ from functools import lru_cache
 import numpy as np
 
 from miburi import gestures, ik
-from miburi.bodies import Body, BodyState, Phase, Stop
+from miburi.bodies import Body, BodyState, Phase, Stop, StopReason
 from miburi.errors import BodyError
 from miburi.feelings import FEELINGS, Expression, FeelingModel
 from miburi.motion import Move, synchronised
@@ -24,7 +24,7 @@ LONGEST_PAUSE = 16.0
 #: Seconds that the way home to neutral takes at least, at the end (ours).
 HOMECOMING = 1.5
 #: Stops that are ended at the end of all; others wait for a person to mend what failed.
-_ENDED_BY_US = ("contact", "asked")
+_ENDED_BY_US = (StopReason.CONTACT, StopReason.ASKED)
 
 Solve = Callable[[Robot, Array, Array], ik.Solution]
 
@@ -239,7 +239,7 @@ class Partner:
         """Take a new stop in: break off the gesture and, after a contact, lower the mood."""
         shown = self.expression or self.feelings.express()
         before = self._mood_of(shown)
-        if stop.reason == "contact":
+        if stop.reason == StopReason.CONTACT:
             self.feelings.contact()
             pause = min(FIRST_PAUSE * 2**self._encounters, LONGEST_PAUSE)
             self._release_at = time + pause

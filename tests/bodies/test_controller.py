@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from miburi.bodies import Phase
+from miburi.bodies import Phase, StopReason
 from miburi.bodies.controller import FURTHEST, GIVE_WAY, RETURN_SPEED, YIELD_AFTER, Controller
 from miburi.contact import Rule
 from miburi.errors import BodyError
@@ -238,7 +238,7 @@ def test_what_is_refused(motors: Motors, robot: Robot) -> None:
 
 def test_a_second_stop_keeps_the_first_reason(motors: Motors) -> None:
     controller = motors.controller
-    controller.stop(motors.positions, 0, "servo too hot")
+    controller.stop(motors.positions, 0, StopReason.SERVO_HOT)
     controller.stop(motors.positions, 10)
     assert controller.latched is not None
-    assert controller.latched.reason == "servo too hot"
+    assert controller.latched.reason == StopReason.SERVO_HOT

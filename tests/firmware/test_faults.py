@@ -9,8 +9,12 @@ import numpy as np
 import pytest
 from rig import Rig
 
-from miburi.bodies import Phase
-from miburi.bodies.card_settings import ALLOWED, CardSettings, JointSettings
+from miburi.bodies import Phase, StopReason
+from miburi.bodies.card_settings import (
+    ALLOWED,
+    CardSettings,
+    JointSettings,
+)
 from miburi.bodies.link import Kind
 from miburi.bodies.servos import Servo
 from miburi.errors import BodyError
@@ -60,7 +64,7 @@ def test_power_on_moves_nothing(firmware: Path) -> None:
     before = [servo.shaft.place for servo in rig.servos]
     rig.run(1.0)
     state = rig.body.state
-    assert (state.phase, state.stop.reason) == (Phase.STOPPED, "the card has just started")
+    assert (state.phase, state.stop.reason) == (Phase.STOPPED, StopReason.CARD_STARTED)
     assert [servo.get("torque_enable") for servo in rig.servos] == [0] * 8
     rig.body.release()
     for servo, place in zip(rig.servos, before, strict=True):
@@ -85,10 +89,7 @@ def test_pulled_cable_is_a_stop_until_released(rig: Rig) -> None:
     rig.line.pulled = True
     rig.run(3.0)
     state = rig.body.state
-    assert (state.phase, state.stop.reason) == (
-        Phase.STOPPED,
-        "the connection to the card was lost",
-    )
+    assert (state.phase, state.stop.reason) == (Phase.STOPPED, StopReason.LINE_LOST)
     assert rig.at_rest()
     with pytest.raises(BodyError, match="cable|line"):
         rig.body.release()
@@ -111,7 +112,7 @@ def test_silent_card_is_a_stop_and_the_servos_stop_by_themselves(rig: Rig, firmw
     assert here < rig.servos[1].get("goal_position") - 50  # it did not go to the end
     rig.run(4.0)
     state = rig.body.state
-    assert (state.phase, state.stop.reason) == (Phase.STOPPED, "the card has just started")
+    assert (state.phase, state.stop.reason) == (Phase.STOPPED, StopReason.CARD_STARTED)
     stays_stopped(rig)
     recovers(rig)
 
@@ -129,7 +130,7 @@ def test_card_reset_in_mid_move_ends_at_rest(rig: Rig, saved: bool) -> None:
     assert abs(rig.servos[1].shaft.place - rig.servos[1].get("goal_position")) < 60 or not saved
     rig.run(4.0)
     state = rig.body.state
-    assert (state.phase, state.stop.reason) == (Phase.STOPPED, "the card has just started")
+    assert (state.phase, state.stop.reason) == (Phase.STOPPED, StopReason.CARD_STARTED)
     stays_stopped(rig)
     recovers(rig)
 
@@ -140,7 +141,7 @@ def test_unplugged_servo_stops_all_and_is_named(rig: Rig, motor: int) -> None:
     rig.servos[motor].dead = True
     rig.run(0.3)
     stop = rig.body.state.stop
-    assert (stop.reason, stop.motor) == ("servo does not answer", JOINTS[motor])
+    assert (stop.reason, stop.motor) == (StopReason.SERVO_SILENT, JOINTS[motor])
     others = [servo for servo in rig.servos if not servo.dead]
     assert all(servo.segment.speed == 0 for servo in others)
     with pytest.raises(BodyError, match=f"{JOINTS[motor]}: servo does not answer"):
@@ -152,10 +153,15 @@ def test_unplugged_servo_stops_all_and_is_named(rig: Rig, motor: int) -> None:
 
 
 @pytest.mark.parametrize(
-    ("entry", "value", "reason"),
-    [("temperature", 65, "servo is too hot"), ("voltage", 41, "supply voltage is too low")],
+    ("entry", "value", "reason", "said"),
+    [
+        ("temperature", 65, StopReason.SERVO_HOT, "servo is too hot; let it cool"),
+        ("voltage", 41, StopReason.LOW_VOLTAGE, "supply voltage is too low; take a stronger"),
+    ],
 )
-def test_unfit_servo_stops_all_and_is_named(rig: Rig, entry: str, value: int, reason: str) -> None:
+def test_unfit_servo_stops_all_and_is_named(
+    rig: Rig, entry: str, value: int, reason: StopReason, said: str
+) -> None:
     raise_arms(rig, speed=0.8)
     fit = rig.servos[5].get(entry)
     rig.servos[5].set(entry, value)
@@ -163,7 +169,7 @@ def test_unfit_servo_stops_all_and_is_named(rig: Rig, entry: str, value: int, re
     stop = rig.body.state.stop
     assert (stop.reason, stop.motor) == (reason, JOINTS[5])
     stays_stopped(rig)
-    with pytest.raises(BodyError, match=reason):
+    with pytest.raises(BodyError, match=f"{JOINTS[5]}: {said}"):
         rig.body.release()
     rig.servos[5].set(entry, fit)
     recovers(rig)
@@ -174,7 +180,7 @@ def test_faulty_servo_is_restarted_by_a_release(rig: Rig) -> None:
     rig.servos[2].fail(4)
     rig.run(0.2)
     stop = rig.body.state.stop
-    assert (stop.reason, stop.motor) == ("servo reports a hardware error", JOINTS[2])
+    assert (stop.reason, stop.motor) == (StopReason.SERVO_FAULTY, JOINTS[2])
     with pytest.raises(BodyError, match="hardware error"):
         rig.body.release()
     recovers(rig)
@@ -187,7 +193,7 @@ def test_deaf_servo_is_named(rig: Rig) -> None:
     rig.body.move(Move(angles, np.ones(8)))
     rig.run(0.1)
     stop = rig.body.state.stop
-    assert (stop.reason, stop.motor) == ("servo does not take orders", JOINTS[4])
+    assert (stop.reason, stop.motor) == (StopReason.SERVO_DEAF, JOINTS[4])
     assert rig.at_rest()
     with pytest.raises(BodyError, match="does not take orders"):
         rig.body.release()
@@ -200,7 +206,7 @@ def test_brown_out_of_the_bus(rig: Rig) -> None:
     for servo in rig.servos:
         servo.dead = True
     rig.run(0.4)
-    assert rig.body.state.stop.reason == "servo does not answer"
+    assert rig.body.state.stop.reason == StopReason.SERVO_SILENT
     for servo in rig.servos:
         servo.dead = False
         servo.power_up()
@@ -252,7 +258,7 @@ def test_clock_that_wraps_in_mid_move_is_not_noticed(rig: Rig, firmware: Path) -
 def test_a_tap_on_stop_holds_softly(rig: Rig) -> None:
     raise_arms(rig)
     rig.body.stop()
-    assert rig.body.state.stop.reason == "asked"
+    assert rig.body.state.stop.reason == StopReason.ASKED
     assert {servo.get("goal_current") for servo in rig.servos} == {339}
     assert rig.at_rest()
     recovers(rig)

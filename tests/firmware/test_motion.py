@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from rig import Rig
 
-from miburi.bodies import Phase
+from miburi.bodies import Phase, StopReason
 from miburi.motion import Move
 from miburi.robot import JOINTS
 
@@ -56,7 +56,7 @@ def test_a_blocked_motor_stops_all(firmware: Path, seed: int) -> None:
         rig.body.move(move)
         assert rig.settle() is Phase.STOPPED
         stop = rig.body.state.stop
-        assert (stop.reason, stop.motor) == ("contact", JOINTS[motor])
+        assert (stop.reason, stop.motor) == (StopReason.CONTACT, JOINTS[motor])
         # All motors have their stop within 0.15 s of the moment from which it could be seen.
         assert rig.twin.detectable is not None
         told = max(servo.segment.began for servo in rig.servos)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from tests.studio.test_runner import block, run, until
 
-from miburi.bodies import Phase, Stop
+from miburi.bodies import Phase, Stop, StopReason
 from miburi.contact import Rule, Window
 from miburi.errors import BodyError
 from miburi.feelings import FEELINGS, EmotionalModel, Stimulus, shipped_temperament
@@ -85,7 +85,7 @@ def test_a_card_that_is_lost_is_said_and_found_again(card: Runner) -> None:
     read, line.read, line.write = line.read, broken, broken
     line.close = lambda: None  # a processor that was switched off for good cannot be found again
     state = until(card, lambda state: state.stop)
-    assert state.stop.reason == "the connection to the card was lost"
+    assert state.stop.reason == StopReason.LINE_LOST
     run(card, 2.0)
     assert {motor.answers for motor in card.motors.motors} == {False}
     refused = card.release()
@@ -109,7 +109,7 @@ def test_speeds_are_those_of_the_window_that_was_judged(robot: Robot) -> None:
     )
     partner = SimpleNamespace(body=body, expression=None, asked=False, held=False)
     observer = Observer("simulated", None, partner, EmotionalModel())
-    stopped = Stopped(1.0, Stop(1.0, "contact", JOINTS[2], "speed", 0.5), 0.5, 0.4)
+    stopped = Stopped(1.0, Stop(1.0, StopReason.CONTACT, JOINTS[2], "speed", 0.5), 0.5, 0.4)
     for length in (30_000, 100_000, 300_000):
         judged = np.arange(8) == 2
         body.window = Window(travel // 2, travel, travel // 2, judged, np.full(8, length))
@@ -125,7 +125,7 @@ def test_a_motor_far_from_its_path_is_compared_with_the_speed_that_was_sent(
     state = SimpleNamespace(phase=Phase.MOVING, velocities=np.full(8, -0.3))
     body = SimpleNamespace(robot=robot, state=state, window=None)
     observer = Observer("simulated", None, SimpleNamespace(body=body), EmotionalModel())
-    stopped = Stopped(1.0, Stop(1.0, "contact", JOINTS[2], "tracking", 0.8), 0.5, 0.4)
+    stopped = Stopped(1.0, Stop(1.0, StopReason.CONTACT, JOINTS[2], "tracking", 0.8), 0.5, 0.4)
     told = observer.take([stopped])
     assert (told.measured, told.expected, told.ratio) == (None, None, 0.8)
     observer.take([MoveSent(0.0, 0, SimpleNamespace(speeds=np.full(8, 0.9)), None)])

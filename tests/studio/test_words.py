@@ -2,6 +2,7 @@ import re
 
 import pytest
 
+from miburi.bodies import StopReason
 from miburi.bodies.registry import KINDS
 from miburi.errors import InputError
 from miburi.feelings import FEELINGS, SOURCES, TEMPERAMENTS
@@ -33,6 +34,7 @@ def test_every_name_has_a_word() -> None:
         assert set(feeling.words) == set(LANGUAGES)
     assert set(english["joint"]) == set(JOINTS)
     assert set(KINDS) <= set(english["body"])
+    assert set(english["reason"]) == set(StopReason)
     assert set(english["source"]) == set(SOURCES)
     assert set(TEMPERAMENTS) <= set(english["body"])
 

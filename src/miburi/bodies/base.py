@@ -17,6 +17,25 @@ class Phase(StrEnum):
     RETURNING = "returning"
 
 
+class StopReason(StrEnum):
+    """Why a body stopped; pages say it in the words of their language."""
+
+    CONTACT = "contact"
+    ASKED = "asked"
+    CARD_STARTED = "card_started"
+    LINE_LOST = "line_lost"
+    SERVO_SILENT = "servo_silent"
+    SERVO_DEAF = "servo_deaf"
+    SERVO_FAULTY = "servo_faulty"
+    SERVO_HOT = "servo_hot"
+    LOW_VOLTAGE = "low_voltage"
+
+    @property
+    def spoken(self) -> str:
+        """The reason in plain letters, for error messages."""
+        return self.replace("_", " ")
+
+
 @dataclass(frozen=True)
 class Stop:
     """A latched stop; it ends only by :meth:`Body.release`.
@@ -26,7 +45,7 @@ class Stop:
     time
         s, on the body's clock.
     reason
-        ``contact``, ``asked``, or what failed.
+        A contact, somebody who asked, or what failed.
     motor
         Full name of the motor that met something; None where no single motor did.
     sign
@@ -36,7 +55,7 @@ class Stop:
     """
 
     time: float
-    reason: str
+    reason: StopReason
     motor: str | None = None
     sign: str | None = None
     ratio: float | None = None

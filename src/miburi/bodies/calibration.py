@@ -100,7 +100,7 @@ def _record_one(card: Card, move: Move) -> Trace:
         if stop is not None:
             where = "" if stop.motor is None else f" ({stop.motor})"
             hint = "Give the robot room, keep hands away, and" if stop.sign else "Mend that, and"
-            raise BodyError(f"Stopped: {stop.reason}{where}. {hint} calibrate again.")
+            raise BodyError(f"Stopped: {stop.reason.spoken}{where}. {hint} calibrate again.")
         card.step(_AFTER)
     finally:
         card.on_report = told

@@ -11,7 +11,7 @@ from contextlib import suppress
 
 import numpy as np
 
-from miburi.bodies.base import BodyState, Phase, Stop
+from miburi.bodies.base import BodyState, Phase, Stop, StopReason
 from miburi.bodies.card_settings import CardSettings, General, JointSettings, refusal
 from miburi.bodies.controller import check_move
 from miburi.bodies.line import Line, SerialLine
@@ -49,19 +49,25 @@ _SETTINGS_PIECE = len(JOINTS)
 _PHASES = (Phase.IDLE, Phase.MOVING, Phase.STOPPED, Phase.RETURNING)
 _SIGNS = (None, "speed", "tracking", "arrival")
 
-#: Why the body stopped, in the words of :class:`~miburi.bodies.Stop`.
-REASONS = {
-    Reason.NONE: "",
-    Reason.STARTED: "the card has just started",
-    Reason.ASKED: "asked",
-    Reason.CONTACT: "contact",
-    Reason.SILENT: "servo does not answer",
-    Reason.DEAF: "servo does not take orders",
-    Reason.FAULTY: "servo reports a hardware error",
-    Reason.HOT: "servo is too hot",
-    Reason.LOW_VOLTAGE: "supply voltage is too low",
+#: Why the card stopped.
+_REASONS = {
+    Reason.STARTED: StopReason.CARD_STARTED,
+    Reason.ASKED: StopReason.ASKED,
+    Reason.CONTACT: StopReason.CONTACT,
+    Reason.SILENT: StopReason.SERVO_SILENT,
+    Reason.DEAF: StopReason.SERVO_DEAF,
+    Reason.FAULTY: StopReason.SERVO_FAULTY,
+    Reason.HOT: StopReason.SERVO_HOT,
+    Reason.LOW_VOLTAGE: StopReason.LOW_VOLTAGE,
 }
-LINE_LOST = "the connection to the card was lost"
+#: Why the card refuses a release, and what to do about it.
+_UNREADY = {
+    Reason.SILENT: "servo does not answer; look at its plug, its id and the supply",
+    Reason.DEAF: "servo does not take orders; switch the servos off and on",
+    Reason.FAULTY: "servo reports a hardware error and was restarted; let it cool",
+    Reason.HOT: "servo is too hot; let it cool",
+    Reason.LOW_VOLTAGE: "supply voltage is too low; take a stronger supply or thicker wires",
+}
 
 
 class Card:
@@ -206,7 +212,9 @@ class Card:
             self.step(0.02)
         if self.state.phase is not Phase.IDLE:
             stop = self.state.stop
-            said = "" if stop is None else f": {stop.reason}, {stop.motor or 'no single motor'}"
+            said = (
+                "" if stop is None else f": {stop.reason.spoken}, {stop.motor or 'no single motor'}"
+            )
             raise BodyError(f"The body did not reach neutral{said}. Look what is in its way.")
 
     def relax(self) -> None:
@@ -354,9 +362,9 @@ class Card:
                             return self._result(kind, answer)
                     self._answers.clear()
             except OSError as error:
-                self._lose(LINE_LOST)
+                self._lose()
                 raise _NoAnswerError(f"The line to the card is broken: {error}.") from error
-        self._lose(LINE_LOST)
+        self._lose()
         raise _NoAnswerError(
             "The card does not answer. Check cable and power, and that it has Miburi's firmware "
             "(miburi card upload)."
@@ -371,9 +379,8 @@ class Card:
                 phase = _PHASES[detail[0]]
                 raise BodyError(f"The card is {phase}; it does not take {kind.name.lower()} now.")
             case Result.SERVO:
-                said = f"{REASONS[Reason(detail[1])]}. See the errors in docs/card.md."
                 motor = f"{JOINTS[detail[0]]}: " if detail[0] < len(JOINTS) else "The "
-                raise BodyError(motor + said)
+                raise BodyError(f"{motor}{_UNREADY[Reason(detail[1])]}. Then try again.")
             case Result.RANGE:
                 raise _OutOfRangeError(kind, detail[0])
             case Result.SETTINGS:
@@ -410,9 +417,9 @@ class Card:
         try:
             self._listen(until)
         except OSError:
-            self._lose(LINE_LOST)
+            self._lose()
         if self._line.now() - self._heard > _SILENCE:
-            self._lose(LINE_LOST)
+            self._lose()
 
     def _await_phase(self) -> None:
         """Wait for a report from after the latest answer."""
@@ -427,11 +434,11 @@ class Card:
 
     # --- a lost card -----------------------------------------------------------------------------
 
-    def _lose(self, reason: str) -> None:
+    def _lose(self) -> None:
         if self._connected:
             self._connected = False
             self._retry_at = self._line.now()
-            self._own_stop = Stop(self._line.now() - self._began, reason)
+            self._own_stop = Stop(self._line.now() - self._began, StopReason.LINE_LOST)
 
     def _find_again(self) -> None:
         """Try once in a while to reach the card; then it is stopped, and says so."""
@@ -456,7 +463,7 @@ class Card:
         contact = report.reason == Reason.CONTACT
         return Stop(
             time=self._time_of(report.stop_time),
-            reason=REASONS[Reason(report.reason)],
+            reason=_REASONS[Reason(report.reason)],
             motor=JOINTS[report.motor] if report.motor < len(JOINTS) else None,
             sign=_SIGNS[report.sign] if contact else None,
             ratio=(report.measured / report.expected if report.expected else 0.0)

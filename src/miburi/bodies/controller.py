@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from miburi.bodies.base import Phase, Stop
+from miburi.bodies.base import Phase, Stop, StopReason
 from miburi.contact import Rule, Watch, Window
 from miburi.errors import BodyError
 from miburi.motion import FINE, SECOND, Move, Steps, commanded, to_steps
@@ -96,7 +96,7 @@ class Controller:
             time,
         )
 
-    def stop(self, positions: Steps, time: int, reason: str = "asked") -> None:
+    def stop(self, positions: Steps, time: int, reason: StopReason = StopReason.ASKED) -> None:
         """Stop and hold where the motors are; a stop that holds already keeps its reason."""
         if self.phase is not Phase.STOPPED:
             self._hold(Stop(time / SECOND, reason), positions)
@@ -133,7 +133,13 @@ class Controller:
         self.window = self.watch.window or self.window
         if contact is not None:
             self._hold(
-                Stop(time / SECOND, "contact", contact.name, contact.sign.value, contact.ratio),
+                Stop(
+                    time / SECOND,
+                    StopReason.CONTACT,
+                    contact.name,
+                    contact.sign.value,
+                    contact.ratio,
+                ),
                 self._given_way(contact.motor, positions),
             )
             self._yields_at = time + YIELD_AFTER

@@ -185,10 +185,13 @@ def load(
 
 
 def _why(state: "BodyState") -> str:
+    from miburi.studio.words import FALLBACK, words
+
     stop = state.stop
     if stop is None:
         return ""
-    return f" ({stop.reason}{'' if stop.motor is None else ', ' + _spoken(stop.motor)})"
+    reason = words(FALLBACK)["reason"][stop.reason]
+    return f" ({reason}{'' if stop.motor is None else ', ' + _spoken(stop.motor)})"
 
 
 def _give_ids(card: "Card") -> None:

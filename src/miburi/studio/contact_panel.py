@@ -5,6 +5,7 @@ from html import escape
 
 from nicegui import ui
 
+from miburi.bodies import StopReason
 from miburi.studio.parts import heading
 from miburi.studio.runner import Runner
 from miburi.studio.wire import Entry, State, StopOut
@@ -53,20 +54,22 @@ def why(state: State, words: Words) -> tuple[str, str]:
     if stop is None:
         going_back = state.phase == "returning"
         return say["free"], say["returning" if going_back else "free_more"]
-    if stop.reason == "contact" and stop.motor is not None:
+    if stop.reason is StopReason.CONTACT and stop.motor is not None:
         met = say["met"].format(motor=words["joint"][stop.motor])
         return met, say["held" if state.held else "waits"]
-    if stop.reason == "asked":
+    if stop.reason is StopReason.ASKED:
         return say["asked"], say["held"]
-    return say["failed"].format(reason=stop.reason), say["held"]
+    return say["failed"].format(reason=words["reason"][stop.reason]), say["held"]
 
 
 def _facts(state: State, entries: list[Entry], words: Words) -> str:
     """Return what was measured at the contact of now, or at the latest one, as HTML."""
     stop = state.stop
     if stop is not None:
-        return _measured(stop, words) if stop.reason == "contact" else ""
-    contacts = [entry for entry in entries if entry.stop and entry.stop.reason == "contact"]
+        return _measured(stop, words) if stop.reason is StopReason.CONTACT else ""
+    contacts = [
+        entry for entry in entries if entry.stop and entry.stop.reason is StopReason.CONTACT
+    ]
     if not contacts or contacts[-1].stop is None:
         return ""
     latest = contacts[-1].stop
@@ -110,15 +113,16 @@ def _log(entries: list[Entry], words: Words) -> str:
         return escape(words["contact"]["empty"])
     lines = "".join(
         f'<li class="{entry.kind}"><time>{entry.time:.1f} s</time>'
-        f"<span>{escape(_line(entry, words))}</span></li>"
+        f"<span>{escape(line(entry, words))}</span></li>"
         for entry in reversed(entries)
     )
     return f'<ol class="log" tabindex="0">{lines}</ol>'
 
 
-def _line(entry: Entry, words: Words) -> str:
+def line(entry: Entry, words: Words) -> str:
+    """Say what happened in one line of the log."""
     say, stop = words["log"], entry.stop
-    if stop is not None and stop.reason == "contact" and stop.motor is not None:
+    if stop is not None and stop.reason is StopReason.CONTACT and stop.motor is not None:
         return say["stopped" if stop.sign == "speed" else "stopped_way"].format(
             motor=words["joint"][stop.motor],
             ratio=f"{100 * (stop.ratio or 0):.0f} %",
@@ -126,8 +130,8 @@ def _line(entry: Entry, words: Words) -> str:
             after=f"{stop.mood_after:.2f}",
         )
     if stop is not None:
-        key = "stopped_asked" if stop.reason == "asked" else "stopped_other"
-        return say[key].format(name=stop.reason)
+        key = "stopped_asked" if stop.reason is StopReason.ASKED else "stopped_other"
+        return say[key].format(name=words["reason"][stop.reason])
     name = entry.name or ""
     return say[entry.kind].format(
         name=words["body"].get(name, name) if entry.kind in ("body", "temperament") else name,

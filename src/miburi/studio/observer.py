@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from miburi.bodies import Phase
+from miburi.bodies import Phase, StopReason
 from miburi.bodies.card import Card
 from miburi.bodies.link import Report
 from miburi.contact import Rule
@@ -170,7 +170,7 @@ class Observer:
         A card does not tell the length: the rule judges a slow motor over several periods.
         """
         stop, body = event.stop, self._partner.body
-        if stop.reason != "contact" or stop.motor is None:
+        if stop.reason is not StopReason.CONTACT or stop.motor is None:
             return None, None, None
         motor, step = JOINTS.index(stop.motor), self._robot.servo.step / FINE
         if isinstance(body, Card):

@@ -25,6 +25,7 @@ from miburi.studio.access import LARGEST, Gate, is_loopback, kept_token
 from miburi.studio.memory import remember, remembered
 from miburi.studio.recordings import Recordings
 from miburi.studio.runner import Runner
+from miburi.studio.words import FALLBACK, words
 
 #: A partner that meets people for the first time is in this mood (ours): middling in
 #: everything, so that every feeling shows, and glad to see them.
@@ -127,7 +128,8 @@ def serve(wish: Wish) -> None:
         )
         stop = runner.body.state.stop
         if stop is not None:
-            print(f"The body is stopped: {stop.reason}. Make room, then release it in the studio.")
+            why = words(FALLBACK)["reason"][stop.reason]
+            print(f"The body is stopped: {why}. Make room, then release it in the studio.")
         runner.start()
         try:
             # NiceGUI takes a second to load: the robot moves already.

@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from miburi.feelings.catalogue import FEELINGS, FeelingName
 from miburi.feelings.temperament import Source
 from miburi.robot.guards import Guards
+from miburi.bodies import StopReason
 
 Share = Annotated[float, Field(ge=0, le=1)]
 Eight = Annotated[list[float], Field(min_length=8, max_length=8)]
@@ -96,7 +97,7 @@ class StopOut(BaseModel):
     """A stop that holds now, and what is known about it."""
 
     time: float = Field(description="s on the body's clock.")
-    reason: str = Field(description="contact, asked, or what failed.")
+    reason: StopReason = Field(description="A contact, somebody who asked, or what failed.")
     motor: str | None = Field(description="The motor that met something.")
     sign: str | None = Field(description="speed, tracking or arrival: what gave the contact away.")
     ratio: float | None = Field(
