@@ -12,7 +12,14 @@ import numpy as np
 
 from miburi.bodies.base import Phase
 from miburi.bodies.card import Card
-from miburi.bodies.card_settings import ALLOWED, CardSettings, real_acceleration, real_speed, shown
+from miburi.bodies.card_settings import (
+    ALLOWED,
+    STEPS_PER_TURN,
+    CardSettings,
+    real_acceleration,
+    real_speed,
+    shown,
+)
 from miburi.calibration import Response, Trace, calibrate, response
 from miburi.calibration_file import Calibration
 from miburi.contact import Rule
@@ -31,7 +38,7 @@ _DURATIONS = (1.5, 0.8, 0.1)
 _SLOWLY, _BIT = (0.05, 0.1, 0.2, 0.4), 0.15
 #: s for which the servos are watched after each move: longer than the rule waits for them.
 _AFTER = 0.3
-_DEGREES = 360 / 4096
+_DEGREES = 360 / STEPS_PER_TURN
 #: Motors that all answered a reading.
 _ALL = 0xFF
 

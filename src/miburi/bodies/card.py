@@ -12,7 +12,13 @@ from contextlib import suppress
 import numpy as np
 
 from miburi.bodies.base import BodyState, Phase, Stop, StopReason
-from miburi.bodies.card_settings import CardSettings, General, JointSettings, refusal
+from miburi.bodies.card_settings import (
+    CardSettings,
+    General,
+    JointSettings,
+    check_encoder,
+    refusal,
+)
 from miburi.bodies.controller import check_move
 from miburi.bodies.line import Line, SerialLine
 from miburi.bodies.link import (
@@ -86,7 +92,8 @@ class Card:
     Raises
     ------
     BodyError
-        No card answers, or it speaks another version of the link.
+        No card answers, it speaks another version of the link, or the robot's encoders are not
+        those of the card's servos.
     """
 
     def __init__(
@@ -99,6 +106,7 @@ class Card:
             (lambda: SerialLine(port)) if isinstance(port, str) else port
         )
         self._robot = robot or iphonoid()
+        check_encoder(self._robot)
         self._asked_settings = settings
         self._receiver = Receiver()
         self._sequence = 0

@@ -12,6 +12,7 @@ from miburi.bodies.controller import RETURN_SPEED
 from miburi.bodies.link import crc16
 from miburi.calibration_file import Mounting
 from miburi.contact import Rule
+from miburi.errors import BodyError
 from miburi.motion import to_steps
 from miburi.robot import JOINTS, Robot
 from miburi.robot.guards import GUARDS, Guards, by_motor
@@ -22,8 +23,10 @@ _JOINT = struct.Struct("<BbHhhh" + "".join(guard.unit.code for guard in GUARDS.v
 MILLIAMPERES_PER_NM = 1470 / 0.52
 #: Servos hotter than this, in °C, or with a lower supply, in 0.1 V, stop the body (ours).
 HOTTEST, LOWEST = 65, 42
+#: Encoder steps in a turn of the servos that a card drives, XL330; as in ``settings.h``.
+STEPS_PER_TURN = 4096
 #: The servo's middle position.
-_MIDDLE = 2048
+_MIDDLE = STEPS_PER_TURN // 2
 #: What the card takes (``settings.h``), with its unit; it takes no range that crosses the seam.
 ALLOWED = {
     "period": (20_000, 200_000, "µs"),
@@ -40,6 +43,23 @@ ALLOWED = {
     "zero": (0, 4095, "steps"),
     **{name: (guard.low, guard.high, guard.unit.whole) for name, guard in GUARDS.items()},
 }
+
+
+def check_encoder(robot: Robot) -> None:
+    """Refuse a robot whose steps are not those of the servos that a card drives.
+
+    Raises
+    ------
+    BodyError
+        Its servo has another encoder: every angle and guard would be another on the card.
+    """
+    steps = robot.servo.steps_per_turn
+    if steps != STEPS_PER_TURN:
+        raise BodyError(
+            f"the {robot.name}'s encoders count {steps} steps a turn; a card drives servos that "
+            f"count {STEPS_PER_TURN} (XL330). Give steps_per_turn = {STEPS_PER_TURN} in the "
+            "robot's description if it has those, or move this robot in simulation."
+        )
 
 
 def real_speed(speed: int) -> int:
@@ -129,7 +149,13 @@ class CardSettings:
 
         The rule is the robot's own by default. Servos have the ids 1–8, and are mounted so that
         the middle of each joint's range is the servo's middle.
+
+        Raises
+        ------
+        BodyError
+            The robot's encoders are not those of the card's servos.
         """
+        check_encoder(robot)
         rule, step = rule or Rule.of(robot), robot.servo.step
         lower, upper = to_steps(robot, robot.lower), to_steps(robot, robot.upper)
         neutral = to_steps(robot, robot.neutral)
