@@ -1,5 +1,8 @@
 """The real card's binary without a card: it runs in virtual time, on a bus of emulated servos.
 
+:class:`EmulatedCard` is processor and bus, the far end of a serial line. The body that moves on it
+is :class:`miburi.bodies.emulated_card.EmulatedBody`.
+
 The processor is emulated by a small C library around libsimavr, ``firmware/emulator``, which is
 built with ``make firmware`` and is not part of this package (its licence is the GPL).
 """
@@ -23,21 +26,34 @@ _CRASHED = 2
 EEPROM_SIZE = 4096
 
 
+#: What an :class:`EmulatedCard` runs, and what runs it.
+_PROGRAM, _PROCESSOR = "miburi.elf", "libmega.so"
+
+
+def is_built() -> bool:
+    """Return whether ``make firmware`` has built all that an :class:`EmulatedCard` needs."""
+    return all((_firmware() / name).is_file() for name in (_PROGRAM, _PROCESSOR))
+
+
 def built(name: str) -> Path:
-    """Return a file that ``make firmware`` has built: ``miburi.elf`` or ``libmega.so``.
+    """Return a file that ``make firmware`` has built, such as ``miburi.hex``.
 
     Raises
     ------
     BodyError
         It is not there.
     """
-    here = Path(os.environ.get("MIBURI_FIRMWARE", Path(__file__).parents[3] / "build/firmware"))
-    if not (here / name).is_file():
+    path = _firmware() / name
+    if not path.is_file():
         raise BodyError(
-            f"{here / name} is not there. Run `make firmware` in a copy of Miburi's repository, "
+            f"{path} is not there. Run `make firmware` in a copy of Miburi's repository, "
             "or name the folder in MIBURI_FIRMWARE."
         )
-    return here / name
+    return path
+
+
+def _firmware() -> Path:
+    return Path(os.environ.get("MIBURI_FIRMWARE", Path(__file__).parents[3] / "build/firmware"))
 
 
 def _micros(seconds: float) -> float:
@@ -149,7 +165,7 @@ class EmulatedCard:
         elf: Path | None = None,
         library: Path | None = None,
     ) -> None:
-        self.mega = Mega(elf or built("miburi.elf"), library or built("libmega.so"))
+        self.mega = Mega(elf or built(_PROGRAM), library or built(_PROCESSOR))
         self.bus = bus
         self._world = world
         self._said = bytearray()

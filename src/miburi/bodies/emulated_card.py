@@ -1,7 +1,8 @@
 """The paper's body with the real firmware in the loop, without hardware.
 
-Host → link → the card's binary → servo bus → emulated servos → physics, and back. It stands
-beside :class:`~miburi.bodies.simulated.Simulated` and can be touched as that can.
+Host → link → the card's binary → servo bus → emulated servos → physics, and back.
+:class:`EmulatedBody` stands beside :class:`~miburi.bodies.simulated.Simulated` and can be touched
+as that can; the card in it is an :class:`miburi.bodies.emulated.EmulatedCard`.
 """
 
 import numpy as np

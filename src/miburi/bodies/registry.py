@@ -2,40 +2,39 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from importlib import import_module
-from importlib.util import find_spec
 
 from miburi.bodies.base import Body
+from miburi.bodies.emulated import is_built
 from miburi.contact import Rule
-from miburi.errors import BodyError, InputError
+from miburi.errors import InputError
 from miburi.robot import Robot
 
 
 @dataclass(frozen=True)
-class Kind:
+class BodyKind:
     """A kind of body.
 
     Attributes
     ----------
     name
         What people call it.
-    module
-        Where it is made; a kind whose module is missing is not available.
     make
         Robot, port and contact rule to a body at neutral.
     needs_port
         Whether it must be told a serial port.
+    needs_firmware
+        Whether it runs what ``make firmware`` builds.
     """
 
     name: str
-    module: str
     make: Callable[[Robot, str | None, Rule | None], Body]
     needs_port: bool = False
+    needs_firmware: bool = False
 
     @property
     def available(self) -> bool:
-        """Whether this installation has it."""
-        return find_spec(self.module) is not None
+        """Whether this installation has all that it needs."""
+        return is_built() if self.needs_firmware else True
 
 
 def _simulated(robot: Robot, _port: str | None, rule: Rule | None) -> Body:
@@ -51,16 +50,19 @@ def _emulated_card(robot: Robot, _port: str | None, rule: Rule | None) -> Body:
 
 
 def _card(robot: Robot, port: str | None, _rule: Rule | None) -> Body:
-    body: Body = import_module("miburi.bodies.card").Card(port, robot)
-    return body
+    from miburi.bodies.card import Card
+
+    if not port:
+        raise InputError("the card body needs a serial port, such as /dev/ttyACM0 (--serial).")
+    return Card(port, robot)
 
 
 KINDS = {
     kind.name: kind
     for kind in (
-        Kind("simulated", "miburi.bodies.simulated", _simulated),
-        Kind("emulated-card", "miburi.bodies.emulated_card", _emulated_card),
-        Kind("card", "miburi.bodies.card", _card, needs_port=True),
+        BodyKind("simulated", _simulated),
+        BodyKind("emulated-card", _emulated_card, needs_firmware=True),
+        BodyKind("card", _card, needs_port=True),
     )
 }
 
@@ -84,14 +86,8 @@ def make_body(name: str, robot: Robot, port: str | None = None, rule: Rule | Non
     InputError
         There is no such kind, or it needs a port and none is given.
     BodyError
-        This installation does not have it, or the body cannot be reached.
+        Its firmware has not been built, or the body cannot be reached.
     """
     if name not in KINDS:
         raise InputError(f"the body must be one of {', '.join(KINDS)}, got {name!r}.")
-    kind = KINDS[name]
-    if not kind.available:
-        there = ", ".join(other.name for other in KINDS.values() if other.available)
-        raise BodyError(f"this installation has no {name} body; it has: {there}.")
-    if kind.needs_port and not port:
-        raise InputError(f"the {name} body needs a serial port, such as /dev/ttyACM0 (--serial).")
-    return kind.make(robot, port, rule)
+    return KINDS[name].make(robot, port, rule)
