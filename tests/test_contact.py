@@ -172,6 +172,10 @@ def test_backstop_tracking_sees_a_resting_motor_that_is_pushed() -> None:
         assert (contact is not None) == stops
         if contact is not None:
             assert (contact.motor, contact.sign) == (4, Sign.TRACKING)
+            assert w.window is not None
+            np.testing.assert_array_equal(w.window.judged, np.arange(8) == 4)
+            assert (w.window.measured[4], w.window.expected[4]) == (pushed * FINE, 0)
+            assert contact.length == w.window.length[4] == PAPER_PERIOD
 
 
 @pytest.mark.parametrize("back", [False, True])
@@ -206,6 +210,7 @@ def test_a_motor_is_judged_at_every_reading_from_the_last_periods_end() -> None:
     assert contact.sign is Sign.SPEED
     assert contact.measured == 0
     assert abs(contact.expected - 20 * FINE) <= FINE
+    assert contact.length == 10_000
     # Within a period, all of its travel counts: 120 of 140 steps are too few, 132 are enough.
     for travelled, stops in [(120, True), (132, False)]:
         w = watch(STRICT, distance=20_000, speed=2000, acceleration=10**9)
@@ -248,7 +253,7 @@ def test_the_motor_furthest_behind_is_named() -> None:
 
 
 def test_ratio_of_a_contact_without_expectation_is_zero() -> None:
-    assert Contact(0, Sign.TRACKING, 50, 0).ratio == 0.0
+    assert Contact(0, Sign.TRACKING, 50, 0, 1).ratio == 0.0
 
 
 def test_the_printed_rule_stops_a_ramped_free_move() -> None:

@@ -84,12 +84,15 @@ class Contact:
     measured, expected
         Travel in the judged window (sign speed) or since the move's start (backstops), in
         1/256 steps.
+    length
+        µs in which the motor travelled so.
     """
 
     motor: int
     sign: Sign
     measured: int
     expected: int
+    length: int
 
     @property
     def name(self) -> str:
@@ -104,7 +107,10 @@ class Contact:
 
 @dataclass(frozen=True)
 class Window:
-    """What one reading compared.
+    """What one reading compared: travel in the judged window, or since the move's start.
+
+    The latter only where a backstop saw a contact; it judges the motors that it saw, and grants
+    no slack.
 
     Attributes
     ----------
@@ -113,7 +119,7 @@ class Window:
     granted
         (8,) the measured travel with the slack: what is held against the expected.
     judged
-        (8,) whether enough was expected to judge the motor.
+        (8,) whether the motor was judged: for one, because enough was expected of it.
     length
         (8,) µs over which the motor was looked at.
     """
@@ -193,10 +199,13 @@ class Watch:
         if not (slow | astray | missing).any():
             return None
         if slow.any():
-            return _worst(Sign.SPEED, slow, did, should)
+            return _worst(Sign.SPEED, slow, self.window)
+        length = np.full_like(measured, time)
         if astray.any():
-            return _worst(Sign.TRACKING, astray, measured, expected)
-        return _worst(Sign.ARRIVAL, missing, measured, self._goal)
+            self.window = Window(measured, expected, measured, astray, length)
+            return _worst(Sign.TRACKING, astray, self.window)
+        self.window = Window(measured, self._goal, measured, missing, length)
+        return _worst(Sign.ARRIVAL, missing, self.window)
 
     def arrived(self, positions: Steps, time: int) -> bool:
         """Whether every profile has ended and every motor is at its goal."""
@@ -222,11 +231,14 @@ def lag_doubt(profile: Profile) -> Steps:
     return profile.fastest * FINE * LAG_DOUBT // SECOND
 
 
-def _worst(sign: Sign, suspects: Flags, measured: Steps, expected: Steps) -> Contact:
+def _worst(sign: Sign, suspects: Flags, window: Window) -> Contact:
     """Name the suspect with the largest shortfall; of equals, the first in the paper's order."""
-    shortfall = np.where(suspects, np.abs(expected - measured), -1)
+    shortfall = np.where(suspects, np.abs(window.expected - window.measured), -1)
     motor = int(np.argmax(shortfall))
-    return Contact(motor, sign, int(measured[motor]), int(expected[motor]))
+    measured, expected, length = (
+        int(values[motor]) for values in (window.measured, window.expected, window.length)
+    )
+    return Contact(motor, sign, measured, expected, length)
 
 
 def is_slow_as_printed(
@@ -273,4 +285,6 @@ class _PrintedWatch(Watch):
         sent = np.where(self.profile.distance > 0, self.profile.speed, 0)
         slow = is_slow_as_printed(did // FINE, sent, self.rule.period, self.rule.ratio)
         due = sent * FINE * self.rule.period // SECOND
-        return _worst(Sign.SPEED, slow, did, due) if slow.any() else None
+        length = np.full_like(due, self.rule.period)
+        self.window = Window(did, due, did, sent > 0, length)
+        return _worst(Sign.SPEED, slow, self.window) if slow.any() else None

@@ -94,6 +94,8 @@ class Twin:
                 assert stop.motor == JOINTS[report.motor]
                 assert stop.sign == SIGNS[report.sign].value
                 assert stop.ratio == report.measured / max(report.expected, 1)
+                assert c.window is not None
+                assert c.window.length[report.motor] == report.length
 
 
 class Rig:

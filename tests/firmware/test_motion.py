@@ -57,6 +57,11 @@ def test_a_blocked_motor_stops_all(firmware: Path, seed: int) -> None:
         assert rig.settle() is Phase.STOPPED
         stop = rig.body.state.stop
         assert (stop.reason, stop.motor) == (StopReason.CONTACT, JOINTS[motor])
+        # What the rule compared comes through, with its length: of the motor that met something.
+        seen, window = rig.twin.controller.window, rig.body.window
+        for name in ("measured", "expected", "granted", "length"):
+            assert getattr(window, name)[motor] == getattr(seen, name)[motor], name
+        np.testing.assert_array_equal(window.judged, np.arange(8) == motor)
         # All motors have their stop within 0.15 s of the moment from which it could be seen.
         assert rig.twin.detectable is not None
         told = max(servo.segment.began for servo in rig.servos)

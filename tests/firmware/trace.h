@@ -23,6 +23,7 @@ void run_trace(In& in, Out& out) {
     watch.start[i] = in.i16();
     watch.direction[i] = static_cast<int8_t>(in.i16());
     watch.expected[i] = watch.measured[i] = 0;
+    watch.since[i] = 0;
   }
   const int16_t looks = in.i16();
   for (int16_t n = 0; n < looks; n++) {
@@ -40,6 +41,9 @@ void run_trace(In& in, Out& out) {
     }
     for (uint8_t i = 0; i < 4; i++) {
       out.put(static_cast<uint8_t>(static_cast<uint32_t>(contact.expected) >> (8 * i)));
+    }
+    for (uint8_t i = 0; i < 8; i++) {
+      out.put(static_cast<uint8_t>(static_cast<uint64_t>(contact.length) >> (8 * i)));
     }
   }
 }

@@ -37,6 +37,7 @@ DECISION = np.dtype(
         ("arrived", "u1"),
         ("measured", "<i4"),
         ("expected", "<i4"),
+        ("length", "<i8"),
     ]
 )
 
@@ -156,7 +157,7 @@ def decide(traces: Records) -> Records:
             contact = watch.look(positions[i, k], times[i][k])
             came = watch.arrived(positions[i, k], times[i][k])
             if contact is None:
-                of_trace[k] = (0, 0, came, 0, 0)
+                of_trace[k] = (0, 0, came, 0, 0, 0)
             else:
                 of_trace[k] = (
                     SIGNS[contact.sign],
@@ -164,5 +165,6 @@ def decide(traces: Records) -> Records:
                     came,
                     contact.measured,
                     contact.expected,
+                    contact.length,
                 )
     return decisions

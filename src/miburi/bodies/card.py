@@ -33,8 +33,9 @@ from miburi.bodies.link import (
     Result,
     encode,
 )
+from miburi.contact import Contact, Sign, Window
 from miburi.errors import BodyError
-from miburi.motion import SECOND, Move, to_steps
+from miburi.motion import FINE, SECOND, Move, to_steps
 from miburi.robot import JOINTS, Robot, iphonoid
 
 #: Seconds to wait for an answer, and how often to ask.
@@ -53,7 +54,7 @@ _LOOK = 0.1
 _VELOCITY_REPORTS = 4
 _SETTINGS_PIECE = len(JOINTS)
 _PHASES = (Phase.IDLE, Phase.MOVING, Phase.STOPPED, Phase.RETURNING)
-_SIGNS = (None, "speed", "tracking", "arrival")
+_SIGNS = (Sign.SPEED, Sign.TRACKING, Sign.ARRIVAL)
 
 #: Why the card stopped.
 _REASONS = {
@@ -147,6 +148,21 @@ class Card:
     def report(self) -> Report:
         """The card's latest report, with temperatures and voltages."""
         return self._history[-1]
+
+    @property
+    def window(self) -> Window | None:
+        """What the rule compared when it saw the contact that holds now; of its motor alone."""
+        contact = None if self._own_stop else _contact_of(self.report)
+        if contact is None:
+            return None
+        judged = np.arange(len(JOINTS)) == contact.motor
+        slack = self._settings.joints[contact.motor].slack * FINE
+        counted = contact.measured + (slack if contact.sign is Sign.SPEED else 0)
+        measured, expected, granted, length = (
+            np.where(judged, value, 0)
+            for value in (contact.measured, contact.expected, counted, contact.length)
+        )
+        return Window(measured, expected, granted, judged, length)
 
     @property
     def state(self) -> BodyState:
@@ -468,15 +484,13 @@ class Card:
     def _stop_of(self, report: Report) -> Stop | None:
         if not report.reason:
             return None
-        contact = report.reason == Reason.CONTACT
+        contact = _contact_of(report)
         return Stop(
             time=self._time_of(report.stop_time),
             reason=_REASONS[Reason(report.reason)],
             motor=JOINTS[report.motor] if report.motor < len(JOINTS) else None,
-            sign=_SIGNS[report.sign] if contact else None,
-            ratio=(report.measured / report.expected if report.expected else 0.0)
-            if contact
-            else None,
+            sign=None if contact is None else contact.sign.value,
+            ratio=None if contact is None else contact.ratio,
         )
 
     def _begin_clock(self) -> None:
@@ -492,6 +506,14 @@ class Card:
 
     def _time_of(self, micros: int) -> float:
         return micros / SECOND + self._offset
+
+
+def _contact_of(report: Report) -> Contact | None:
+    """Return the contact that holds the card stopped, if one does."""
+    if report.reason != Reason.CONTACT or report.motor >= len(JOINTS):
+        return None
+    sign = _SIGNS[report.sign - 1]
+    return Contact(report.motor, sign, report.measured, report.expected, report.length)
 
 
 class _NoAnswerError(BodyError):

@@ -10,7 +10,7 @@ from enum import IntEnum
 
 from miburi.errors import MiburiError
 
-VERSION = 2
+VERSION = 3
 #: Kind of an answer: the request's, plus this.
 ANSWER = 0x80
 _MAX_FRAME = 128
@@ -158,7 +158,7 @@ class Receiver:
         return frames
 
 
-_REPORT = struct.Struct("<q4B2iqBB8h8h16B")
+_REPORT = struct.Struct("<q4B2i2q2B8h8h16B")
 
 
 @dataclass(frozen=True)
@@ -167,6 +167,8 @@ class Report:
 
     Attributes
     ----------
+    measured, expected, length
+        What the rule compared when a motor met something, and over which time.
     heard
         A bit per motor that answered the latest reading.
     held, limp
@@ -180,6 +182,7 @@ class Report:
     sign: int
     measured: int
     expected: int
+    length: int
     stop_time: int
     heard: int
     held: bool
@@ -201,8 +204,8 @@ class Report:
         if len(payload) != _REPORT.size:
             raise FrameError(f"a report has {_REPORT.size} bytes, got {len(payload)}")
         values = _REPORT.unpack(payload)
-        flags = values[9]
-        time, phase, reason, motor, sign, measured, expected, stop_time, heard = values[:9]
+        flags = values[10]
+        time, phase, reason, motor, sign, measured, expected, length, stop_time, heard = values[:10]
         return cls(
             time,
             phase,
@@ -211,12 +214,13 @@ class Report:
             sign,
             measured,
             expected,
+            length,
             stop_time,
             heard,
             held=bool(flags & 1),
             limp=bool(flags & 2),
-            positions=values[10:18],
-            speeds=values[18:26],
-            temperatures=values[26::2],
-            voltages=values[27::2],
+            positions=values[11:19],
+            speeds=values[19:27],
+            temperatures=values[27::2],
+            voltages=values[28::2],
         )
