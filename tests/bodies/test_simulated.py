@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from miburi.bodies import Body, Phase
+from miburi.bodies import Body, Motor, Phase
 from miburi.bodies.simulated import Simulated
 from miburi.contact import Rule
 from miburi.errors import InputError
@@ -46,6 +46,21 @@ def test_it_is_a_body_at_rest(robot: Robot) -> None:
     assert (state.time, state.phase, state.stop) == (0.0, Phase.IDLE, None)
     # Gravity pulls: a soft servo sags by a few steps.
     assert np.abs(state.angles - robot.neutral).max() < 0.03
+
+
+def test_it_tells_the_rule_that_runs_and_has_no_servos_to_tell_of(robot: Robot) -> None:
+    rule = replace(Rule.of(robot), period=50_000, ratio=9000)
+    motors = Simulated(robot, rule).motors()
+    assert motors.rule == rule
+    assert motors.each == (Motor(),) * 8
+    assert (motors.settings, motors.hottest, motors.lowest) == (None, None, None)
+
+
+def test_a_closed_body_is_stopped(robot: Robot) -> None:
+    body = Simulated(robot)
+    raise_arms(body)
+    body.close()
+    assert body.state.phase is Phase.STOPPED
 
 
 def test_a_free_move_arrives_within_the_sag(robot: Robot) -> None:

@@ -6,11 +6,20 @@ from itertools import pairwise
 import pytest
 
 from miburi import experiment
+from miburi.bodies import Touchable
 from miburi.bodies.simulated import Simulated
 from miburi.errors import InputError
 from miburi.feelings import FEELINGS, EmotionalModel
 from miburi.partner import MoveSent, Partner, Stopped
 from miburi.robot import Robot
+
+
+class RealBody(Simulated):
+    """A body in whose way no hand can be put by a program."""
+
+    @property
+    def touchable(self) -> Touchable | None:
+        return None
 
 
 @pytest.fixture(scope="module", params=[1, 2, 3])
@@ -91,3 +100,8 @@ def test_without_a_hand_nothing_stops(robot: Robot, feeling: str) -> None:
 def test_nonsense_is_refused(seed: int, seconds: float) -> None:
     with pytest.raises(InputError, match="must be"):
         experiment.run(seed, seconds)
+
+
+def test_a_body_in_whose_way_no_hand_can_be_put_is_refused(robot: Robot) -> None:
+    with pytest.raises(InputError, match="in whose way a hand can be put"):
+        experiment.run(1, 4.0, body=RealBody(robot))

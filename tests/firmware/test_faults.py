@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from rig import Rig
 
-from miburi.bodies import Phase, StopReason
+from miburi.bodies import Motor, Phase, StopReason
 from miburi.bodies.card_settings import (
     ALLOWED,
     CardSettings,
@@ -82,6 +82,25 @@ def test_host_killed_in_mid_move_lets_the_move_end(rig: Rig) -> None:
     joint = rig.settings.joints[1]
     aim = rig.robot.neutral[1] + 1.2
     assert abs(rig.servos[1].shaft.place - joint.zero - aim / rig.robot.servo.step) < 5
+
+
+def test_a_card_tells_how_its_servos_are_until_it_is_lost(firmware: Path) -> None:
+    rig = Rig(firmware, wake=False, twin=False)
+    assert rig.body.touchable is None
+    assert rig.body.motors().rule.period == rig.settings.general.period
+    # It looks at their health every half second; until then that is not known.
+    assert rig.body.motors().each == tuple(Motor(i + 1, True) for i in range(8))
+    rig.servos[4].dead = True
+    rig.run(1.0)
+    told = rig.body.motors()
+    assert (told.hottest, told.lowest) == (65, 4.2)
+    assert told.settings == f"{rig.settings.crc:04x}"
+    assert [motor.answers for motor in told.each] == [i != 4 for i in range(8)]
+    assert told.each[0] == Motor(1, True, 35, 5.0)
+    rig.line.pulled = True
+    rig.run(3.0)
+    assert rig.body.motors().each == tuple(Motor(i + 1, False) for i in range(8))
+    rig.close()
 
 
 def test_pulled_cable_is_a_stop_until_released(rig: Rig) -> None:

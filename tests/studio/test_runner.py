@@ -213,10 +213,12 @@ def test_another_body_starts_at_neutral(runner: Runner) -> None:
 
 def test_a_body_that_is_given_up_is_stopped_and_closed(runner: Runner) -> None:
     old, closed = runner.body, []
-    old.close = lambda: closed.append(old.state.phase)
+    close = old.close
+    old.close = lambda: closed.append(close())
     runner.use("simulated")
     runner.tick()
-    assert closed == ["stopped"]
+    assert len(closed) == 1
+    assert old.state.phase == "stopped"
     assert runner.body is not old
 
 

@@ -1,5 +1,25 @@
 """Bodies: what the partner moves, all behind one interface."""
 
-from miburi.bodies.base import Body, BodyState, Phase, Stop, StopReason
+from miburi.bodies.base import (
+    Body,
+    BodyState,
+    Motor,
+    Motors,
+    Phase,
+    Stop,
+    StopReason,
+    Touch,
+    Touchable,
+)
 
-__all__ = ["Body", "BodyState", "Phase", "Stop", "StopReason"]
+__all__ = [
+    "Body",
+    "BodyState",
+    "Motor",
+    "Motors",
+    "Phase",
+    "Stop",
+    "StopReason",
+    "Touch",
+    "Touchable",
+]

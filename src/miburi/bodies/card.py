@@ -11,7 +11,15 @@ from contextlib import suppress
 
 import numpy as np
 
-from miburi.bodies.base import BodyState, Phase, Stop, StopReason
+from miburi.bodies.base import (
+    BodyState,
+    Motor,
+    Motors,
+    Phase,
+    Stop,
+    StopReason,
+    Touchable,
+)
 from miburi.bodies.card_settings import (
     CardSettings,
     General,
@@ -150,13 +158,37 @@ class Card:
         return self._history[-1]
 
     @property
+    def touchable(self) -> Touchable | None:
+        """None: what a hand does to a real robot, the robot alone feels."""
+        return None
+
+    def motors(self) -> Motors:
+        """Return how the motors are, as the latest report says; of a lost card nothing is known."""
+        settings = self._settings
+        return Motors(
+            tuple(self._motor(i, joint.servo) for i, joint in enumerate(settings.joints)),
+            settings.rule,
+            settings=f"{settings.crc:04x}",
+            hottest=settings.general.hottest,
+            lowest=settings.general.lowest / 10,
+        )
+
+    def _motor(self, index: int, servo: int) -> Motor:
+        report = self.report
+        answers = self._connected and bool(report.heard >> index & 1)
+        # Until it has looked at a servo's health, a card reports 0 °C and 0 V.
+        if not (self._connected and report.voltages[index]):
+            return Motor(servo, answers)
+        return Motor(servo, answers, report.temperatures[index], report.voltages[index] / 10)
+
+    @property
     def window(self) -> Window | None:
         """What the rule compared when it saw the contact that holds now; of its motor alone."""
-        contact = None if self._own_stop else _contact_of(self.report)
+        contact = _contact_of(self.report) if self._own_stop is None else None
         if contact is None:
             return None
         judged = np.arange(len(JOINTS)) == contact.motor
-        slack = self._settings.joints[contact.motor].slack * FINE
+        slack = self._settings.joints[contact.motor].guards.slack * FINE
         counted = contact.measured + (slack if contact.sign is Sign.SPEED else 0)
         measured, expected, granted, length = (
             np.where(judged, value, 0)

@@ -7,11 +7,11 @@ as that can; the card in it is an :class:`miburi.bodies.emulated.EmulatedCard`.
 
 import numpy as np
 
-from miburi.bodies.base import BodyState
+from miburi.bodies.base import BodyState, Touch
 from miburi.bodies.card import Card
 from miburi.bodies.card_settings import MILLIAMPERES_PER_NM, CardSettings, JointSettings
 from miburi.bodies.emulated import EmulatedCard
-from miburi.bodies.plant import Plant, Touch
+from miburi.bodies.plant import Plant
 from miburi.bodies.servos import Bus, Servo, Shaft
 from miburi.contact import Rule
 from miburi.robot import Array, Robot, iphonoid
@@ -103,6 +103,11 @@ class EmulatedBody(Card):
         self._begin_clock()
 
     @property
+    def touchable(self) -> "EmulatedBody":
+        """The body itself: a hand can be put in its way."""
+        return self
+
+    @property
     def touch(self) -> Touch:
         """What happened to the body during the latest step."""
         touch = self._world.touch
@@ -116,7 +121,7 @@ class EmulatedBody(Card):
         return self._plant.angles, self._plant.hand
 
     def place_hand(self, position: Array, along: Array) -> None:
-        """Put the human hand somewhere; see :meth:`Plant.place_hand`."""
+        """Put the human hand somewhere; see :meth:`miburi.bodies.Touchable.place_hand`."""
         self._plant.place_hand(position, along)
 
     def remove_hand(self) -> None:

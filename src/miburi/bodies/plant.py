@@ -1,69 +1,18 @@
 """Robot, servos and a human hand in MuJoCo: what moves, and knows no rule.
 
 A servo follows its setpoint with limited torque and tells its angle in encoder steps. All else
-that happens, such as forces, only a simulation can know; it is told apart, in :class:`Touch`.
+that happens, such as forces, only a simulation can know; it is told apart, in
+:class:`~miburi.bodies.Touch`.
 """
-
-from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
-from miburi.bodies.base import Body
+from miburi.bodies.base import Touch
 from miburi.errors import InputError
 from miburi.motion import Steps, to_steps
 from miburi.physics import mujoco
 from miburi.robot import JOINTS, Array, Robot
 from miburi.robot.mjcf import HAND_AWAY, TIMESTEP, to_mjcf
-
-
-@dataclass(frozen=True)
-class Touch:
-    """What happened to the body during the latest step; known to the simulation alone.
-
-    Attributes
-    ----------
-    force
-        Largest force between human hand and robot, N.
-    began
-        First moment of that contact in the step, s; None without one.
-    part
-        The robot's part that was touched last; None without a contact.
-    itself
-        Two parts of the robot that met, or None.
-    """
-
-    force: float = 0.0
-    began: float | None = None
-    part: str | None = None
-    itself: tuple[str, str] | None = None
-
-    def then(self, later: "Touch") -> "Touch":
-        """Return this and a later step's touch as one."""
-        return Touch(
-            max(self.force, later.force),
-            later.began if self.began is None else self.began,
-            later.part or self.part,
-            self.itself or later.itself,
-        )
-
-
-class Tangible(Body, Protocol):
-    """A body in a simulation: a hand can be put in its way, and what happened is known."""
-
-    @property
-    def touch(self) -> Touch:
-        """What happened to the body during the latest step."""
-
-    @property
-    def configuration(self) -> tuple[Array, Array]:
-        """True joint angles (8,) rad, and the human hand's pose (7,): m and quaternion."""
-
-    def place_hand(self, position: Array, along: Array) -> None:
-        """Put the human hand somewhere; see :meth:`Plant.place_hand`."""
-
-    def remove_hand(self) -> None:
-        """Take the human hand away."""
 
 
 class Plant:

@@ -10,15 +10,15 @@ from collections import deque
 
 import numpy as np
 
-from miburi.bodies.base import BodyState, Phase
+from miburi.bodies.base import BodyState, Motor, Motors, Phase, Touch
 from miburi.bodies.controller import Controller
-from miburi.bodies.plant import Plant, Touch
+from miburi.bodies.plant import Plant
 from miburi.contact import Rule, Window
 from miburi.motion import FINE, SECOND, Move, Steps, to_steps
-from miburi.robot import Array, Robot
+from miburi.robot import JOINTS, Array, Robot
 from miburi.robot.mjcf import TIMESTEP
 
-__all__ = ["READING", "Simulated", "Touch"]
+__all__ = ["READING", "Simulated"]
 
 #: Physics steps between two readings of the encoders: 10 ms, as a servo bus allows.
 _SUBSTEPS = 5
@@ -31,7 +31,7 @@ _AHEAD = 20
 
 
 class Simulated:
-    """The robot in MuJoCo; a :class:`~miburi.bodies.Body`.
+    """The robot in MuJoCo; a :class:`~miburi.bodies.Body` that is its own ``touchable``.
 
     Parameters
     ----------
@@ -93,6 +93,15 @@ class Simulated:
         return self._controller.window
 
     @property
+    def touchable(self) -> "Simulated":
+        """The body itself: a hand can be put in its way."""
+        return self
+
+    def motors(self) -> Motors:
+        """Return the rule; simulated motors have no temperature, no supply and no servo's id."""
+        return Motors(tuple(Motor() for _ in JOINTS), self._controller.rule)
+
+    @property
     def configuration(self) -> tuple[Array, Array]:
         """True joint angles (8,) rad, and the human hand's pose (7,): m and quaternion."""
         return self._plant.angles, self._plant.hand
@@ -110,20 +119,7 @@ class Simulated:
         self._controller.release(self.encoders, self._clock)
 
     def place_hand(self, position: Array, along: Array) -> None:
-        """Put the human hand somewhere; move it there in small steps or through free space.
-
-        Parameters
-        ----------
-        position
-            (3,) m, its middle.
-        along
-            (3,), the direction of the fingers; any length but zero.
-
-        Raises
-        ------
-        InputError
-            A value is not finite, or ``along`` has no length.
-        """
+        """Put the human hand somewhere; see :meth:`miburi.bodies.Touchable.place_hand`."""
         self._plant.place_hand(position, along)
 
     def remove_hand(self) -> None:
@@ -137,6 +133,10 @@ class Simulated:
         while (self._readings + 1) * READING <= self._wanted + 1e-9:
             self.touch = self.touch.then(self._next_reading())
         return self.state
+
+    def close(self) -> None:
+        """Stop; there is nothing to let go of."""
+        self.stop()
 
     def read(self) -> None:
         """Let the time of one reading pass: :meth:`step` for who needs neither state nor touch."""

@@ -20,7 +20,7 @@ from miburi.studio.commands import run
 from miburi.version import __version__
 
 if TYPE_CHECKING:
-    from miburi.bodies.plant import Tangible
+    from miburi.bodies import Body
 
 app = typer.Typer(
     help="Feelings that show in a small robot's whole body, and a body that is safe to touch.",
@@ -125,7 +125,7 @@ def experiment(
     from miburi.robot import iphonoid
 
     rule = None if calibration is None else read_calibration(iphonoid(), calibration).rule
-    moved: Tangible
+    moved: Body
     if body == "emulated-card":
         from miburi.bodies.emulated_card import EmulatedBody
 

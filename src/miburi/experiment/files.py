@@ -10,7 +10,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from miburi import experiment
 from miburi import face as faces
-from miburi.bodies.plant import Tangible
+from miburi.bodies import Body
 from miburi.experiment.figures import experiment_figure
 from miburi.feelings import Expression
 from miburi.files import whole_files
@@ -27,7 +27,7 @@ def write_experiment(
     film: bool,
     hand: bool,
     face: bool,
-    body: Tangible | None = None,
+    body: Body | None = None,
 ) -> list[str]:
     """Run the experiment and write its files, all of them or none.
 

@@ -12,8 +12,7 @@ from time import perf_counter
 import numpy as np
 
 from miburi import ik
-from miburi.bodies.base import BodyState
-from miburi.bodies.plant import Tangible, Touch
+from miburi.bodies import Body, BodyState, Touch, Touchable
 from miburi.bodies.simulated import Simulated
 from miburi.errors import InputError
 from miburi.experiment.visitor import Visitor
@@ -136,7 +135,7 @@ def run(
     recorder: Recorder | None = None,
     progress: Callable[[float], None] = lambda _: None,
     robot: Robot | None = None,
-    body: Tangible | None = None,
+    body: Body | None = None,
 ) -> Experiment:
     """Run the paper's experiment in simulation.
 
@@ -155,12 +154,13 @@ def run(
     robot
         The description; the iphonoid by default.
     body
-        What is moved, at neutral; by default the simulated body of the robot.
+        What is moved, at neutral; by default the simulated body of the robot. A hand must be
+        able to get in its way.
 
     Raises
     ------
     InputError
-        The seed is negative, or the length is not finite or too short.
+        The seed is negative, the length is not finite or too short, or the body is no simulation.
     """
     if seed < 0:
         raise InputError(f"the seed must be 0 or more, got {seed}.")
@@ -177,10 +177,16 @@ def run(
         return solution
 
     body = body or Simulated(robot)
+    touchable = body.touchable
+    if touchable is None:
+        raise InputError(
+            "the experiment needs a body in whose way a hand can be put, and this one is no "
+            "simulation: take the simulated body or an emulated card."
+        )
     feelings = EmotionalModel()
     feelings.set_state(emotion={FEELING: 1.0}, mood={FEELING: MOOD}, hold=True)
     partner = Partner(body, feelings, period=PERIOD, solve=timed_solve)
-    visitor = Visitor(robot, np.random.default_rng(seed)) if hand else None
+    visitor = Visitor(robot, touchable, np.random.default_rng(seed)) if hand else None
     # The first call compiles or loads the kernel: not part of what is timed.
     ik.solve(robot, forward(robot, robot.neutral), start=robot.neutral)
     observer = _Observer(result, robot)
@@ -188,8 +194,8 @@ def run(
     for index in range(round(seconds / STEP)):
         events = partner.step(STEP)
         if visitor is not None:
-            visitor.step(body, events, STEP)
-        observer.observe(body, events, feelings)
+            visitor.step(body.state.angles, events, STEP)
+        observer.observe(body.state, touchable, events, feelings)
         if recorder is not None:
             recorder.state(body.state)
             if index % 5 == 0:
@@ -215,8 +221,10 @@ class _Observer:
         self._gesture: tuple[float, Expression] | None = None
         self._began_at = 0
 
-    def observe(self, body: Tangible, events: list[Event], feelings: EmotionalModel) -> None:
-        result, state = self._result, body.state
+    def observe(
+        self, state: BodyState, body: Touchable, events: list[Event], feelings: EmotionalModel
+    ) -> None:
+        result, touch = self._result, body.touch
         shown = feelings.express()
         feeling = shown.feeling if shown else ""
         mood = float(feelings.mood[FEELINGS.index(feeling)]) if shown else 0.0
@@ -226,8 +234,8 @@ class _Observer:
         result.times.append(state.time)
         result.moods.append(mood)
         result.hands.append(forward(self._robot, state.angles)[:6])
-        result.self_collisions += body.touch.itself is not None
-        self._contacts(body.touch, state)
+        result.self_collisions += touch.itself is not None
+        self._contacts(touch, state)
         for event in events:
             match event:
                 case GestureStarted(time, expression):

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from miburi.bodies.plant import Tangible
+from miburi.bodies import Touchable
 from miburi.partner import Event, GestureStarted, MoveSent, Stopped
 from miburi.robot import Array, Robot, forward
 from miburi.robot.geometry import shoulders
@@ -49,34 +49,40 @@ class Visitor:
     ----------
     robot
         Gives the arms' shape.
+    body
+        The body in whose way the hand gets.
     rng
         Chooses gestures, arms, places and how long the hand stays.
     """
 
-    def __init__(self, robot: Robot, rng: np.random.Generator) -> None:
+    def __init__(self, robot: Robot, body: Touchable, rng: np.random.Generator) -> None:
         self._robot = robot
+        self._body = body
         self._rng = rng
         self._gestures_left = 2
         self._key_pose = 0
         self._visit: _Visit | None = None
 
-    def step(self, body: Tangible, events: list[Event], dt: float) -> None:
-        """Let ``dt`` seconds pass; move the hand according to what the partner did."""
+    def step(self, angles: Array, events: list[Event], dt: float) -> None:
+        """Let ``dt`` seconds pass; move the hand according to what the partner did.
+
+        The encoders show ``angles``, (8,) rad.
+        """
         for event in events:
             match event:
                 case GestureStarted():
                     self._gestures_left -= 1
-                case MoveSent() if self._is_due(body.state.angles, event):
+                case MoveSent() if self._is_due(angles, event):
                     self._gestures_left = int(self._rng.integers(2, 4))
                     self._key_pose = int(self._rng.integers(0, 3))
-                    self._visit = self._plan(body.state.angles, event)
+                    self._visit = self._plan(angles, event)
                 case Stopped() if self._visit is not None:
                     stays = float(self._rng.uniform(0.3, 0.7))
                     self._visit.leaves_at = min(self._visit.leaves_at, self._visit.age + stays)
                 case _:
                     pass
         if self._visit is not None:
-            self._move_hand(body, self._visit, dt)
+            self._move_hand(self._visit, dt)
 
     def _is_due(self, angles: Array, event: MoveSent) -> bool:
         """Whether this is the gesture, and a move of it that is worth blocking."""
@@ -126,11 +132,12 @@ class Visitor:
                 best, room = outside, gap
         return best
 
-    def _move_hand(self, body: Tangible, visit: _Visit, dt: float) -> None:
+    def _move_hand(self, visit: _Visit, dt: float) -> None:
         visit.age += dt
         inside = min(visit.age / REACH, 1.0, 1.0 - (visit.age - visit.leaves_at) / REACH)
         if inside <= 0.0 and visit.age > visit.leaves_at:
-            body.remove_hand()
+            self._body.remove_hand()
             self._visit = None
         else:
-            body.place_hand(visit.outside + inside * (visit.place - visit.outside), visit.along)
+            way = visit.place - visit.outside
+            self._body.place_hand(visit.outside + inside * way, visit.along)

@@ -161,10 +161,12 @@ def _table(state: State, motors: MotorsOut, words: Words) -> str:
 def _cells(motor: MotorOut, angle: float, motors: MotorsOut, say: dict[str, str]) -> str:
     cells = [f"{angle:+.2f} rad".replace("-", "−")]
     if motors.hottest is not None:
-        there = motor.answers and motor.temperature is not None and motor.voltage is not None
-        cells += [f"{motor.temperature:.0f} °C", f"{motor.voltage:.1f} V"] if there else [
-            escape(say["silent"]), "",
-        ]  # fmt: skip
+        if not motor.answers:
+            cells += [escape(say["silent"]), ""]
+        elif motor.temperature is None or motor.voltage is None:
+            cells += ["", ""]
+        else:
+            cells += [f"{motor.temperature:.0f} °C", f"{motor.voltage:.1f} V"]
     cells += [f"{1000 * motor.guards.lag:.0f} ms", f"{1000 * motor.guards.slack:.0f} mrad"]
     return "".join(f"<td>{cell}</td>" for cell in cells)
 

@@ -5,10 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from miburi.bodies import Phase, StopReason
-from miburi.bodies.card import Card
-from miburi.bodies.link import Report
-from miburi.contact import Rule
+from miburi.bodies import Phase, StopReason, Touch, Touchable
+from miburi.contact import Rule, Sign
 from miburi.feelings import FEELINGS, Expression, FeelingModel
 from miburi.motion import FINE, SECOND
 from miburi.partner import Event, MoveSent, Partner, Released, Stopped
@@ -33,8 +31,6 @@ class Observer:
         Who moves it.
     feelings
         What it feels.
-    rule
-        The simulated body's contact rule; by default the robot's own.
     """
 
     def __init__(
@@ -43,19 +39,16 @@ class Observer:
         port: str | None,
         partner: Partner,
         feelings: FeelingModel,
-        rule: Rule | None = None,
     ) -> None:
         self.name, self.port = name, port
         self._partner = partner
         self._feelings = feelings
         self._robot = partner.body.robot
-        self._rule = rule or Rule.of(self._robot)
         self._home = forward(self._robot, self._robot.neutral)[:6].reshape(2, 3)
         self._hands: deque[tuple[float, Array]] = deque(maxlen=_SPEED_STEPS + 1)
         self._stop: StopOut | None = None
         self._peak = 0.0
         self._part: str | None = None
-        self._report: Report | None = None
         self._sent: Array | None = None  # speeds of the latest move, rad/s
 
     def take(self, events: list[Event]) -> StopOut | None:
@@ -73,7 +66,7 @@ class Observer:
         """Return the state of now; ``more`` is what others know."""
         body, feelings = self._partner.body, self._feelings
         state = body.state
-        touch = getattr(body, "touch", None)
+        touch = self._touch
         hands = forward(self._robot, state.angles)[:6].reshape(2, 3)
         self._hands.append((state.time, hands))
         before, then = self._hands[0]
@@ -100,54 +93,52 @@ class Observer:
             stop=self._stop,
             held=self._partner.held,
             force=None if touch is None else round(touch.force, 2),
-            hand=_hand(body),
+            hand=_hand(body.touchable),
             face=self._face(felt, shown),
             **more,
         )
 
     def motors(self) -> MotorsOut:
         """Return how the motors are, and what they were calibrated to; look once a second."""
-        body, robot = self._partner.body, self._robot
-        card = body if isinstance(body, Card) else None
-        settings = card.settings if card else None
-        # A report that has not changed since the look before is that of a card which is gone.
-        report = card.report if card and card.report is not self._report else None
-        self._report = card.report if card else None
-        rule = settings.rule if settings else self._rule
-        guards, step = by_motor(rule.guards), robot.servo.step
-        motors = [
+        motors, robot = self._partner.body.motors(), self._robot
+        guards, step = by_motor(motors.rule.guards), robot.servo.step
+        each = [
             MotorOut(
                 joint=joint,
-                servo=settings.joints[i].servo if settings else None,
-                answers=report is not None and bool(report.heard >> i & 1) if card else None,
-                temperature=report.temperatures[i] if report else None,
-                voltage=report.voltages[i] / 10 if report else None,
+                servo=motor.servo,
+                answers=motor.answers,
+                temperature=motor.temperature,
+                voltage=motor.voltage,
                 guards=guards[i].map(lambda guard, n: round(n * guard.unit.size(step), 5)),
             )
-            for i, joint in enumerate(JOINTS)
+            for i, (joint, motor) in enumerate(zip(JOINTS, motors.each, strict=True))
         ]
         return MotorsOut(
             body=self.name,
             port=self.port,
             calibrated=guards != by_motor(Rule.of(robot).guards),
-            settings=f"{settings.crc:04x}" if settings else None,
-            hottest=settings.general.hottest if settings else None,
-            lowest=settings.general.lowest / 10 if settings else None,
-            motors=motors,
+            settings=motors.settings,
+            hottest=motors.hottest,
+            lowest=motors.lowest,
+            motors=each,
         )
 
     def _explain(self, event: Stopped) -> StopOut:
-        """Say what is known about a stop: speeds from the rule's window, force from the physics."""
-        stop = event.stop
-        moved, due, seconds = self._window_of(event)
-        measured = moved / seconds if moved is not None and seconds else None
-        expected = due / seconds if due is not None and seconds else None
-        if stop.sign == "tracking" and stop.motor is not None and self._sent is not None:
-            # No window stopped it: how fast it is now, and the speed that was sent to it.
-            motor = JOINTS.index(stop.motor)
-            measured = abs(float(self._partner.body.state.velocities[motor]))
-            expected = float(self._sent[motor])
-        touched = hasattr(self._partner.body, "touch")
+        """Say what is known about a stop: travel from the rule's window, force from the physics."""
+        stop, body = event.stop, self._partner.body
+        moved = due = measured = expected = None
+        if stop.reason is StopReason.CONTACT and stop.motor is not None:
+            motor, step = JOINTS.index(stop.motor), self._robot.servo.step / FINE
+            if body.window is not None:
+                moved = float(body.window.measured[motor]) * step
+                due = float(body.window.expected[motor]) * step
+                if stop.sign == Sign.SPEED:
+                    seconds = float(body.window.length[motor]) / SECOND
+                    measured, expected = moved / seconds, due / seconds
+            if stop.sign == Sign.TRACKING and self._sent is not None:
+                # How fast it is now, and the speed that was sent to it.
+                measured = abs(float(body.state.velocities[motor]))
+                expected = float(self._sent[motor])
         return StopOut(
             time=stop.time,
             reason=stop.reason,
@@ -158,33 +149,20 @@ class Observer:
             due=_rounded(due),
             measured=_rounded(measured),
             expected=_rounded(expected),
-            force=round(self._peak, 2) if touched else None,
+            force=None if self._touch is None else round(self._peak, 2),
             part=self._part,
             mood_before=event.mood_before,
             mood_after=event.mood_after,
         )
 
-    def _window_of(self, event: Stopped) -> tuple[float | None, float | None, float | None]:
-        """Return what the rule's window measured and should have, rad, and its length, s.
-
-        A card does not tell the length: the rule judges a slow motor over several periods.
-        """
-        stop, body = event.stop, self._partner.body
-        if stop.reason is not StopReason.CONTACT or stop.motor is None:
-            return None, None, None
-        motor, step = JOINTS.index(stop.motor), self._robot.servo.step / FINE
-        if isinstance(body, Card):
-            return body.report.measured * step, body.report.expected * step, None
-        window = self._rule_window()
-        if window is None or stop.sign != "speed":
-            return None, None, None
-        measured, expected = float(window.measured[motor]), float(window.expected[motor])
-        seconds = int(window.length[motor]) / SECOND
-        return measured * step, expected * step, seconds
+    @property
+    def _touch(self) -> Touch | None:
+        touchable = self._partner.body.touchable
+        return None if touchable is None else touchable.touch
 
     def _follow_touch(self, phase: Phase) -> None:
         """Keep the largest force of a touch for the stop that follows it."""
-        touch = getattr(self._partner.body, "touch", None)
+        touch = self._touch
         if touch is not None:
             if touch.force > 0:
                 self._peak, self._part = max(self._peak, touch.force), touch.part
@@ -215,21 +193,16 @@ class Observer:
             weights = self._feelings.mood * (emotion / emotion.max()) ** 2
         return [float(weight) for weight in weights.round(3)]
 
-    def _rule_window(self) -> Any:
-        return getattr(self._partner.body, "window", None)
-
     def _ratios(self) -> list[float | None]:
         """Return what each motor's latest window held against the limit, up to 1.
 
-        The slack is in it, so that it crosses the limit where the rule stops the body. A card
-        tells the ratio of the motor that stopped it.
+        The slack is in it, so that it crosses the limit where the rule stops the body.
         """
-        window = self._rule_window()
+        window = self._partner.body.window
         if window is None:
-            stop = self._stop
-            return [stop.ratio if stop and stop.motor == joint else None for joint in JOINTS]
+            return [None] * len(JOINTS)
         return [
-            min(round(float(granted) / float(should), 4), 1.0) if judged else None
+            min(round(float(granted) / float(should), 4), 1.0) if judged and should else None
             for granted, should, judged in zip(
                 window.granted, window.expected, window.judged, strict=True
             )
@@ -248,8 +221,8 @@ def _expressed(expression: Expression | None) -> Expressed | None:
     )
 
 
-def _hand(body: Any) -> Hand | None:
-    if not hasattr(body, "place_hand"):
+def _hand(body: Touchable | None) -> Hand | None:
+    if body is None:
         return None
     pose = body.configuration[1].round(4).tolist()
     return Hand(position=pose[:3], quaternion=pose[3:])

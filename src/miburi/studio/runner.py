@@ -11,7 +11,6 @@ import time
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future
-from contextlib import suppress
 from functools import cached_property
 from typing import Any, TypeVar
 
@@ -212,15 +211,15 @@ class Runner:
         Raises
         ------
         BodyError
-            The body is not a simulated one.
+            The body is no simulation.
         InputError
             The direction has no length.
         """
 
         def run() -> None:
-            body: Any = self._partner.body
-            if not hasattr(body, "place_hand"):
-                raise BodyError("only the simulated body has a hand to move.")
+            body = self._partner.body.touchable
+            if body is None:
+                raise BodyError("only a simulated body has a hand to move.")
             if float(np.linalg.norm(along)) < 1e-6:
                 raise InputError("along must have a length.")
             self._hand_along = along
@@ -369,17 +368,13 @@ class Runner:
         if self._paused:
             self._partner.pause()
         self._hand_goal = None
-        self._observer = Observer(name, port, self._partner, self._feelings, self._rule)
+        self._observer = Observer(name, port, self._partner, self._feelings)
         self._motors = self._observer.motors()
         self._look()
 
     def _let_go(self) -> None:
-        """Stop the body, and close a card's line: the next one may be at the same port."""
-        body: Any = self._partner.body
-        with suppress(BodyError):  # a card that is lost is stopped
-            body.stop()
-        if hasattr(body, "close"):
-            body.close()
+        """Stop and close the body: the next one may be at the same port."""
+        self._partner.body.close()
 
     def _look(self) -> State:
         """Renew what viewers see."""
@@ -398,9 +393,9 @@ class Runner:
 
     def _move_hand(self) -> None:
         """Bring the hand nearer to where it was asked to, never faster than a person's."""
-        if self._hand_goal is None:
+        body = self._partner.body.touchable
+        if self._hand_goal is None or body is None:
             return
-        body: Any = self._partner.body
         here = body.configuration[1][:3]
         way = self._hand_goal - here
         length = float(np.linalg.norm(way))

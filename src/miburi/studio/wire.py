@@ -8,10 +8,10 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from miburi.bodies import StopReason
 from miburi.feelings.catalogue import FEELINGS, FeelingName
 from miburi.feelings.temperament import Source
 from miburi.robot.guards import Guards
-from miburi.bodies import StopReason
 
 Share = Annotated[float, Field(ge=0, le=1)]
 Eight = Annotated[list[float], Field(min_length=8, max_length=8)]
@@ -104,11 +104,11 @@ class StopOut(BaseModel):
         description="Measured over expected travel: with the sign speed in the judged window, "
         "where the limit is 0.9372; else since the move began."
     )
-    moved: float | None = Field(description="The measured travel, rad, where it is known.")
-    due: float | None = Field(description="The expected travel, rad, where it is known.")
+    moved: float | None = Field(description="The measured travel, rad, that the ratio is of.")
+    due: float | None = Field(description="The expected travel, rad, that the ratio is of.")
     measured: float | None = Field(
-        description="Speed, rad/s: with the sign speed in the judged window (a card does not tell "
-        "it), with tracking at the stop."
+        description="Speed, rad/s: with the sign speed in the judged window, with tracking at the "
+        "stop."
     )
     expected: float | None = Field(description="Speed that was commanded for the same, rad/s.")
     force: float | None = Field(description="Largest force on the human hand, N; simulation only.")

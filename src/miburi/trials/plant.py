@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from miburi.bodies.plant import Plant, Touch
+from miburi.bodies import Touch
+from miburi.bodies.plant import Plant
 from miburi.motion import Steps
 from miburi.physics import mujoco
 from miburi.robot import JOINTS, Array, Robot
