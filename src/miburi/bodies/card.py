@@ -11,15 +11,8 @@ from contextlib import suppress
 
 import numpy as np
 
-from miburi.bodies.base import (
-    BodyState,
-    Motor,
-    Motors,
-    Phase,
-    Stop,
-    StopReason,
-    Touchable,
-)
+from miburi.bodies.base import BodyState, Motors, Phase, Stop, StopReason, Touchable
+from miburi.bodies.card_report import PHASES, UNREADY, motors_of, stop_of, window_of
 from miburi.bodies.card_settings import (
     CardSettings,
     General,
@@ -41,9 +34,9 @@ from miburi.bodies.link import (
     Result,
     encode,
 )
-from miburi.contact import Contact, Sign, Window
+from miburi.contact import Window
 from miburi.errors import BodyError
-from miburi.motion import FINE, SECOND, Move, to_steps
+from miburi.motion import SECOND, Move, to_steps
 from miburi.robot import JOINTS, Robot, iphonoid
 
 #: Seconds to wait for an answer, and how often to ask.
@@ -61,28 +54,6 @@ _LOOK = 0.1
 #: Reports over which velocities are measured: 60 ms.
 _VELOCITY_REPORTS = 4
 _SETTINGS_PIECE = len(JOINTS)
-_PHASES = (Phase.IDLE, Phase.MOVING, Phase.STOPPED, Phase.RETURNING)
-_SIGNS = (Sign.SPEED, Sign.TRACKING, Sign.ARRIVAL)
-
-#: Why the card stopped.
-_REASONS = {
-    Reason.STARTED: StopReason.CARD_STARTED,
-    Reason.ASKED: StopReason.ASKED,
-    Reason.CONTACT: StopReason.CONTACT,
-    Reason.SILENT: StopReason.SERVO_SILENT,
-    Reason.DEAF: StopReason.SERVO_DEAF,
-    Reason.FAULTY: StopReason.SERVO_FAULTY,
-    Reason.HOT: StopReason.SERVO_HOT,
-    Reason.LOW_VOLTAGE: StopReason.LOW_VOLTAGE,
-}
-#: Why the card refuses a release, and what to do about it.
-_UNREADY = {
-    Reason.SILENT: "servo does not answer; look at its plug, its id and the supply",
-    Reason.DEAF: "servo does not take orders; switch the servos off and on",
-    Reason.FAULTY: "servo reports a hardware error and was restarted; let it cool",
-    Reason.HOT: "servo is too hot; let it cool",
-    Reason.LOW_VOLTAGE: "supply voltage is too low; take a stronger supply or thicker wires",
-}
 
 
 class Card:
@@ -164,37 +135,12 @@ class Card:
 
     def motors(self) -> Motors:
         """Return how the motors are, as the latest report says; of a lost card nothing is known."""
-        settings = self._settings
-        return Motors(
-            tuple(self._motor(i, joint.servo) for i, joint in enumerate(settings.joints)),
-            settings.rule,
-            settings=f"{settings.crc:04x}",
-            hottest=settings.general.hottest,
-            lowest=settings.general.lowest / 10,
-        )
-
-    def _motor(self, index: int, servo: int) -> Motor:
-        report = self.report
-        answers = self._connected and bool(report.heard >> index & 1)
-        # Until it has looked at a servo's health, a card reports 0 °C and 0 V.
-        if not (self._connected and report.voltages[index]):
-            return Motor(servo, answers)
-        return Motor(servo, answers, report.temperatures[index], report.voltages[index] / 10)
+        return motors_of(self.report if self._connected else None, self._settings)
 
     @property
     def window(self) -> Window | None:
         """What the rule compared when it saw the contact that holds now; of its motor alone."""
-        contact = _contact_of(self.report) if self._own_stop is None else None
-        if contact is None:
-            return None
-        judged = np.arange(len(JOINTS)) == contact.motor
-        slack = self._settings.joints[contact.motor].guards.slack * FINE
-        counted = contact.measured + (slack if contact.sign is Sign.SPEED else 0)
-        measured, expected, granted, length = (
-            np.where(judged, value, 0)
-            for value in (contact.measured, contact.expected, counted, contact.length)
-        )
-        return Window(measured, expected, granted, judged, length)
+        return None if self._own_stop else window_of(self.report, self._settings)
 
     @property
     def state(self) -> BodyState:
@@ -203,7 +149,7 @@ class Card:
         step = self._robot.servo.step
         span = (latest.time - first.time) / SECOND
         moved = np.subtract(latest.positions, first.positions) * step
-        phase, stop = _PHASES[latest.phase], self._stop_of(latest)
+        phase, stop = PHASES[latest.phase], stop_of(latest, self._time_of(latest.stop_time))
         if self._own_stop is not None:
             phase, stop = Phase.STOPPED, self._own_stop
         return BodyState(
@@ -432,11 +378,11 @@ class Card:
             case Result.OK:
                 return detail
             case Result.PHASE:
-                phase = _PHASES[detail[0]]
+                phase = PHASES[detail[0]]
                 raise BodyError(f"The card is {phase}; it does not take {kind.name.lower()} now.")
             case Result.SERVO:
                 motor = f"{JOINTS[detail[0]]}: " if detail[0] < len(JOINTS) else "The "
-                raise BodyError(f"{motor}{_UNREADY[Reason(detail[1])]}. Then try again.")
+                raise BodyError(f"{motor}{UNREADY[Reason(detail[1])]}. Then try again.")
             case Result.RANGE:
                 raise _OutOfRangeError(kind, detail[0])
             case Result.SETTINGS:
@@ -513,18 +459,6 @@ class Card:
             except OSError:
                 pass
 
-    def _stop_of(self, report: Report) -> Stop | None:
-        if not report.reason:
-            return None
-        contact = _contact_of(report)
-        return Stop(
-            time=self._time_of(report.stop_time),
-            reason=_REASONS[Reason(report.reason)],
-            motor=JOINTS[report.motor] if report.motor < len(JOINTS) else None,
-            sign=None if contact is None else contact.sign.value,
-            ratio=None if contact is None else contact.ratio,
-        )
-
     def _begin_clock(self) -> None:
         """Let the body's clock begin at 0 now."""
         now = self._line.now()
@@ -538,14 +472,6 @@ class Card:
 
     def _time_of(self, micros: int) -> float:
         return micros / SECOND + self._offset
-
-
-def _contact_of(report: Report) -> Contact | None:
-    """Return the contact that holds the card stopped, if one does."""
-    if report.reason != Reason.CONTACT or report.motor >= len(JOINTS):
-        return None
-    sign = _SIGNS[report.sign - 1]
-    return Contact(report.motor, sign, report.measured, report.expected, report.length)
 
 
 class _NoAnswerError(BodyError):
