@@ -9,8 +9,6 @@ from miburi.errors import BodyError
 from miburi.feelings import FEELINGS, EmotionalModel, Expression, Stimulus
 from miburi.motion import Move
 from miburi.partner import (
-    FIRST_PAUSE,
-    LONGEST_PAUSE,
     Event,
     GestureEnded,
     GestureStarted,
@@ -19,6 +17,7 @@ from miburi.partner import (
     Released,
     Stopped,
 )
+from miburi.recovery import FIRST_PAUSE, LONGEST_PAUSE
 from miburi.robot import Robot
 
 

@@ -3,6 +3,9 @@
 The strongest emotion picks the movement function and its mood the intensity (Fig. 6). After a
 contact the partner waits, lets the body go back to neutral, and goes on with a mood lowered by
 20 % (Section 4). The body has stopped by itself by then: the partner is only told.
+
+How a gesture's key poses follow each other is in :mod:`miburi.performance`, when a stop may end in
+:mod:`miburi.recovery`.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -16,11 +19,10 @@ from miburi.bodies import Body, BodyState, Phase, Stop, StopReason
 from miburi.errors import BodyError
 from miburi.feelings import FEELINGS, Expression, FeelingModel
 from miburi.motion import Move, synchronised
+from miburi.performance import Performance
+from miburi.recovery import Recovery
 from miburi.robot import Array, Robot
 
-#: Seconds from a contact stop to the release, doubled at each encounter in a row (ours).
-FIRST_PAUSE = 1.0
-LONGEST_PAUSE = 16.0
 #: Seconds that the way home to neutral takes at least, at the end (ours).
 HOMECOMING = 1.5
 #: Stops that are ended at the end of all; others wait for a person to mend what failed.
@@ -76,21 +78,6 @@ class Released:
 Event = GestureStarted | MoveSent | GestureEnded | Stopped | Released
 
 
-@dataclass
-class _Performance:
-    """What is being performed, and how far; without an expression it is a breath.
-
-    ``poses`` are given where somebody asked for it; else they follow the mood of now.
-    """
-
-    expression: Expression | None
-    variation: int | None
-    poses: list[gestures.KeyPose] | None = None
-    next_pose: int = 0
-    hold: float = 0.0
-    hold_until: float | None = None
-
-
 class Partner:
     """A robot partner: feelings, a body, and what happens between them.
 
@@ -125,15 +112,12 @@ class Partner:
         self._solve = solve or _solve
         self._next_gesture = 0.0
         self._life = None if life is None else np.random.default_rng(life)
-        self._performance: _Performance | None = None
-        self._asked: _Performance | None = None
+        self._performance: Performance | None = None
+        self._asked: Performance | None = None
+        self._recovery = Recovery()
         self._angles = np.array(body.robot.neutral)
-        self._encounters = 0
-        self._release_at: float | None = None
-        self._known_stop: Stop | None = None
         self._resting = False
         self._paused = False
-        self._held = False
 
     @property
     def expression(self) -> Expression | None:
@@ -143,12 +127,12 @@ class Partner:
     @property
     def asked(self) -> bool:
         """Whether the gesture of now was asked for by :meth:`perform`."""
-        return self._performance is not None and self._performance.poses is not None
+        return self._performance is not None and self._performance.asked
 
     @property
     def held(self) -> bool:
         """Whether somebody has stopped the body, so that it waits for :meth:`release`."""
-        return self._held
+        return self._recovery.held
 
     @property
     def at_rest(self) -> bool:
@@ -186,7 +170,8 @@ class Partner:
         if poses is None:
             function = _function(expression.feeling)
             poses = gestures.key_poses(self.body.robot, function, expression.mood)
-        self._asked = _Performance(expression, None, list(poses))
+        given = list(poses)
+        self._asked = Performance(lambda _mood: given, expression, asked=True)
 
     def stop(self) -> None:
         """Stop the body at a person's wish; it stays so until :meth:`release`.
@@ -194,7 +179,7 @@ class Partner:
         A body that a contact has stopped is not released by itself any more.
         """
         self.body.stop()
-        self._held = True
+        self._recovery.held = True
 
     def release(self) -> None:
         """Let a stopped body go back to neutral, and then go on.
@@ -205,7 +190,7 @@ class Partner:
             The body is not stopped.
         """
         self.body.release()
-        self._release_at, self._held = None, False
+        self._recovery.released()
         self._angles = np.array(self.body.robot.neutral)
 
     def step(self, dt: float) -> list[Event]:
@@ -221,17 +206,15 @@ class Partner:
                 return []
 
     def _stopped(self, state: BodyState) -> Iterator[Event]:
-        if state.stop is not None and state.stop != self._known_stop:
-            self._known_stop = state.stop
+        if state.stop is not None and self._recovery.is_new(state.stop):
             yield from self._take(state.stop, state.time)
         if self._resting and state.stop is not None and state.stop.reason in _ENDED_BY_US:
-            self._release_at, self._held = self._release_at or state.time, False
-        due = self._release_at is not None and state.time >= self._release_at
-        if due and not self._held:
+            self._recovery.hurry(state.time)
+        if self._recovery.is_due(state.time):
             try:
                 self.release()
             except BodyError:  # a servo is not ready, or the card has just gone
-                self._release_at = state.time + FIRST_PAUSE
+                self._recovery.retry(state.time)
             else:
                 yield Released(state.time)
 
@@ -241,80 +224,65 @@ class Partner:
         before = self._mood_of(shown)
         if stop.reason == StopReason.CONTACT:
             self.feelings.contact()
-            pause = min(FIRST_PAUSE * 2**self._encounters, LONGEST_PAUSE)
-            self._release_at = time + pause
-            self._encounters += 1
+            self._recovery.after_contact(time)
         else:
-            self._release_at = None  # what failed waits for a person
+            self._recovery.wait_for_a_person()
         yield Stopped(time, stop, before, self._mood_of(shown))
         yield from self._end(time, complete=False)
 
     def _idle(self, state: BodyState) -> Iterator[Event]:
-        self._known_stop = None
+        self._recovery.at_rest()
         due = state.time >= self._next_gesture - 1e-9 or self._asked is not None
         if self._performance is None and due and not self._quiet:
             while self._next_gesture <= state.time + 1e-9:
                 self._next_gesture += self._period
             yield from self._begin(state.time)
         performance = self._performance
-        if performance is not None:
-            if performance.hold_until is None:
-                performance.hold_until = state.time + performance.hold
-            if self._quiet or state.time >= performance.hold_until - 1e-9:
-                yield from self._go_on(performance, state)
+        if performance is not None and (performance.is_due(state.time) or self._quiet):
+            yield from self._go_on(performance, state.time)
         if self._performance is None and self._quiet:
             self._go_home()
 
     def _begin(self, time: float) -> Iterator[Event]:
         """Begin what was asked for, a gesture, or a breath of one who feels nothing."""
-        asked = self._asked
-        if asked is not None and asked.expression is not None:
-            self._performance, self._asked = asked, None
-            yield GestureStarted(time, asked.expression)
-            return
-        expression = self.feelings.express()
-        variation = None if self._life is None else int(self._life.integers(2**32))
-        if expression is not None:
-            self._performance = _Performance(expression, variation)
-            yield GestureStarted(time, expression)
-        elif self._life is not None:
-            self._performance = _Performance(None, variation)
+        robot, expression = self.body.robot, self.feelings.express()
+        if self._asked is not None:
+            self._performance, self._asked = self._asked, None
+        else:
+            variation = None if self._life is None else int(self._life.integers(2**32))
+            if expression is not None:
+                function = _function(expression.feeling)
+                self._performance = Performance.of_gesture(robot, function, expression, variation)
+            elif self._life is not None:
+                self._performance = Performance.of_breath(robot, variation)
+        begun = self._performance
+        if begun is not None and begun.expression is not None:
+            yield GestureStarted(time, begun.expression)
 
-    def _go_on(self, performance: _Performance, state: BodyState) -> Iterator[Event]:
+    def _go_on(self, performance: Performance, time: float) -> Iterator[Event]:
         """Send the next key pose at the mood of now, or end the performance."""
-        robot = self.body.robot
-        # A breath gives way to a gesture.
-        if performance.expression is None and (self._asked or self.feelings.express()):
-            yield from self._end(state.time, complete=False)
-            return
-        poses = self._poses(performance)
-        while performance.next_pose < len(poses) and not self._quiet:
-            index, pose = performance.next_pose, poses[performance.next_pose]
-            performance.next_pose += 1
-            solution = self._solve(robot, pose.target, self._angles)
-            move = synchronised(robot, self._angles, solution.angles, pose.duration)
-            if np.max(np.abs(solution.angles - self._angles)) < robot.servo.step:
-                continue  # nowhere to go: a mood of 0 rests at neutral
-            if self._send(move):
-                self._angles = solution.angles
-                performance.hold, performance.hold_until = pose.hold, None
-                yield MoveSent(state.time, index, move, solution)
-            return
-        yield from self._end(state.time, complete=performance.next_pose == len(poses))
-
-    def _poses(self, performance: _Performance) -> list[gestures.KeyPose]:
         robot, shown = self.body.robot, performance.expression
-        if performance.poses is not None:
-            return performance.poses
-        if shown is None:
-            return gestures.breath(robot, variation=performance.variation)
-        function, mood = _function(shown.feeling), self._mood_of(shown)
-        return gestures.key_poses(robot, function, mood, variation=performance.variation)
+        # A breath gives way to a gesture.
+        if shown is None and (self._asked or self.feelings.express()):
+            yield from self._end(time, complete=False)
+            return
+        if not self._quiet:
+            for index, pose in performance.go_on(self._mood_of(shown)):
+                solution = self._solve(robot, pose.target, self._angles)
+                move = synchronised(robot, self._angles, solution.angles, pose.duration)
+                if np.max(np.abs(solution.angles - self._angles)) < robot.servo.step:
+                    continue  # nowhere to go: a mood of 0 rests at neutral
+                if self._send(move):
+                    self._angles = solution.angles
+                    performance.hold(pose.hold)
+                    yield MoveSent(time, index, move, solution)
+                return
+        yield from self._end(time, complete=performance.complete)
 
     def _end(self, time: float, *, complete: bool) -> Iterator[Event]:
         shown, self._performance = self.expression, None
         if complete:
-            self._encounters = 0
+            self._recovery.unhindered()
         if shown is not None:
             yield GestureEnded(time, shown, complete)
 
