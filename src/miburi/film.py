@@ -25,8 +25,11 @@ Picture = NDArray[np.uint8]
 
 #: A screen that is lit and shows nothing.
 BLANK: Picture = np.full((FACE_PIXELS, FACE_PIXELS, 3), (212, 228, 228), dtype=np.uint8)
-#: Eye height of someone at the table, a little to the robot's left (ours): m and degrees.
-CAMERA = {"lookat": (0.0, 0.0, 0.11), "distance": 0.70, "azimuth": 212.0, "elevation": -8.0}
+#: Eye height of someone at the table, a little to the robot's left (ours): degrees.
+AZIMUTH, ELEVATION = 212.0, -8.0
+#: The camera looks so far below the shoulders, m, from so many times the farthest that a hand
+#: goes from the body's axis or above the base (ours): the raised arms are in the picture.
+_BELOW, _BACK_OF_REACH, _BACK_OF_HEIGHT = 0.01, 0.70 / 0.19, 0.70 / 0.26
 
 
 @dataclass(frozen=True)
@@ -61,10 +64,13 @@ class Camera:
         self._qpos = np.array([self._model.joint(name).qposadr[0] for name in JOINTS])
         self._renderer = mujoco.Renderer(self._model, height, width)
         self._camera = mujoco.MjvCamera()
-        self._camera.lookat[:] = CAMERA["lookat"]
-        self._camera.distance = CAMERA["distance"]
-        self._camera.azimuth = CAMERA["azimuth"]
-        self._camera.elevation = CAMERA["elevation"]
+        size = robot.lengths
+        arm = size.L23 + size.L34
+        self._camera.lookat[:] = (0.0, 0.0, round(size.L01 - _BELOW, 9))
+        self._camera.distance = round(
+            max(_BACK_OF_REACH * (size.L12 + arm), _BACK_OF_HEIGHT * (size.L01 + arm)), 9
+        )
+        self._camera.azimuth, self._camera.elevation = AZIMUTH, ELEVATION
         self._drawn: Picture | None = BLANK
         self._draw_face(None)
 

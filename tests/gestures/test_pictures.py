@@ -33,8 +33,8 @@ def test_a_moment_has_a_trail_only_where_something_moves(strip):
     assert np.abs(moments[2] - moments[3]).mean() < np.abs(moments[0] - moments[1]).mean() / 2
 
 
-def test_paths_are_drawn(surprise, tmp_path):
-    file = pictures.paths(surprise, tmp_path / "paths.png")
+def test_paths_are_drawn(robot, surprise, tmp_path):
+    file = pictures.paths(robot, surprise, tmp_path / "paths.png")
     pixels = np.array(Image.open(file).convert("RGB")).reshape(-1, 3).astype(int)
     assert (np.abs(pixels - [217, 85, 63]).sum(axis=1) < 20).sum() > 50  # the right hand's colour
 

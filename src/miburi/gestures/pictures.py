@@ -79,7 +79,7 @@ def show(
         rehearsal,
         strip=strip_file.name,
         film=film(robot, rehearsal, folder / f"{stem}.mp4", drawn).name,
-        paths=paths(rehearsal, folder / f"{stem}-paths.png").name,
+        paths=paths(robot, rehearsal, folder / f"{stem}-paths.png").name,
     )
 
 
@@ -103,8 +103,12 @@ def film(robot: Robot, rehearsal: Rehearsal, path: Path, face: Picture | None = 
     return write_film(robot, [*scenes, *last], path, rate=rate, size=(_PIXELS, _PIXELS))
 
 
-def paths(rehearsal: Rehearsal, path: Path) -> Path:
+def paths(robot: Robot, rehearsal: Rehearsal, path: Path) -> Path:
     """Draw the paths of hands and head, seen from the front and from the robot's left."""
+    size = robot.lengths
+    arm = size.L23 + size.L34
+    side = round(1e3 * (size.L12 + arm)) + 20
+    low, high = round(1e3 * (size.L01 - arm)) - 30, round(1e3 * (size.L01 + arm)) + 30
     views = (("from the front", 1, "y"), ("from the robot's left", 0, "x"))
     with plt.rc_context({"font.size": 8, "axes.spines.top": False, "axes.spines.right": False}):
         figure, axes = plt.subplots(1, 2, figsize=(5.2, 2.7), layout="constrained")
@@ -117,7 +121,7 @@ def paths(rehearsal: Rehearsal, path: Path) -> Path:
                 fade = np.linspace(0.25, 1.0, len(pieces))
                 ax.add_collection(LineCollection(list(pieces), colors=colour, alpha=fade, lw=1.6))
                 ax.plot(*track[0], "o", ms=3, color=colour, label=name)
-            ax.set(xlabel=f"{letter} [mm]", xlim=(-210, 210), ylim=(-50, 290), aspect="equal")
+            ax.set(xlabel=f"{letter} [mm]", xlim=(-side, side), ylim=(low, high), aspect="equal")
             ax.set_title(title, fontsize=8)
         axes[0].set(ylabel="z [mm]")
         figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3,
