@@ -16,7 +16,7 @@ from miburi import (
 MOOD = 0.9  # from 0 to 1: how large and how fast
 
 robot = iphonoid()
-gesture = load_gesture(Path(__file__).with_name("own_gesture.toml"), robot)
+gesture = load_gesture(Path(__file__).with_name("own_gesture.toml"))
 body = Simulated(robot)
 partner = Partner(body, EmotionalModel())
 partner.perform(Expression(gesture.feeling, MOOD), key_poses(robot, gesture, MOOD))

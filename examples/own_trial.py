@@ -15,7 +15,7 @@ from miburi import (
 )
 
 robot = iphonoid()
-happiness = load_gesture("happiness", robot)
+happiness = load_gesture("happiness")
 for mood in (0.5, 0.75, 1.0):
     goal = solve(robot, key_poses(robot, happiness, mood)[0].target, start=robot.neutral).angles
     on_the_way = forward(robot, robot.neutral + 0.6 * (goal - robot.neutral))[:3]  # right hand, m

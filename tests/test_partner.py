@@ -1,5 +1,7 @@
 """The loop: the paper's flow from feeling to body and back."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -18,7 +20,7 @@ from miburi.partner import (
     Stopped,
 )
 from miburi.recovery import FIRST_PAUSE, LONGEST_PAUSE
-from miburi.robot import Robot
+from miburi.robot import Robot, load_robot
 
 
 class PaperBody:
@@ -357,3 +359,46 @@ def test_a_move_that_comes_too_late_for_a_stopped_body_is_no_failure(
 
 def _refuse(_move: Move | None = None) -> None:
     raise BodyError("refused")
+
+
+@pytest.mark.parametrize("feeling", FEELINGS)
+def test_a_robot_that_cannot_do_the_shipped_gestures_moves_all_the_same(
+    tall_file: Path, tmp_path: Path, feeling: str
+) -> None:
+    narrow = tmp_path / "narrow.toml"
+    narrow.write_text(tall_file.read_text().replace("max = 2.0", "max = 1.0"))
+    body, feelings = PaperBody(load_robot(narrow)), EmotionalModel()
+    feelings.set_state(emotion={feeling: 1.0}, mood={feeling: 0.9}, hold=True)
+    events = run(Partner(body, feelings), 8.0)
+    assert all(event.complete for event in of(GestureEnded, events))
+    assert len(body.moves) > 2
+    for move in body.moves:
+        assert (move.angles >= body.robot.lower).all()
+        assert (move.angles <= body.robot.upper).all()
+
+
+def test_a_seed_chooses_among_several_gestures_of_a_feeling(
+    robot: Robot, own_gestures: Path, tmp_path: Path
+) -> None:
+    for name in ("cheer", "wave"):
+        text = (own_gestures / "cheer.toml").read_text().replace("cheer", name)
+        (tmp_path / f"{name}.toml").write_text(text)
+    repertoire = gestures.read_repertoire(tmp_path, robot)
+
+    def performed(life: int | None) -> list[str | None]:
+        partner = Partner(PaperBody(robot), happy(), repertoire=repertoire, life=life)
+        return [event.gesture for event in of(GestureStarted, run(partner, 30.0))]
+
+    assert set(performed(None)) == set(performed(1)) == {"cheer", "wave"}
+    assert performed(1) == performed(1)
+    assert performed(1) != performed(2)
+
+
+def test_given_key_poses_are_no_gestures(robot: Robot) -> None:
+    partner = Partner(PaperBody(robot), EmotionalModel())
+    function = gestures.load("surprise")
+    poses = gestures.key_poses(robot, function, 0.5)
+    for given, name in ((None, "surprise"), (poses, None)):
+        partner.perform(Expression("surprise", 0.5), given)
+        (started,) = of(GestureStarted, run(partner, 10.0))
+        assert started.gesture == name

@@ -10,7 +10,6 @@ How a gesture's key poses follow each other is in :mod:`miburi.performance`, whe
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
@@ -27,16 +26,22 @@ from miburi.robot import Array, Robot
 HOMECOMING = 1.5
 #: Stops that are ended at the end of all; others wait for a person to mend what failed.
 _ENDED_BY_US = (StopReason.CONTACT, StopReason.ASKED)
+#: The choice among gestures has a stream of random numbers of its own.
+_CHOICES = 1
 
 Solve = Callable[[Robot, Array, Array], ik.Solution]
 
 
 @dataclass(frozen=True)
 class GestureStarted:
-    """A movement function begins, with the mood as its intensity."""
+    """A movement function begins, with the mood as its intensity.
+
+    ``gesture`` is its name; None where somebody gave the key poses.
+    """
 
     time: float
     expression: Expression
+    gesture: str | None = None
 
 
 @dataclass(frozen=True)
@@ -87,6 +92,8 @@ class Partner:
         What is moved; it must be at neutral.
     feelings
         The emotional model; stimuli go to it directly.
+    repertoire
+        The gestures; by default those that ship with Miburi. What the body cannot do is bent.
     period
         A gesture starts at every multiple of this many seconds at which the body is at rest
         (Section 5: 2 s).
@@ -94,7 +101,8 @@ class Partner:
         The inverse kinematics: robot, target (9,) m and present angles (8,) rad to a solution.
     life
         A seed: it breathes while it feels nothing, and no two gestures are quite alike. None:
-        it does neither, as in the paper's experiment.
+        it does neither, as in the paper's experiment. The seed (0 for None) also chooses among
+        several gestures of a feeling.
     """
 
     def __init__(
@@ -102,16 +110,19 @@ class Partner:
         body: Body,
         feelings: FeelingModel,
         *,
+        repertoire: gestures.Repertoire | None = None,
         period: float = 2.0,
         solve: Solve | None = None,
         life: int | None = None,
     ) -> None:
         self.body = body
         self.feelings = feelings
+        self._repertoire = repertoire or gestures.shipped()
         self._period = period
         self._solve = solve or _solve
         self._next_gesture = 0.0
         self._life = None if life is None else np.random.default_rng(life)
+        self._choices = np.random.default_rng([life or 0, _CHOICES])
         self._performance: Performance | None = None
         self._asked: Performance | None = None
         self._recovery = Recovery()
@@ -167,11 +178,13 @@ class Partner:
         poses
             Other key poses than the feeling's own, such as a blend.
         """
+        name = None
         if poses is None:
-            function = _function(expression.feeling)
+            function = self._repertoire.choose(expression.feeling, self._choices)
+            name = function.name
             poses = gestures.key_poses(self.body.robot, function, expression.mood)
         given = list(poses)
-        self._asked = Performance(lambda _mood: given, expression, asked=True)
+        self._asked = Performance(lambda _mood: given, expression, name, asked=True)
 
     def stop(self) -> None:
         """Stop the body at a person's wish; it stays so until :meth:`release`.
@@ -251,13 +264,13 @@ class Partner:
         else:
             variation = None if self._life is None else int(self._life.integers(2**32))
             if expression is not None:
-                function = _function(expression.feeling)
+                function = self._repertoire.choose(expression.feeling, self._choices)
                 self._performance = Performance.of_gesture(robot, function, expression, variation)
             elif self._life is not None:
                 self._performance = Performance.of_breath(robot, variation)
         begun = self._performance
         if begun is not None and begun.expression is not None:
-            yield GestureStarted(time, begun.expression)
+            yield GestureStarted(time, begun.expression, begun.gesture)
 
     def _go_on(self, performance: Performance, time: float) -> Iterator[Event]:
         """Send the next key pose at the mood of now, or end the performance."""
@@ -311,11 +324,6 @@ class Partner:
         if expression is None:
             return 0.0
         return float(self.feelings.mood[FEELINGS.index(expression.feeling)])
-
-
-@lru_cache
-def _function(feeling: str) -> gestures.MovementFunction:
-    return gestures.load(feeling)
 
 
 def _solve(robot: Robot, target: Array, start: Array) -> ik.Solution:

@@ -22,6 +22,8 @@ class Performance:
         The key poses at a mood from 0 to 1; their number does not depend on it.
     expression
         What is shown; None for a breath.
+    gesture
+        The gesture's name; None where the key poses are no gesture's.
     asked
         Whether somebody asked for it.
     """
@@ -30,10 +32,12 @@ class Performance:
         self,
         poses: Callable[[float], Sequence[KeyPose]],
         expression: Expression | None = None,
+        gesture: str | None = None,
         *,
         asked: bool = False,
     ) -> None:
         self.expression = expression
+        self.gesture = gesture
         self.asked = asked
         self._poses = poses
         self._next, self._count = 0, -1
@@ -53,7 +57,7 @@ class Performance:
         def poses(mood: float) -> list[KeyPose]:
             return gestures.key_poses(robot, function, mood, variation=variation)
 
-        return cls(poses, expression)
+        return cls(poses, expression, function.name)
 
     @classmethod
     def of_breath(cls, robot: Robot, variation: int | None) -> "Performance":

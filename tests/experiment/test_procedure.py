@@ -23,8 +23,8 @@ class RealBody(Simulated):
 
 
 @pytest.fixture(scope="module", params=[1, 2, 3])
-def result(request: pytest.FixtureRequest) -> experiment.Experiment:
-    return experiment.run(request.param, 30.0)
+def result(request: pytest.FixtureRequest, robot: Robot) -> experiment.Experiment:
+    return experiment.conduct(Simulated(robot), request.param, 30.0)
 
 
 def test_it_stops_when_and_only_when_blocked(result: experiment.Experiment) -> None:
@@ -70,10 +70,12 @@ def test_kinematics_are_exact_and_quick(result: experiment.Experiment) -> None:
     assert result.timing()["ik_median_ms"] < 20
 
 
-def test_the_same_seed_gives_the_same_report() -> None:
-    first, second = (json.dumps(experiment.run(5, 8.0).report()) for _ in range(2))
+def test_the_same_seed_gives_the_same_report(robot: Robot) -> None:
+    first, second, other = (
+        json.dumps(experiment.conduct(Simulated(robot), seed, 8.0).report()) for seed in (5, 5, 6)
+    )
     assert first == second
-    assert json.dumps(experiment.run(6, 8.0).report()) != first
+    assert first != other
 
 
 @pytest.mark.parametrize("feeling", FEELINGS)
@@ -97,11 +99,11 @@ def test_without_a_hand_nothing_stops(robot: Robot, feeling: str) -> None:
 @pytest.mark.parametrize(
     ("seed", "seconds"), [(-1, 30.0), (1, 1.9), (1, float("nan")), (1, float("inf"))]
 )
-def test_nonsense_is_refused(seed: int, seconds: float) -> None:
+def test_nonsense_is_refused(robot: Robot, seed: int, seconds: float) -> None:
     with pytest.raises(InputError, match="must be"):
-        experiment.run(seed, seconds)
+        experiment.conduct(Simulated(robot), seed, seconds)
 
 
 def test_a_body_in_whose_way_no_hand_can_be_put_is_refused(robot: Robot) -> None:
     with pytest.raises(InputError, match="in whose way a hand can be put"):
-        experiment.run(1, 4.0, body=RealBody(robot))
+        experiment.conduct(RealBody(robot), 1, 4.0)

@@ -2,6 +2,8 @@
 
 import errno
 import os
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -28,7 +30,7 @@ from miburi.robot import JOINTS, iphonoid
 
 
 def test_the_papers_experiment_with_the_real_firmware_in_the_loop(firmware: Path) -> None:
-    result = experiment.run(1, 15.0, body=EmulatedBody()).report()
+    result = experiment.conduct(EmulatedBody(iphonoid()), 1, 15.0).report()
     assert result["false_stops"] == 0
     assert result["missed_contacts"] == []
     assert len(result["stops"]) >= 2
@@ -150,11 +152,28 @@ def test_a_body_on_a_pseudo_terminal(firmware: Path, monkeypatch: pytest.MonkeyP
     emulation.close()
 
 
+def test_an_emulated_card_stands_as_the_robot_of_a_file(firmware: Path, tall_file: Path) -> None:
+    command = [sys.executable, "-m", "miburi", "card"]
+    robot = ["--robot", str(tall_file)]
+    with subprocess.Popen([*command, "emulate", *robot], stdout=subprocess.PIPE, text=True) as card:
+        try:
+            assert card.stdout is not None
+            port = card.stdout.readline().split()[4]
+            told = subprocess.run(
+                [*command, "info", port, *robot], capture_output=True, text=True, check=False
+            )
+        finally:
+            card.terminate()
+    assert told.returncode == 0, told.stderr
+    (head,) = [line.split() for line in told.stdout.splitlines() if "head" in line]
+    assert float(head[3]) == pytest.approx(0.9, abs=0.01)
+
+
 def test_no_card_is_said_in_words(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(BodyError, match="no port /dev/no-such-port; `miburi card list` names"):
-        Card("/dev/no-such-port")
+        Card("/dev/no-such-port", iphonoid())
     with pytest.raises(BodyError, match="no serial port that can be used"):
-        Card("/dev/null")
+        Card("/dev/null", iphonoid())
     for number, said in ((errno.EACCES, "dialout"), (errno.EBUSY, "another program")):
 
         def refuse(*_: object, number: int = number, **__: object) -> None:
@@ -162,7 +181,7 @@ def test_no_card_is_said_in_words(monkeypatch: pytest.MonkeyPatch) -> None:
 
         monkeypatch.setattr("serial.Serial", refuse)
         with pytest.raises(BodyError, match=said):
-            Card("/dev/ttyACM0")
+            Card("/dev/ttyACM0", iphonoid())
 
 
 def test_zeros_and_directions_are_found_by_hand(

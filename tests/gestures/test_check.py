@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from miburi.gestures import FEELINGS, key_poses, load
+from miburi.feelings import FEELINGS
+from miburi.gestures import key_poses, load
 from miburi.gestures.check import check, moods, perform
 from miburi.gestures.rehearsal import rehearse
 

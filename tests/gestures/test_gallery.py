@@ -3,7 +3,8 @@ from contextlib import nullcontext
 
 from PIL import Image
 
-from miburi.gestures import FEELINGS, gallery, key_poses, load
+from miburi.feelings import FEELINGS
+from miburi.gestures import gallery, key_poses, load, shipped
 from miburi.gestures.pictures import Shown
 from miburi.gestures.rehearsal import rehearse
 
@@ -20,7 +21,7 @@ def test_the_page_shows_every_feeling_at_three_moods(robot, tmp_path, monkeypatc
 
     monkeypatch.setattr(gallery, "show", show)
     monkeypatch.setattr(gallery, "camera_on", lambda _: nullcontext())
-    page = gallery.write_gallery(robot, tmp_path / "gallery")
+    page = gallery.write_gallery(robot, shipped(), tmp_path / "gallery")
     text = page.read_text(encoding="utf-8")
     named = set(re.findall(r'src="([^"]+)"', text))
     assert named == {file.name for file in page.parent.iterdir()} - {"index.html", "overview.png"}

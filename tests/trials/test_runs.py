@@ -15,7 +15,7 @@ from miburi.contact import Rule
 from miburi.errors import InputError, MiburiError, OutputError
 from miburi.robot import Robot
 from miburi.trials import runs
-from miburi.trials.runs import Plan, read_parquet, run
+from miburi.trials.runs import Plan, carry_out_plan, read_parquet
 from miburi.trials.trial import Kind
 
 
@@ -27,7 +27,7 @@ def plan(robot: Robot) -> Plan:
 @pytest.fixture(scope="module")
 def whole(plan: Plan, tmp_path_factory: pytest.TempPathFactory) -> bytes:
     out = tmp_path_factory.mktemp("whole") / "trials.parquet"
-    run(plan, out)
+    carry_out_plan(plan, out)
     return out.read_bytes()
 
 
@@ -42,7 +42,7 @@ def test_chunks_cover_each_trial_once(plan: Plan) -> None:
 
 
 def test_processes_write_the_same_bytes(plan: Plan, whole: bytes, tmp_path: Path) -> None:
-    run(plan, tmp_path / "trials.parquet", workers=2)
+    carry_out_plan(plan, tmp_path / "trials.parquet", workers=2)
     assert (tmp_path / "trials.parquet").read_bytes() == whole
     assert [file.name for file in tmp_path.iterdir()] == ["trials.parquet"]
 
@@ -50,7 +50,7 @@ def test_processes_write_the_same_bytes(plan: Plan, whole: bytes, tmp_path: Path
 def test_the_file_reads_back(plan: Plan, whole: bytes, tmp_path: Path) -> None:
     out = tmp_path / "trials.parquet"
     out.write_bytes(whole)
-    assert [repr(o) for o in read_parquet(out)] == [repr(o) for o in run(plan)]
+    assert [repr(o) for o in read_parquet(out)] == [repr(o) for o in carry_out_plan(plan)]
     out.write_bytes(b"no")
     with pytest.raises(InputError, match="not a file of trials"):
         read_parquet(out)
@@ -60,7 +60,7 @@ def test_a_broken_off_run_goes_on_where_it_was(
     plan: Plan, whole: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     out, carried = tmp_path / "trials.parquet", []
-    carry_out = runs.carry_out
+    carry_out = runs.carry_out_chunk
 
     def until_tired(plan: Plan, chunk: runs.Chunk) -> list[runs.Outcome]:
         if len(carried) == 3:
@@ -68,9 +68,9 @@ def test_a_broken_off_run_goes_on_where_it_was(
         carried.append(chunk)
         return carry_out(plan, chunk)
 
-    monkeypatch.setattr(runs, "carry_out", until_tired)
+    monkeypatch.setattr(runs, "carry_out_chunk", until_tired)
     with pytest.raises(KeyboardInterrupt):
-        run(plan, out)
+        carry_out_plan(plan, out)
     assert not out.exists()
     journal = tmp_path / ".trials.parquet.journal"
     assert len(journal.read_bytes().splitlines()) == 4
@@ -79,9 +79,9 @@ def test_a_broken_off_run_goes_on_where_it_was(
         file.write(b'{"chunk": ["free", 4, 6], "ro')
     shown: list[int] = []
     monkeypatch.setattr(
-        runs, "carry_out", lambda plan, chunk: carried.append(chunk) or carry_out(plan, chunk)
+        runs, "carry_out_chunk", lambda plan, chunk: carried.append(chunk) or carry_out(plan, chunk)
     )
-    run(plan, out, progress=lambda done, _: shown.append(done))
+    carry_out_plan(plan, out, progress=lambda done, _: shown.append(done))
     assert carried == plan.chunks
     assert shown == [6, 8, 10, 11]
     assert out.read_bytes() == whole
@@ -92,7 +92,7 @@ def test_another_runs_journal_is_not_touched(plan: Plan, tmp_path: Path) -> None
     journal = tmp_path / ".trials.parquet.journal"
     journal.write_bytes(json.dumps({"run": "another"}).encode() + b"\n")
     with pytest.raises(OutputError, match="another, unfinished run"):
-        run(plan, tmp_path / "trials.parquet")
+        carry_out_plan(plan, tmp_path / "trials.parquet")
     assert journal.exists()
 
 
@@ -111,13 +111,13 @@ def test_wrong_plans_are_refused(plan: Plan, wrong: dict[str, object]) -> None:
     with pytest.raises(InputError):
         replace(plan, **wrong)
     with pytest.raises(InputError, match="workers"):
-        run(plan, workers=0)
+        carry_out_plan(plan, workers=0)
 
 
 def test_an_unwritable_place_is_said(plan: Plan, tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(OutputError, match="cannot be written"):
-        run(plan, tmp_path / "file" / "trials.parquet")
+        carry_out_plan(plan, tmp_path / "file" / "trials.parquet")
 
 
 def test_a_killed_command_resumes_to_the_same_file(tmp_path: Path) -> None:
@@ -148,4 +148,4 @@ def test_a_cluster_that_does_not_answer_is_said_at_once(plan: Plan) -> None:
         taken.bind(("127.0.0.1", 0))  # nobody listens there
         address = f"127.0.0.1:{taken.getsockname()[1]}"
         with pytest.raises(MiburiError, match="no Ray cluster answers"):
-            run(plan, ray=address)
+            carry_out_plan(plan, ray=address)

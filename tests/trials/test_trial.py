@@ -14,7 +14,7 @@ from miburi.trials.conditions import HandKind, draw, varied_servos
 from miburi.trials.meeting import carriers
 from miburi.trials.plant import Skin, TrialPlant, Variation
 from miburi.trials.replay import DeafRule, judge
-from miburi.trials.trial import IN_THE_WAY, Kind, measure, run, sustained, trial
+from miburi.trials.trial import IN_THE_WAY, Kind, enact, measure, sustained, trial
 
 RAISED = np.array([0.2, 1.4, 0.9, 0.3, 1.4, -0.9, -0.3, 1.0])
 
@@ -90,7 +90,7 @@ def test_judging_a_recording_is_as_good_as_being_there(
 ) -> None:
     rule, compared = Rule.of(robot), 0
     for index in range(6):
-        there, recorded = (run(plant, r, 2, kind, index) for r in (rule, DeafRule.of(robot)))
+        there, recorded = (enact(plant, r, 2, kind, index) for r in (rule, DeafRule.of(robot)))
         if there.brushes != recorded.brushes:
             continue  # the rule stops for somebody who is else only brushed past
         compared += 1
@@ -175,7 +175,7 @@ def test_carriers_know_the_chains() -> None:
 
 
 def test_measure_says_nan_where_nothing_was(robot: Robot, plant: TrialPlant) -> None:
-    outcome = measure(run(plant, Rule.of(robot), 1, Kind.FREE, 0), Kind.FREE, 0, 0)
+    outcome = measure(enact(plant, Rule.of(robot), 1, Kind.FREE, 0), Kind.FREE, 0, 0)
     assert np.isnan(outcome.push_after_stop)
     assert np.isnan(outcome.speed)
     assert outcome.hand == outcome.link == ""

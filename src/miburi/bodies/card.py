@@ -37,7 +37,7 @@ from miburi.bodies.link import (
 from miburi.contact import Window
 from miburi.errors import BodyError
 from miburi.motion import SECOND, Move, to_steps
-from miburi.robot import JOINTS, Robot, iphonoid
+from miburi.robot import JOINTS, Robot
 
 #: Seconds to wait for an answer, and how often to ask.
 _PATIENCE, _TRIES = 0.25, 3
@@ -64,7 +64,7 @@ class Card:
     port
         The serial port's name, or a function that opens a :class:`Line`.
     robot
-        The description; the iphonoid by default. Its limits and speeds are the card's.
+        The description. Its limits and speeds are the card's.
     settings
         What the card is to know; by default its calibration is the one that the card has, or else
         :meth:`CardSettings.of` the robot.
@@ -79,14 +79,14 @@ class Card:
     def __init__(
         self,
         port: str | Callable[[], Line],
-        robot: Robot | None = None,
+        robot: Robot,
         settings: CardSettings | None = None,
     ) -> None:
         self._open: Callable[[], Line] = (
             (lambda: SerialLine(port)) if isinstance(port, str) else port
         )
-        self._robot = robot or iphonoid()
-        check_encoder(self._robot)
+        self._robot = robot
+        check_encoder(robot)
         self._asked_settings = settings
         self._receiver = Receiver()
         self._sequence = 0

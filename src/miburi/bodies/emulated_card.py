@@ -14,7 +14,7 @@ from miburi.bodies.emulated import EmulatedCard
 from miburi.bodies.plant import Plant
 from miburi.bodies.servos import Bus, Servo, Shaft
 from miburi.contact import Rule
-from miburi.robot import Array, Robot, iphonoid
+from miburi.robot import Array, Robot
 from miburi.robot.mjcf import TIMESTEP
 
 
@@ -68,7 +68,7 @@ class EmulatedBody(Card):
     Parameters
     ----------
     robot
-        The description; the iphonoid by default.
+        The description.
     rule
         The card's contact rule; by default the robot's own.
 
@@ -78,8 +78,7 @@ class EmulatedBody(Card):
         The firmware or the emulated processor has not been built (``make firmware``).
     """
 
-    def __init__(self, robot: Robot | None = None, rule: Rule | None = None) -> None:
-        robot = robot or iphonoid()
+    def __init__(self, robot: Robot, rule: Rule | None = None) -> None:
         settings, self._plant = CardSettings.of(robot, rule), Plant(robot)
         joints = [
             _Joint(self._plant, motor, joint, robot.servo.step)

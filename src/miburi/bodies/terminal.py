@@ -10,7 +10,7 @@ from time import monotonic, sleep
 from miburi.bodies.card_settings import CardSettings
 from miburi.bodies.emulated import EmulatedCard
 from miburi.bodies.servos import Bus, Servo
-from miburi.robot import Robot, iphonoid
+from miburi.robot import Robot
 
 #: Seconds that card and clock on the wall may be apart.
 _TICK = 0.005
@@ -24,11 +24,13 @@ def servos(robot: Robot) -> list[Servo]:
     return [Servo.new(j.servo, j.zero + j.direction * j.neutral) for j in joints]
 
 
-def serve(seconds: float, tell: Callable[[str], None]) -> None:
+def serve(robot: Robot, seconds: float, tell: Callable[[str], None]) -> None:
     """Run a card in real time on a pseudo-terminal; ``tell`` is given its name.
 
     Parameters
     ----------
+    robot
+        The description that its servos are mounted for.
     seconds
         How long; 0 for ever.
 
@@ -37,7 +39,7 @@ def serve(seconds: float, tell: Callable[[str], None]) -> None:
     BodyError
         The firmware or the emulated processor has not been built.
     """
-    card = EmulatedCard(Bus(servos(iphonoid())))
+    card = EmulatedCard(Bus(servos(robot)))
     ours, theirs = pty.openpty()
     try:
         tty.setraw(theirs)

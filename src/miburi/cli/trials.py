@@ -9,19 +9,21 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from miburi.cli.options import (
+    CalibrationFile,
+    GesturesFolder,
+    RobotFile,
+    repertoire_of,
+    robot_of,
+)
 from miburi.cores import available_cores
 from miburi.errors import InputError
 
 if TYPE_CHECKING:
+    from miburi.gestures import Repertoire
     from miburi.robot import Robot
     from miburi.trials.runs import Plan
 
-RobotFile = Annotated[
-    Path | None, typer.Option("--robot", help="A robot description; default: the iphonoid.")
-]
-Calibration = Annotated[
-    Path | None, typer.Option(help="Guards from miburi calibrate or miburi tune.")
-]
 Workers = Annotated[
     int | None, typer.Option(help="Processes on this machine; default: one for each core.", min=1)
 ]
@@ -38,17 +40,20 @@ def trials(
         int, typer.Option(help="0: the servo described; N: N varied ones, each calibrated.", min=0)
     ] = 0,
     rule: Annotated[str, typer.Option(help="miburi, or the paper's as printed.")] = "miburi",
-    calibration: Calibration = None,
+    calibration: CalibrationFile = None,
     ray: Annotated[str | None, typer.Option(help="Address of a Ray cluster.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Answer as JSON.")] = False,
     robot: RobotFile = None,
+    gestures: GesturesFolder = None,
 ) -> None:
     """Let simulated people get in the robot's way, and count what the contact rule does."""
-    from miburi.trials.runs import run
+    from miburi.trials.runs import carry_out_plan
     from miburi.trials.summary import summarise
 
     workers = workers or available_cores()
-    plan = _plan(robot, calibration, rule, servos, seed, free, blocked, workers)
+    body = robot_of(robot)
+    repertoire = repertoire_of(body, gestures)
+    plan = _plan(body, repertoire, calibration, rule, servos, seed, free, blocked, workers)
     counts: list[int] = []
     began = perf_counter()
     with _progress() as show:
@@ -57,7 +62,7 @@ def trials(
             counts.append(done)
             show(done, total)
 
-        outcomes = run(plan, out, workers=workers, ray=ray, progress=progress)
+        outcomes = carry_out_plan(plan, out, workers=workers, ray=ray, progress=progress)
     # What a broken-off run had done before is not this one's speed.
     rate = (counts[-1] - counts[0]) / (perf_counter() - began)
     found = summarise(outcomes)
@@ -84,7 +89,7 @@ def calibrate(
 
     if not margin >= 1:
         raise InputError(f"--margin must be 1 or more, got {margin}.")
-    body = _robot(robot)
+    body = robot_of(robot)
     rule = calibrated(body, seed, moves, margin)
     with whole_files(out.parent) as draft:
         note = f"Contact rule of {body.name}: calibrated from {moves} free moves, seed {seed}."
@@ -109,7 +114,7 @@ def tune(
     from miburi.trials.tuning import assess
     from miburi.trials.tuning import tune as search
 
-    body = _robot(robot)
+    body = robot_of(robot)
     runs = record(body, seed, free, blocked)
     with _progress() as show:
         found = search(runs, body.servo.step, bound, seed, lambda tried: show(tried, 150))
@@ -153,7 +158,7 @@ def safety_page(
     from miburi.trials.safety_page import write_page
 
     outcomes = {path.stem.replace("-", " "): read_parquet(path) for path in runs}
-    body = _robot(robot)
+    body = robot_of(robot)
     points = rule_map(record(body, seed, recorded, recorded), Rule.of(body).guards)
     with whole_files(out) as draft:
         write_page(outcomes, points, draft)
@@ -161,7 +166,8 @@ def safety_page(
 
 
 def _plan(
-    path: Path | None,
+    body: "Robot",
+    repertoire: "Repertoire",
     calibration: Path | None,
     rule_name: str,
     servos: int,
@@ -183,7 +189,6 @@ def _plan(
         raise InputError(f'--rule must be "miburi" or "printed", got {rule_name!r}.')
     if calibration is not None and servos:
         raise InputError("--servos calibrates each servo itself: leave out --calibration.")
-    body = _robot(path)
     if servos:
         bodies = varied_servos(body, seed, servos)
         with ProcessPoolExecutor(workers) as pool, _progress("calibrations") as show:
@@ -199,13 +204,7 @@ def _plan(
         watched = [(body, Rule.of(body))]
     if rule_name == "printed":
         watched = [(one, PrintedRule(rule.guards)) for one, rule in watched]
-    return Plan(tuple(watched), seed, free, blocked)
-
-
-def _robot(path: Path | None) -> "Robot":
-    from miburi.robot import iphonoid, load_robot
-
-    return iphonoid() if path is None else load_robot(path)
+    return Plan(tuple(watched), seed, free, blocked, repertoire)
 
 
 @contextmanager

@@ -5,7 +5,7 @@ from miburi.experiment.procedure import (
     STEPS_PER_FRAME,
     Experiment,
     Frame,
-    run,
+    conduct,
 )
 
 __all__ = [
@@ -13,5 +13,5 @@ __all__ = [
     "STEPS_PER_FRAME",
     "Experiment",
     "Frame",
-    "run",
+    "conduct",
 ]

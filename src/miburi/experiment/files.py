@@ -15,26 +15,28 @@ from miburi.experiment.figures import experiment_figure
 from miburi.feelings import Expression
 from miburi.files import whole_files
 from miburi.film import Scene, camera, captioned, contact_sheet, write_film
+from miburi.gestures import Repertoire
 from miburi.recording import Recorder
-from miburi.robot import Robot, iphonoid
+from miburi.robot import Robot
 
 
 def write_experiment(
+    body: Body,
     seed: int,
     seconds: float,
     out: Path,
     *,
+    repertoire: Repertoire,
     film: bool,
     hand: bool,
     face: bool,
-    body: Body | None = None,
 ) -> list[str]:
-    """Run the experiment and write its files, all of them or none.
+    """Conduct the experiment and write its files, all of them or none.
 
     Parameters
     ----------
-    seed, seconds, hand, body
-        As for :func:`miburi.experiment.run`.
+    body, seed, seconds, repertoire, hand
+        As for :func:`miburi.experiment.conduct`.
     out
         Folder for ``experiment.json``, ``timing.json``, ``experiment.png``,
         ``experiment.mcap`` and, if wished for, ``experiment.mp4`` and ``experiment-strip.png``.
@@ -54,17 +56,17 @@ def write_experiment(
     OutputError
         The folder cannot be written to, or this machine cannot draw.
     """
-    robot = iphonoid()
     bars = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
     with whole_files(out) as draft, Progress(*bars, console=Console(stderr=True)) as progress:
         progress.console.print(f"seed {seed}, {seconds:g} s of the robot's time")
         running = progress.add_task("experiment", total=seconds)
         with (draft / "experiment.mcap").open("wb") as file, Recorder(file) as recorder:
-            result = experiment.run(
+            result = experiment.conduct(
+                body,
                 seed,
                 seconds,
+                repertoire=repertoire,
                 hand=hand,
-                body=body,
                 recorder=recorder,
                 progress=lambda time: progress.update(running, completed=time),
             )
@@ -73,10 +75,10 @@ def write_experiment(
         experiment_figure(result, draft / "experiment.png")
         if film:
             scenes = [_scene(frame, face=face) for frame in result.frames]
-            _write_strip(robot, result, scenes, draft / "experiment-strip.png")
+            _write_strip(body.robot, result, scenes, draft / "experiment-strip.png")
             drawing = progress.add_task("film", total=len(scenes))
             write_film(
-                robot,
+                body.robot,
                 scenes,
                 draft / "experiment",
                 rate=1 / (experiment.STEP * experiment.STEPS_PER_FRAME),

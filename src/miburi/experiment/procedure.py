@@ -13,13 +13,13 @@ import numpy as np
 
 from miburi import ik
 from miburi.bodies import Body, BodyState, Touch, Touchable
-from miburi.bodies.simulated import Simulated
 from miburi.errors import InputError
 from miburi.experiment.visitor import Visitor
 from miburi.feelings import FEELINGS, EmotionalModel, Expression
+from miburi.gestures import Repertoire
 from miburi.partner import Event, GestureEnded, GestureStarted, Partner, Stopped
 from miburi.recording import Recorder
-from miburi.robot import Array, Robot, forward, iphonoid
+from miburi.robot import Array, Robot, forward
 from miburi.version import __version__
 
 #: The loop's period in s; the encoders are read twice in it.
@@ -127,35 +127,34 @@ class Experiment:
         }
 
 
-def run(
+def conduct(
+    body: Body,
     seed: int,
     seconds: float,
     *,
+    repertoire: Repertoire | None = None,
     hand: bool = True,
     recorder: Recorder | None = None,
     progress: Callable[[float], None] = lambda _: None,
-    robot: Robot | None = None,
-    body: Body | None = None,
 ) -> Experiment:
-    """Run the paper's experiment in simulation.
+    """Conduct the paper's experiment in simulation.
 
     Parameters
     ----------
+    body
+        What is moved, at neutral.
     seed
         0 or more; chooses which arm is blocked, when, and where.
     seconds
         Length in the robot's time; at least one period of 2 s.
+    repertoire
+        The gestures; by default those that ship with Miburi.
     hand
         Whether a hand gets in the way at all.
     recorder
         Takes states, feelings, commands and contacts as they happen.
     progress
         Called with the robot's time after each step.
-    robot
-        The description; the iphonoid by default.
-    body
-        What is moved, at neutral; by default the simulated body of the robot. A hand must be
-        able to get in its way.
 
     Raises
     ------
@@ -166,7 +165,7 @@ def run(
         raise InputError(f"the seed must be 0 or more, got {seed}.")
     if not (np.isfinite(seconds) and PERIOD <= seconds <= 86_400):
         raise InputError(f"the length must be from {PERIOD:g} to 86400 s, got {seconds:g}.")
-    robot = robot or iphonoid()
+    robot = body.robot
     result = Experiment(seed)
 
     def timed_solve(robot: Robot, target: Array, start: Array) -> ik.Solution:
@@ -176,7 +175,6 @@ def run(
         result.solutions.append(solution)
         return solution
 
-    body = body or Simulated(robot)
     touchable = body.touchable
     if touchable is None:
         raise InputError(
@@ -185,7 +183,7 @@ def run(
         )
     feelings = EmotionalModel()
     feelings.set_state(emotion={FEELING: 1.0}, mood={FEELING: MOOD}, hold=True)
-    partner = Partner(body, feelings, period=PERIOD, solve=timed_solve)
+    partner = Partner(body, feelings, repertoire=repertoire, period=PERIOD, solve=timed_solve)
     visitor = Visitor(robot, touchable, np.random.default_rng(seed)) if hand else None
     # The first call compiles or loads the kernel: not part of what is timed.
     ik.solve(robot, forward(robot, robot.neutral), start=robot.neutral)

@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from miburi.gestures import MovementFunction, key_poses
+from miburi.gestures import MovementFunction, key_poses, misfits
 from miburi.gestures.measures import Measures
 from miburi.gestures.rehearsal import Rehearsal, rehearse
 from miburi.robot import Robot, forward
@@ -86,10 +86,11 @@ def perform(robot: Robot, function: MovementFunction, mood: float) -> Measured:
 def check(robot: Robot, function: MovementFunction, *, step: float = 0.1) -> Iterator[str]:
     """Say in words what is wrong with a gesture; nothing where all is well.
 
-    Checked at every mood from 0 to 1: exactly neutral at 0, kinematics within 1 mm, inside the
-    limits, no part meets another, no contact stop, and space and speed that strictly rise. That
-    the poses are in reach is checked by :func:`miburi.gestures.load`.
+    Checked: every pose in reach and inside the limits; and at every mood from 0 to 1: exactly
+    neutral at 0, kinematics within 1 mm, no part meets another, no contact stop, and space and
+    speed that strictly rise.
     """
+    yield from misfits(robot, function)
     rest = forward(robot, robot.neutral)
     if any(not np.array_equal(pose.target, rest) for pose in key_poses(robot, function, 0.0)):
         yield "at mood 0 it is not exactly neutral"

@@ -11,7 +11,8 @@ from dataclasses import astuple
 import numpy as np
 from numpy.typing import NDArray
 
-from miburi.gestures import FEELINGS, key_poses, load
+from miburi.feelings import FEELINGS
+from miburi.gestures import MovementFunction, Repertoire, key_poses
 from miburi.gestures.rehearsal import Rehearsal, rehearse
 from miburi.robot import Array, Robot
 
@@ -58,19 +59,22 @@ class NearestNeighbour:
         return self._names[int(np.linalg.norm(self._rows - scaled, axis=1).argmin())]
 
 
-def learn(robot: Robot, *, variations: int = 6, seed: int = 0) -> NearestNeighbour:
-    """Learn every feeling at the moods 0.5 and 0.9, each in so many variations."""
+def learn(
+    robot: Robot, repertoire: Repertoire, *, variations: int = 6, seed: int = 0
+) -> NearestNeighbour:
+    """Learn every gesture at the moods 0.5 and 0.9, each in so many variations."""
     rows, names = [], []
-    for feeling in FEELINGS:
+    for function in repertoire.functions:
         for mood in LEARNT_MOODS:
             for number in range(variations):
-                rows.append(_performed(robot, feeling, mood, seed + number))
-                names.append(feeling)
+                rows.append(_performed(robot, function, mood, seed + number))
+                names.append(function.feeling)
     return NearestNeighbour(np.array(rows), names)
 
 
 def confusion(
     robot: Robot,
+    repertoire: Repertoire,
     classifier: NearestNeighbour,
     mood: float,
     *,
@@ -82,13 +86,14 @@ def confusion(
     The seeds of the variations must not be among those learnt.
     """
     table = np.zeros((len(FEELINGS), len(FEELINGS)), dtype=np.int64)
-    for row, feeling in enumerate(FEELINGS):
+    for function in repertoire.functions:
+        row = FEELINGS.index(function.feeling)
         for number in range(variations):
-            named = classifier.name(_performed(robot, feeling, mood, seed + number))
+            named = classifier.name(_performed(robot, function, mood, seed + number))
             table[row, FEELINGS.index(named)] += 1
     return table
 
 
-def _performed(robot: Robot, feeling: str, mood: float, variation: int) -> Array:
-    performance = key_poses(robot, load(feeling), mood, variation=variation)
+def _performed(robot: Robot, function: MovementFunction, mood: float, variation: int) -> Array:
+    performance = key_poses(robot, function, mood, variation=variation)
     return features(robot, rehearse(robot, performance))

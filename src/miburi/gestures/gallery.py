@@ -1,4 +1,4 @@
-"""The gallery: every feeling at three moods, on one page."""
+"""The gallery: every gesture at three moods, on one page."""
 
 from collections.abc import Callable
 from html import escape
@@ -9,7 +9,7 @@ from PIL import Image
 
 from miburi.files import whole_files
 from miburi.film import captioned, contact_sheet
-from miburi.gestures import FEELINGS, load
+from miburi.gestures import Repertoire
 from miburi.gestures.measures import Measures
 from miburi.gestures.pictures import STRIP_STEP, Shown, camera_on, show
 from miburi.robot import Robot
@@ -31,13 +31,13 @@ _COLUMNS: dict[str, tuple[str, str, float, int]] = {
 
 def write_gallery(
     robot: Robot,
+    repertoire: Repertoire,
     out: Path | str,
     *,
-    feelings: tuple[str, ...] = FEELINGS,
     face: bool = False,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Path:
-    """Write films, strips and hand paths of every feeling at 0.3, 0.6 and 0.9, and a page.
+    """Write films, strips and hand paths of every gesture at 0.3, 0.6 and 0.9, and a page.
 
     Returns
     -------
@@ -50,11 +50,11 @@ def write_gallery(
     """
     shown: dict[str, list[Shown]] = {}
     with whole_files(out) as draft, camera_on(robot) as camera:
-        for feeling in feelings:
-            function, shown[feeling] = load(feeling, robot), []
+        for function in repertoire.functions:
+            shown[function.name] = []
             for mood in MOODS:
-                progress(f"{feeling} {mood}")
-                shown[feeling].append(show(robot, function, mood, draft, camera, face=face))
+                progress(f"{function.name} {mood}")
+                shown[function.name].append(show(robot, function, mood, draft, camera, face=face))
         (draft / "index.html").write_text(_page(shown), encoding="utf-8")
         strips = {name: draft / cells[-1].strip for name, cells in shown.items()}
         _overview(strips).save(draft / "overview.png")
@@ -81,12 +81,12 @@ def _page(shown: dict[str, list[Shown]]) -> str:
 <title>Miburi: the gestures</title>
 <style>{_STYLE}</style>
 <header><h1>The gestures</h1>
-<p>Eight feelings at three moods, performed by the simulated body. Each strip shows six moments,
+<p>Every gesture at three moods, performed by the simulated body. Each strip shows six moments,
 {STRIP_STEP} s apart; a fading trail shows the quarter of a second before.</p>
 <nav>{links} <a href="#measures">measures</a></nav></header>
 {sections}
 <section id="measures"><h2>Laban's effort, measured</h2>
-<div class="wide"><table><tr><th>feeling</th><th>mood μ</th>{heads}</tr>{rows}</table></div>
+<div class="wide"><table><tr><th>gesture</th><th>mood μ</th>{heads}</tr>{rows}</table></div>
 </section>
 </html>
 """

@@ -9,20 +9,19 @@ from fastapi import APIRouter, FastAPI, Path, Query, Request, Response
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import FileResponse, JSONResponse
 
-from miburi import gestures
 from miburi.bodies.registry import KINDS
 from miburi.contact import PAPER_RATIO
 from miburi.errors import BodyError, InputError, MiburiError
-from miburi.feelings import FEELINGS, SOURCES, TEMPERAMENTS, Expression, Stimulus
+from miburi.feelings import FEELINGS, SOURCES, Expression, Stimulus
+from miburi.gestures import KeyPose, blend
 from miburi.gestures.effort import Effort
-from miburi.robot import JOINTS, Robot
+from miburi.robot import JOINTS
 from miburi.robot.mjcf import HAND_AWAY, HAND_SIZE
 from miburi.robot.shape import COLOURS, links, parts
 from miburi.studio.runner import BusyError, Runner
 from miburi.studio.wire import (
     BodyIn,
     BodyOut,
-    EffortIn,
     Entry,
     ExpressIn,
     GestureOut,
@@ -88,7 +87,7 @@ def _looking(router: APIRouter, runner: Runner) -> None:
     @router.get("/robot")
     async def robot() -> RobotOut:
         """Return the robot's description: names, limits, links and solids."""
-        return describe(runner.robot)
+        return describe(runner)
 
     @router.get("/log")
     async def log(
@@ -106,14 +105,8 @@ def _looking(router: APIRouter, runner: Runner) -> None:
     async def all_gestures() -> list[GestureOut]:
         """Return the movement functions."""
         return [
-            GestureOut(
-                name=function.name,
-                feeling=feeling,
-                duration=function.duration,
-                effort=EffortIn.model_validate(function.effort.model_dump()),
-            )
-            for feeling in FEELINGS
-            for function in [gestures.load(feeling)]
+            GestureOut.model_validate(function.model_dump(include=set(GestureOut.model_fields)))
+            for function in runner.repertoire.functions
         ]
 
     @router.get("/motors")
@@ -146,7 +139,7 @@ def _asking(router: APIRouter, runner: Runner) -> None:
     @router.post("/express", status_code=_NOTHING, responses=_REFUSED)
     async def express(wish: ExpressIn) -> None:
         """Perform a gesture once, whatever the feelings are."""
-        poses = await asyncio.to_thread(performance, runner.robot, wish)
+        poses = await asyncio.to_thread(performance, runner, wish)
         await done(runner.perform(Expression(wish.feeling, wish.mood), poses))
 
     @router.post("/stop", status_code=_NOTHING, responses=_REFUSED)
@@ -237,7 +230,7 @@ def move_hand(runner: Runner, wish: HandIn) -> Future[None]:
     return runner.hand(position, np.array(wish.along))
 
 
-def performance(robot: Robot, wish: ExpressIn) -> list[gestures.KeyPose] | None:
+def performance(runner: Runner, wish: ExpressIn) -> list[KeyPose] | None:
     """Return the key poses of a wish that is more than a feeling's own gesture.
 
     Raises
@@ -249,21 +242,22 @@ def performance(robot: Robot, wish: ExpressIn) -> list[gestures.KeyPose] | None:
         return None
     if wish.feeling in wish.blend:
         raise InputError(f"{wish.feeling} leads already; blend other feelings with it.")
-    lead = gestures.load(wish.feeling)
+    lead = runner.repertoire.of(wish.feeling)[0]
     if wish.effort is not None:
         lead = lead.model_copy(update={"effort": Effort(**wish.effort.model_dump())})
-    others = [(gestures.load(name), mood) for name, mood in wish.blend.items()]
-    return gestures.blend(robot, [(lead, wish.mood), *others])
+    others = [(runner.repertoire.of(name)[0], mood) for name, mood in wish.blend.items()]
+    return blend(runner.robot, [(lead, wish.mood), *others])
 
 
-def describe(robot: Robot) -> RobotOut:
+def describe(runner: Runner) -> RobotOut:
     """Return what the scene is built from."""
+    robot = runner.robot
     return RobotOut(
         name=robot.name,
         joints=list(JOINTS),
         feelings=list(FEELINGS),
         sources=list(SOURCES),
-        temperaments=list(TEMPERAMENTS),
+        temperaments=runner.temperaments,
         neutral=np.asarray(robot.neutral).tolist(),
         lower=np.asarray(robot.lower).tolist(),
         upper=np.asarray(robot.upper).tolist(),

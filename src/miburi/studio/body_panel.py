@@ -76,7 +76,7 @@ def _body(runner: Runner, say: dict[str, str], updates: list[Update]) -> None:
 
 def _temperament(runner: Runner, say: dict[str, str], updates: list[Update]) -> None:
     character = ui.select(
-        {name: say[name] for name in TEMPERAMENTS},
+        {name: say[name] if name in TEMPERAMENTS else name for name in runner.temperaments},
         value=runner.snapshot.state.temperament,
         label=say["temperament"],
     )

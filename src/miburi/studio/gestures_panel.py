@@ -5,7 +5,6 @@ import asyncio
 from nicegui import ui
 from pydantic import ValidationError
 
-from miburi import gestures
 from miburi.errors import MiburiError
 from miburi.feelings import FEELINGS, Expression
 from miburi.studio.api import performance
@@ -37,13 +36,13 @@ def gestures_panel(runner: Runner, words: Words) -> None:
                 go = button(say["perform"], say["hint"], "strong")
 
     def as_written() -> None:
-        effort = gestures.load(lead.value).effort
+        effort = runner.repertoire.of(lead.value)[0].effort
         for name, slider in efforts.items():
             slider.set_value(getattr(effort, name))
 
     async def perform() -> None:
         effort = {name: float(slider.value) for name, slider in efforts.items()}
-        own = gestures.load(lead.value).effort.model_dump()
+        own = runner.repertoire.of(lead.value)[0].effort.model_dump()
         changed = any(abs(effort[name] - own[name]) > 1e-6 for name in _EFFORT)
         blend = {other.value: float(share.value)} if other.value else {}
         try:
@@ -55,7 +54,7 @@ def gestures_panel(runner: Runner, words: Words) -> None:
                     "effort": effort if changed else None,
                 }
             )
-            poses = await asyncio.to_thread(performance, runner.robot, wish)
+            poses = await asyncio.to_thread(performance, runner, wish)
             await attempt(runner.perform(Expression(wish.feeling, wish.mood), poses))
         except (MiburiError, ValidationError) as error:
             ui.notify(str(error), type="warning", position="bottom")

@@ -20,8 +20,8 @@ from miburi.bodies import Body
 from miburi.bodies.registry import make_body
 from miburi.contact import Rule
 from miburi.errors import BodyError, InputError, MiburiError
-from miburi.feelings import Expression, FeelingModel, Stimulus, shipped_temperament
-from miburi.gestures import KeyPose
+from miburi.feelings import TEMPERAMENTS, Expression, FeelingModel, Stimulus, shipped_temperament
+from miburi.gestures import KeyPose, Repertoire, shipped
 from miburi.partner import Event, GestureStarted, Partner, Released, Stopped
 from miburi.robot import Array, Robot
 from miburi.studio.observer import Observer
@@ -82,6 +82,8 @@ class Runner:
         Chooses the small variations of gestures.
     rule
         The contact rule of simulated bodies; by default the robot's own.
+    repertoire
+        The gestures; by default those that ship with Miburi.
     """
 
     def __init__(
@@ -94,11 +96,14 @@ class Runner:
         port: str | None = None,
         seed: int = 0,
         rule: Rule | None = None,
+        repertoire: Repertoire | None = None,
     ) -> None:
         self.robot = robot
+        self.repertoire = repertoire or shipped()
         self.recordings = recordings
         self.slow_steps = 0
         self._feelings = feelings
+        self._own_temperament = feelings.temperament
         self._seed = seed
         self._rule = rule
         self._commands: queue.Queue[tuple[Command, Future[Any]]] = queue.Queue(_QUEUE)
@@ -139,6 +144,11 @@ class Runner:
     def body(self) -> Body:
         """The body that moves now."""
         return self._partner.body
+
+    @property
+    def temperaments(self) -> list[str]:
+        """The temperaments to choose from: those that ship, and the one that it began with."""
+        return list(dict.fromkeys((*TEMPERAMENTS, self._own_temperament.name)))
 
     def log(self, after: int = 0) -> list[Entry]:
         """Return the latest entries whose number is above ``after``."""
@@ -230,8 +240,9 @@ class Runner:
         return self._call(run)
 
     def temperament(self, name: str) -> Future[None]:
-        """Go on with another of the temperaments that ship with Miburi."""
-        chosen = shipped_temperament(name)
+        """Go on with another of the :attr:`temperaments`."""
+        own = self._own_temperament
+        chosen = own if name == own.name else shipped_temperament(name)
 
         def run() -> None:
             self._feelings.temperament = chosen
@@ -364,7 +375,9 @@ class Runner:
                 future.set_exception(error)
 
     def _use(self, name: str, port: str | None, body: Body) -> None:
-        self._partner = Partner(body, self._feelings, period=_PERIOD, life=self._seed)
+        self._partner = Partner(
+            body, self._feelings, repertoire=self.repertoire, period=_PERIOD, life=self._seed
+        )
         if self._paused:
             self._partner.pause()
         self._hand_goal = None
@@ -404,8 +417,9 @@ class Runner:
 
     def _take(self, event: Event, stopped: StopOut | None) -> None:
         match event:
-            case GestureStarted(_, expression):
-                self._note("gesture", feeling=expression.feeling, mood=expression.mood)
+            case GestureStarted(_, expression, name):
+                feeling, mood = expression.feeling, expression.mood
+                self._note("gesture", feeling=feeling, mood=mood, name=name)
             case Stopped():
                 self._note("stopped", stop=stopped)
             case Released():

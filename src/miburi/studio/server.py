@@ -17,10 +17,11 @@ import uvicorn
 
 from miburi import ik
 from miburi.bodies.registry import KINDS
-from miburi.calibration_file import read_calibration
+from miburi.contact import Rule
 from miburi.errors import InputError, OutputError
-from miburi.feelings import FEELINGS, EmotionalModel, Stimulus, shipped_temperament
-from miburi.robot import forward, iphonoid
+from miburi.feelings import FEELINGS, EmotionalModel, Stimulus, Temperament
+from miburi.gestures import Repertoire
+from miburi.robot import Robot, forward
 from miburi.studio.access import LARGEST, Gate, is_loopback, kept_token
 from miburi.studio.memory import remember, remembered
 from miburi.studio.recordings import Recordings
@@ -41,34 +42,36 @@ class Wish:
 
     Attributes
     ----------
+    robot, repertoire, temperament
+        The body on paper, its gestures, and the character to begin with.
+    rule
+        The contact rule of simulated bodies; None: the robot's own.
     body, port_of_body
         The kind of body, and a card's serial port.
     host, port
         Where to listen; port 0 takes any that is free.
     headless
         Open no browser.
-    temperament
-        One that ships with Miburi.
     folder
         Where the token, the partner's state and recordings are kept.
     forget
         Start in the first mood, and keep none.
     seed
-        Chooses the small variations of gestures; 0 or more.
-    calibration
-        A file with the contact rule of simulated bodies; by default the robot's own.
+        Chooses among gestures, and their small variations; 0 or more.
     """
 
+    robot: Robot
+    repertoire: Repertoire
+    temperament: Temperament
+    rule: Rule | None = None
     body: str = "simulated"
     port_of_body: str | None = None
     host: str = "127.0.0.1"
     port: int = 8080
     headless: bool = False
-    temperament: str = "playful"
     folder: Path | None = None
     forget: bool = False
     seed: int = 0
-    calibration: Path | None = None
 
 
 def own_folder() -> Path:
@@ -83,9 +86,7 @@ def serve(wish: Wish) -> None:
     Raises
     ------
     InputError
-        The host, the port, the body or the temperament is not one.
-    DescriptionError
-        The calibration is not one.
+        The seed, the host, the port or the body is not one.
     OutputError
         The port is taken.
     """
@@ -93,7 +94,7 @@ def serve(wish: Wish) -> None:
         raise InputError(f"the seed must be 0 or more, got {wish.seed}.")
     folder = wish.folder or own_folder()
     token = None if is_loopback(wish.host) else kept_token(folder / "token")
-    feelings = EmotionalModel(shipped_temperament(wish.temperament))
+    feelings = EmotionalModel(wish.temperament)
     if wish.body not in KINDS:
         raise InputError(f"the body must be one of {', '.join(KINDS)}, got {wish.body!r}.")
     if KINDS[wish.body].needs_port and not wish.port_of_body:
@@ -101,20 +102,17 @@ def serve(wish: Wish) -> None:
             f"the {wish.body} body needs a port, such as /dev/ttyACM0; give it one with --serial. "
             "`miburi card list` names the ports that are there."
         )
-    rule = None
-    if wish.calibration is not None:
-        if wish.body == "card":
-            raise InputError(
-                "a card has its own calibration; load this one onto it with `miburi card load`."
-            )
-        rule = read_calibration(iphonoid(), wish.calibration).rule
+    if wish.rule is not None and wish.body == "card":
+        raise InputError(
+            "a card has its own calibration; load this one onto it with `miburi card load`."
+        )
     with _listening(wish.host, wish.port) as listener:
         kept = None if wish.forget else remembered(folder / "feelings.json", feelings.temperament)
         feelings = kept or feelings
         if kept is None:
             feelings.set_state(mood=FIRST_MOOD)
         feelings.stimulate(GREETING)
-        robot = iphonoid()
+        robot = wish.robot
         # A solver that is still to be compiled would hold up the loop, and Stop with it, for 20 s.
         ik.solve(robot, forward(robot, robot.neutral), start=robot.neutral)
         runner = Runner(
@@ -124,7 +122,8 @@ def serve(wish: Wish) -> None:
             body=wish.body,
             port=wish.port_of_body,
             seed=wish.seed,
-            rule=rule,
+            rule=wish.rule,
+            repertoire=wish.repertoire,
         )
         stop = runner.body.state.stop
         if stop is not None:

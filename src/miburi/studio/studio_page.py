@@ -129,7 +129,7 @@ class _Studio:
     def _stage(self) -> None:
         say = self._words["studio"]
         with ui.element("section").classes("card stage").props(f'aria-label="{say["scene"]}"'):
-            robot = describe(self._runner.robot).model_dump()
+            robot = describe(self._runner).model_dump()
             view = RobotView(robot, CATALOGUE.faces(), say["scene"], say["no_3d"])
             with ui.element("div").classes("why").props('role="alert" aria-live="assertive"'):
                 said = ui.label()
@@ -190,7 +190,7 @@ class _Studio:
                         panel()
 
     def _plots(self) -> None:
-        robot = describe(self._runner.robot)
+        robot = describe(self._runner)
         Plots(
             self._words["plot"],
             robot.threshold,

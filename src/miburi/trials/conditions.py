@@ -5,13 +5,13 @@ All ranges here are our assumptions, wide enough to hold a person's fingers as w
 
 from dataclasses import dataclass
 from enum import StrEnum
-from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
 
 from miburi import ik
-from miburi.gestures import FEELINGS, KeyPose, MovementFunction, key_poses, load
+from miburi.feelings import FEELINGS
+from miburi.gestures import KeyPose, Repertoire, key_poses, shipped
 from miburi.motion import Move, synchronised
 from miburi.robot import Array, Robot
 from miburi.robot.mjcf import HAND_MASS
@@ -99,11 +99,15 @@ class Conditions:
     variation: Variation
 
 
-def draw(robot: Robot, rng: np.random.Generator, moves: int) -> Conditions:
-    """Draw ``moves`` moves in a row of any gesture of ``robot``."""
-    feeling = str(rng.choice(FEELINGS))
+def draw(
+    robot: Robot, rng: np.random.Generator, moves: int, repertoire: Repertoire | None = None
+) -> Conditions:
+    """Draw ``moves`` moves in a row of any gesture; by default of those that ship with Miburi."""
+    # The order in which the feelings stand is no part of the draw: sorted, it stays the same.
+    feeling = str(rng.choice(sorted(FEELINGS)))
     mood = float(rng.uniform(0.1, 1.0))
-    performance = key_poses(robot, _function(feeling), mood, variation=int(rng.integers(1 << 30)))
+    function = (repertoire or shipped()).choose(feeling, rng)
+    performance = key_poses(robot, function, mood, variation=int(rng.integers(1 << 30)))
     count = min(moves, len(performance))
     pose = int(rng.integers(len(performance) - count + 1))
     start, planned = _moves(robot, performance, pose, count)
@@ -160,11 +164,6 @@ def draw_person(rng: np.random.Generator, kind: HandKind) -> Person:
         roll=float(rng.uniform(0.0, 2 * np.pi)),
         reach=float(rng.uniform(0.015, 0.04)),
     )
-
-
-@lru_cache(maxsize=len(FEELINGS))
-def _function(feeling: str) -> MovementFunction:
-    return load(feeling)
 
 
 def varied_servos(robot: Robot, seed: int, count: int) -> tuple[Robot, ...]:

@@ -12,7 +12,7 @@ from miburi.motion import SECOND, Profile, Steps
 from miburi.robot import Robot
 from miburi.robot.mjcf import TIMESTEP
 from miburi.trials.plant import TrialPlant
-from miburi.trials.trial import Kind, Run, run
+from miburi.trials.trial import Kind, Run, enact
 
 #: µs for which a deaf rule waits for a blocked motor after its profile has ended.
 _WAIT = SECOND // 5
@@ -84,7 +84,7 @@ def record(robot: Robot, seed: int, free: int, blocked: int = 0) -> list[Run]:
     plant, rule = TrialPlant(robot), DeafRule.of(robot)
     kinds = [(Kind.FREE, index) for index in range(free)]
     kinds += [(Kind.BLOCKED, index) for index in range(blocked)]
-    return [run(plant, rule, seed, kind, index) for kind, index in kinds]
+    return [enact(plant, rule, seed, kind, index) for kind, index in kinds]
 
 
 def calibrated(

@@ -14,7 +14,7 @@ import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
-from dataclasses import astuple, dataclass, fields
+from dataclasses import astuple, dataclass, field, fields
 from multiprocessing import connection, get_context, parent_process
 from pathlib import Path
 from typing import Any
@@ -24,6 +24,7 @@ import numpy as np
 from miburi.contact import Rule
 from miburi.errors import InputError, MiburiError, OutputError, needs_extra
 from miburi.files import whole_files
+from miburi.gestures import Repertoire, shipped
 from miburi.robot import Robot
 from miburi.trials.plant import TrialPlant
 from miburi.trials.trial import Kind, Outcome, trial
@@ -48,6 +49,8 @@ class Plan:
         Robots, each with the rule that watches it.
     seed, free, blocked
         0 or more; how many trials of each kind.
+    repertoire
+        The gestures; by default those that ship with Miburi.
 
     Raises
     ------
@@ -59,6 +62,7 @@ class Plan:
     seed: int
     free: int
     blocked: int
+    repertoire: Repertoire = field(default_factory=shipped)
 
     def __post_init__(self) -> None:
         if not self.servos:
@@ -77,6 +81,9 @@ class Plan:
             grants = {name: values.tolist() for name, values in vars(rule.guards).items()}
             told = [robot.model_dump(), grants, type(rule).__name__, rule.period, rule.ratio]
             words.update(json.dumps(told, sort_keys=True).encode())
+        if self.repertoire != shipped():
+            for function in self.repertoire.functions:
+                words.update(function.model_dump_json().encode())
         return words.hexdigest()[:16]
 
     @property
@@ -89,7 +96,7 @@ class Plan:
         ]
 
 
-def run(
+def carry_out_plan(
     plan: Plan,
     out: Path | None = None,
     *,
@@ -133,7 +140,7 @@ def run(
         if ray is not None:
             stream = _on_cluster(plan, todo, ray)
         elif workers == 1:
-            stream = ((chunk, carry_out(plan, chunk)) for chunk in todo)
+            stream = ((chunk, carry_out_chunk(plan, chunk)) for chunk in todo)
         else:
             stream = _on_processes(plan, todo, workers)
         for chunk, outcomes in stream:
@@ -149,7 +156,7 @@ def run(
     return outcomes
 
 
-def carry_out(plan: Plan, chunk: Chunk) -> list[Outcome]:
+def carry_out_chunk(plan: Plan, chunk: Chunk) -> list[Outcome]:
     """Carry out one chunk of a run in this process."""
     kind, first, last = chunk
     outcomes, run_key = [], plan.key
@@ -161,7 +168,7 @@ def carry_out(plan: Plan, chunk: Chunk) -> list[Outcome]:
                 _plants.clear()
             _plants[run_key, number] = TrialPlant(robot)
         plant = _plants[run_key, number]
-        outcomes.append(trial(plant, rule, plan.seed, kind, index, number))
+        outcomes.append(trial(plant, rule, plan.seed, kind, index, number, plan.repertoire))
     return outcomes
 
 
@@ -202,7 +209,7 @@ def _end_with_parent() -> None:
 
 def _carry_out_here(chunk: Chunk) -> list[Outcome]:
     assert _plan is not None  # noqa: S101  (set when the worker began)
-    return carry_out(_plan, chunk)
+    return carry_out_chunk(_plan, chunk)
 
 
 _plan: Plan | None = None
@@ -237,7 +244,7 @@ def _on_cluster(plan: Plan, todo: list[Chunk], address: str) -> Iterator[Done]:
     try:
         shared = ray.put(plan)
         # A node that dies takes its chunks with it; they are carried out again elsewhere.
-        work: Any = ray.remote(num_cpus=1, max_retries=-1)(carry_out)
+        work: Any = ray.remote(num_cpus=1, max_retries=-1)(carry_out_chunk)
         left = iter(todo)
         slots = 2 * max(1, int(ray.cluster_resources().get("CPU", 1)))
         waiting: dict[Any, Chunk] = {}
@@ -339,7 +346,7 @@ def write_parquet(plan: Plan, outcomes: list[Outcome], out: Path) -> None:
 
 
 def read_parquet(path: Path) -> list[Outcome]:
-    """Return the trials of a file that :func:`run` wrote.
+    """Return the trials of a file that :func:`carry_out_plan` wrote.
 
     Raises
     ------

@@ -11,6 +11,7 @@ from miburi.bodies.simulated import READING, Simulated
 from miburi.calibration import Trace
 from miburi.contact import Rule
 from miburi.errors import InputError
+from miburi.gestures import Repertoire
 from miburi.motion import SECOND, Move, Steps, commanded, to_steps
 from miburi.robot import Array, Robot
 from miburi.robot.mjcf import TIMESTEP
@@ -124,30 +125,46 @@ class Run:
 
 
 def trial(
-    plant: TrialPlant, rule: Rule, seed: int, kind: Kind, index: int, servo: int = 0
+    plant: TrialPlant,
+    rule: Rule,
+    seed: int,
+    kind: Kind,
+    index: int,
+    servo: int = 0,
+    repertoire: Repertoire | None = None,
 ) -> Outcome:
     """Carry out one trial: a pure function of the robot, the rule, the seed and the number.
+
+    The gestures are, by default, those that ship with Miburi.
 
     Raises
     ------
     InputError
         No gesture was found in which this robot can be met.
     """
-    return measure(run(plant, rule, seed, kind, index), kind, index, servo)
+    return measure(enact(plant, rule, seed, kind, index, repertoire), kind, index, servo)
 
 
-def run(plant: TrialPlant, rule: Rule, seed: int, kind: Kind, index: int) -> Run:
-    """Draw and carry out one trial; see :func:`trial`."""
+def enact(
+    plant: TrialPlant,
+    rule: Rule,
+    seed: int,
+    kind: Kind,
+    index: int,
+    repertoire: Repertoire | None = None,
+) -> Run:
+    """Draw one trial and let it happen; see :func:`trial`."""
     stream = [seed, list(Kind).index(kind), index]
     if kind is Kind.FREE:
         rng = np.random.default_rng(stream)
         # Two moves in a row: the end of one shakes the beginning of the next.
-        return _perform(plant, rule, draw(plant.robot, rng, moves=2), None, None, rng)
+        conditions = draw(plant.robot, rng, 2, repertoire)
+        return _perform(plant, rule, conditions, None, None, rng)
     hand = HandKind(np.random.default_rng(stream).choice([hand.value for hand in HandKind]))
     brushes: list[float] = []
     for attempt in range(_GESTURES):
         rng = np.random.default_rng([*stream, attempt])
-        conditions = draw(plant.robot, rng, moves=1)
+        conditions = draw(plant.robot, rng, 1, repertoire)
         for person, meeting in _meetings(plant, conditions, hand, rng):
             result = _perform(plant, rule, conditions, person, meeting, rng)
             if result.touched is None and result.stop is None:

@@ -1,9 +1,20 @@
-"""The studio's commands, mounted in :mod:`miburi.cli`."""
+"""``miburi run``: parse and call."""
 
 from pathlib import Path
 from typing import Annotated
 
 import typer
+
+from miburi.cli.options import (
+    CalibrationFile,
+    GesturesFolder,
+    RobotFile,
+    TemperamentName,
+    repertoire_of,
+    robot_of,
+    rule_of,
+    temperament_of,
+)
 
 
 def run(
@@ -16,19 +27,34 @@ def run(
     ] = "127.0.0.1",
     port: Annotated[int, typer.Option(help="0 takes any that is free.")] = 8080,
     headless: Annotated[bool, typer.Option("--headless", help="Open no browser.")] = False,
-    temperament: Annotated[str, typer.Option(help="default, calm, lively, playful.")] = "playful",
+    temperament: TemperamentName = "playful",
+    robot: RobotFile = None,
+    gestures: GesturesFolder = None,
+    calibration: CalibrationFile = None,
     folder: Annotated[
         Path | None,
         typer.Option(help="For token, feelings and recordings.", show_default=False),
     ] = None,
     forget: Annotated[bool, typer.Option("--forget", help="Start afresh; keep no mood.")] = False,
     seed: Annotated[int, typer.Option(help="Varies the gestures; 0 or more.")] = 0,
-    calibration: Annotated[
-        Path | None,
-        typer.Option(help="A file of miburi calibrate or tune.", show_default=False),
-    ] = None,
 ) -> None:
     """Wake the live partner and open its studio."""
     from miburi.studio.server import Wish, serve
 
-    serve(Wish(body, serial, host, port, headless, temperament, folder, forget, seed, calibration))
+    description = robot_of(robot)
+    serve(
+        Wish(
+            description,
+            repertoire_of(description, gestures),
+            temperament_of(temperament),
+            rule_of(description, calibration),
+            body=body,
+            port_of_body=serial,
+            host=host,
+            port=port,
+            headless=headless,
+            folder=folder,
+            forget=forget,
+            seed=seed,
+        )
+    )
