@@ -1,16 +1,12 @@
 """The parts of the pages that the browser draws itself, from the live WebSocket."""
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
-import nicegui
 from nicegui.element import Element
 
-_SCENE = Path(nicegui.__file__).parent / "elements" / "scene" / "dist"
 
-
-class RobotView(Element, component="robot.js", esm={"nicegui-scene": str(_SCENE)}):
+class RobotView(Element, component="robot.js", esm={"three": "vendor/three"}):
     """The robot in 3D, and a hand that can be dragged."""
 
     def __init__(

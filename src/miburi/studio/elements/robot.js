@@ -1,5 +1,5 @@
 // The robot in 3D, built from the description, moved by the partner's states; and a hand to drag.
-import { THREE, OrbitControls } from "nicegui-scene";
+import * as THREE from "three";
 import { listen, send } from "/static/live.js";
 import { Blinker, drawOn, Easer, mix, tintOf } from "/static/face.js";
 
@@ -28,7 +28,7 @@ export default {
     this.scene = new THREE.Scene();
     this.camera = new THREE.PerspectiveCamera(33, 1, 0.02, 20);
     this.camera.up.set(0, 0, 1);
-    this.controls = new OrbitControls(this.camera, this.$refs.canvas);
+    this.controls = new THREE.OrbitControls(this.camera, this.$refs.canvas);
     Object.assign(this.controls, { minDistance: 0.25, maxDistance: 1.6, maxPolarAngle: 1.62, enableDamping: true });
     this.light();
     this.build();
