@@ -13,7 +13,7 @@ from miburi.errors import InputError
 from miburi.robot import Robot
 from miburi.trials.figures import Point, rule_map
 from miburi.trials.replay import calibrated, record
-from miburi.trials.report import in_words, table
+from miburi.trials.report import in_words, rows
 from miburi.trials.safety_page import write_page
 from miburi.trials.summary import summarise, wilson
 from miburi.trials.trial import Outcome, Run
@@ -124,5 +124,5 @@ def test_the_map_has_the_papers_point(
     ours, printed = rule_map(recorded, Rule.of(robot).guards)
     assert printed.verdict.false_stops > 0.9
     assert ours.verdict.false_stops == 0
-    assert "missed" in table({"a": summarise([MET])})
+    assert "missed contacts" in dict(rows({"a": summarise([MET])}))
     assert Rule.of(robot).period == ours.period

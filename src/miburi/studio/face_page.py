@@ -1,6 +1,5 @@
 """The face (``/face``): full screen on a phone, one page without any library."""
 
-import json
 from pathlib import Path
 
 from fastapi import FastAPI, Request
@@ -8,13 +7,13 @@ from fastapi.responses import HTMLResponse
 
 from miburi.feelings.catalogue import CATALOGUE
 from miburi.studio.words import preferred, words
+from miburi.templates import render
 
-_PAGE = Path(__file__).parent / "static" / "face.html"
+_PAGE = Path(__file__).with_suffix(".html")
 
 
 def add_face_page(app: FastAPI) -> None:
     """Add the face at ``/face``."""
-    page = _PAGE.read_text(encoding="utf-8")
 
     @app.get("/face", include_in_schema=False)
     async def face(request: Request) -> HTMLResponse:
@@ -31,5 +30,4 @@ def add_face_page(app: FastAPI) -> None:
             "release": words(language)["studio"]["release"],
             "stopped": words(language)["phase"]["stopped"],
         }
-        content = json.dumps(say, ensure_ascii=False).replace("<", "\\u003c")
-        return HTMLResponse(page.replace("$LANGUAGE", language).replace("$WORDS", content))
+        return HTMLResponse(render(_PAGE, language=language, words=say))

@@ -33,13 +33,11 @@ def in_words(summary: Summary) -> str:
     return "\n".join(f"{words:<{width}}  {_cell(summary, name)}" for name, words in _ROWS)
 
 
-def table(columns: dict[str, Summary]) -> str:
-    """Return summaries beside each other as a Markdown table."""
-    lines = ["| | " + " | ".join(columns) + " |", "|---" * (len(columns) + 1) + "|"]
-    for name, words in _ROWS:
-        cells = " | ".join(_cell(summary, name) for summary in columns.values())
-        lines.append(f"| {words} | {cells} |")
-    return "\n".join(lines)
+def rows(columns: dict[str, Summary]) -> list[list[str]]:
+    """Return summaries beside each other: each row its words, then a cell of each summary."""
+    return [
+        [words, *(_cell(summary, name) for summary in columns.values())] for name, words in _ROWS
+    ]
 
 
 def _cell(summary: Summary, name: str) -> str:
