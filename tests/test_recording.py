@@ -1,17 +1,21 @@
 """Recordings: what was written can be read by any MCAP reader, and again byte for byte."""
 
+import struct
 from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 import pytest
+from mcap.exceptions import EndOfFile
 from mcap.reader import make_reader
+from mcap.records import Message as McapMessage
+from mcap.stream_reader import StreamReader
 
 from miburi.bodies import BodyState, Phase, Stop, StopReason
 from miburi.errors import InputError
 from miburi.feelings import EmotionalModel
 from miburi.partner import Released, Stopped
-from miburi.recording import Recorder, read
+from miburi.recording import Recorder, read, step_messages
 from miburi.robot import JOINTS
 
 STOP = Stop(0.1, StopReason.CONTACT, "waist", "speed", 0.5)
@@ -23,10 +27,10 @@ def record(file: BytesIO) -> None:
     with Recorder(file) as recorder:
         for k in range(50):
             angles = np.full(8, 0.01 * k)
-            recorder.state(BodyState(0.02 * k, angles, angles, Phase.MOVING, None))
-        recorder.feelings(1.0, feelings)
-        recorder.event(Stopped(1.0, STOP, 0.9, 0.72))
-        recorder.event(Released(2.0))
+            state = BodyState(0.02 * k, angles, angles, Phase.MOVING, None)
+            last = k == 49
+            events = [Stopped(1.0, STOP, 0.9, 0.72), Released(2.0)] if last else []
+            recorder.write(step_messages(state, feelings if last else None, events))
 
 
 def test_what_is_written_is_read(tmp_path: Path) -> None:
@@ -73,17 +77,46 @@ def test_a_recording_is_whole_when_the_run_breaks_off() -> None:
     file = BytesIO()
     state = BodyState(0.0, np.zeros(8), np.zeros(8), Phase.IDLE, None)
     with pytest.raises(ValueError, match="broken"), Recorder(file) as recorder:
-        recorder.state(state)
+        recorder.write(step_messages(state, None, []))
         raise ValueError("broken")
     file.seek(0)
     assert len(list(make_reader(file).iter_messages())) == 1
 
 
-@pytest.mark.parametrize("content", [b"", b"not mcap at all", b"\x89MCAP0\r\n"])
+@pytest.mark.parametrize("content", [b"", b"no", b"not mcap at all", b"\x89MCAP0\r\n"])
 def test_a_file_that_is_no_recording(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "r.mcap"
     path.write_bytes(content)
-    with pytest.raises(InputError, match="not a whole MCAP"):
+    with pytest.raises(InputError, match="not an MCAP"):
         list(read(path))
     with pytest.raises(InputError, match="No such file"):
         list(read(tmp_path / "none.mcap"))
+
+
+def test_a_recording_that_breaks_off_is_read_up_to_its_last_second(tmp_path: Path) -> None:
+    """Wherever it breaks off: what was handed to the system before is there, in order."""
+    file, marks = BytesIO(), []
+    recorder = Recorder(file)
+    for k in range(200):
+        angles = np.full(8, 0.001 * k)
+        state = BodyState(0.02 * k, angles, angles, Phase.MOVING, None)
+        recorder.write(step_messages(state, None, []))
+        if k % 50 == 49:
+            recorder.flush()
+            marks.append((file.tell(), k + 1))
+    whole, path = file.getvalue(), tmp_path / "r.mcap"
+    for length in [*range(marks[0][0], len(whole), 41), *(place for place, _ in marks)]:
+        path.write_bytes(whole[:length])
+        due = max(count for place, count in marks if place <= length)
+        times = [message.time for message in read(path, ["/joint_states"])]
+        assert len(times) >= due
+        assert times == pytest.approx([0.02 * k for k in range(len(times))])
+        assert list(read(path, ["/feelings"])) == []
+        plain = []
+        with path.open("rb") as broken, pytest.raises((EndOfFile, struct.error)):
+            for record in StreamReader(broken).records:
+                plain.append(record)  # noqa: PERF402  # what came before the break stays
+        assert sum(isinstance(record, McapMessage) for record in plain) == len(times)
+    path.write_bytes(whole[: marks[0][0] // 2])
+    with pytest.raises(InputError, match="not an MCAP"):
+        list(read(path))

@@ -49,7 +49,7 @@ class RemotePartner:
     Use it as a context manager, or call :meth:`close`. Every method raises
     :class:`ConnectionLostError` where the partner cannot be reached or the token is wrong,
     ``InputError`` where a value is not allowed, and ``BodyError`` where the body cannot do it
-    now.
+    now, ``OutputError`` where recordings have no room.
     """
 
     def __init__(self, url: str, token: str | None = None) -> None:
@@ -191,6 +191,10 @@ class RemotePartner:
             raise OutputError(f"{path}: cannot be written: {error.strerror}.") from error
         return Path(path)
 
+    def delete(self, name: str) -> None:
+        """Delete a recording."""
+        self._ask("DELETE", f"/recordings/{name}")
+
     def _state(self, text: str | bytes) -> State:
         try:
             return State.model_validate_json(text)
@@ -222,6 +226,8 @@ class RemotePartner:
                 raise InputError(words)
             case 409:
                 raise BodyError(words)
+            case 507:
+                raise OutputError(words)
             case _:
                 raise ConnectionLostError(f"{self._url}: {words}")
 

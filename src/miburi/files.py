@@ -4,7 +4,7 @@ import os
 import shutil
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from miburi.errors import OutputError
@@ -44,6 +44,27 @@ def whole_files(folder: Path | str) -> Iterator[Path]:
         raise _refused(folder, error) from error
     finally:
         shutil.rmtree(draft, ignore_errors=True)
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Write a text beside its place, and move it there when it is on the disk.
+
+    Raises
+    ------
+    OSError
+        The place cannot be written to, or is full; what was there before still is.
+    """
+    draft = path.with_name(f".{path.name}.new")
+    try:
+        with draft.open("w", encoding="utf-8") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        draft.replace(path)
+    except OSError:
+        with suppress(OSError):
+            draft.unlink()
+        raise
 
 
 def _refused(folder: Path, error: OSError) -> OutputError:

@@ -6,14 +6,19 @@ positions in rad, velocities in rad/s, phase), ``/commands`` (moves: rad and rad
 """
 
 import json
-from collections.abc import Iterator
+import os
+import struct
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from types import TracebackType
 from typing import IO, Any, NamedTuple, Self
 
 from mcap.exceptions import McapError
-from mcap.reader import make_reader
-from mcap.writer import CompressionType, Writer
+from mcap.reader import NonSeekingReader, make_reader
+from mcap.records import Channel, Schema
+from mcap.records import Message as Record
+from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
+from zstandard import ZstdError
 
 from miburi.bodies import BodyState
 from miburi.errors import InputError
@@ -22,6 +27,8 @@ from miburi.partner import Event, MoveSent, Stopped
 from miburi.robot import JOINTS
 from miburi.version import __version__
 
+#: How a file shows that it is not MCAP, or no more of it.
+_BROKEN = (McapError, struct.error, ZstdError, ValueError)
 _NUMBERS = {"type": "array", "items": {"type": "number"}}
 _NAMES = {"type": "array", "items": {"type": "string"}}
 _SCHEMAS: dict[str, dict[str, Any]] = {
@@ -66,7 +73,8 @@ class Message(NamedTuple):
 class Recorder:
     """Write an MCAP file; the same messages give the same bytes.
 
-    Use it as a context manager: the recording is whole when the block ends, however it ends.
+    Use it as a context manager: the recording is whole when the block ends, however it ends;
+    only where the disk failed (``OSError``) it breaks off.
 
     Parameters
     ----------
@@ -96,71 +104,107 @@ class Recorder:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self._writer.finish()  # type: ignore[no-untyped-call]  # mcap leaves it untyped
+        if not isinstance(error, OSError):
+            self._writer.finish()  # type: ignore[no-untyped-call]  # mcap leaves it untyped
 
-    def state(self, state: BodyState) -> None:
-        """Record what the motors say."""
-        content = {
-            "name": JOINTS,
-            "position": state.angles.round(6).tolist(),
-            "velocity": state.velocities.round(6).tolist(),
-            "phase": state.phase.value,
-        }
-        self._write(state.time, "/joint_states", content)
+    def write(self, messages: Iterable[Message]) -> None:
+        """Record what :func:`step_messages` returned."""
+        for time, topic, content in messages:
+            nanoseconds = round(time * 1e9)
+            self._writer.add_message(
+                channel_id=self._channels[topic],
+                log_time=nanoseconds,
+                publish_time=nanoseconds,
+                data=json.dumps(content, separators=(",", ":")).encode(),
+            )
 
-    def feelings(self, time: float, feelings: FeelingModel) -> None:
-        """Record the three levels."""
-        shown = feelings.express()
-        content = {
-            "name": FEELINGS,
-            "emotion": feelings.emotion.round(6).tolist(),
-            "feeling": feelings.feeling.round(6).tolist(),
-            "mood": feelings.mood.round(6).tolist(),
-            "expressed": shown.feeling if shown else None,
-        }
-        self._write(time, "/feelings", content)
+    def flush(self) -> None:
+        """Hand everything to the system: the file can be read up to here, whatever follows."""
+        self._writer.flush()  # type: ignore[no-untyped-call]
 
-    def event(self, event: Event) -> None:
-        """Record a command or a stop; other events are seen in the states."""
-        match event:
-            case MoveSent(time, _, move, solution):
-                content = {
-                    "name": JOINTS,
-                    "position": move.angles.round(6).tolist(),
-                    "speed": move.speeds.round(6).tolist(),
-                    "ik_error_m": solution.error.round(9).tolist(),
-                }
-                self._write(time, "/commands", content)
-            case Stopped(time, stop, before, after):
-                content = {
-                    "reason": stop.reason,
-                    "motor": stop.motor,
-                    "sign": stop.sign,
-                    "ratio": stop.ratio,
-                    "mood_before": before,
-                    "mood_after": after,
-                }
-                self._write(time, "/contacts", content)
-            case _:
-                pass
 
-    def _write(self, time: float, topic: str, content: dict[str, Any]) -> None:
-        nanoseconds = round(time * 1e9)
-        self._writer.add_message(
-            channel_id=self._channels[topic],
-            log_time=nanoseconds,
-            publish_time=nanoseconds,
-            data=json.dumps(content, separators=(",", ":")).encode(),
-        )
+def step_messages(
+    state: BodyState, feelings: FeelingModel | None, events: Iterable[Event]
+) -> list[Message]:
+    """Return what one step leaves in a recording; it does not change any more.
+
+    Parameters
+    ----------
+    state
+        What the motors say.
+    feelings
+        Whose three levels are recorded, at the state's time; None where they are passed over.
+    events
+        Of these, commands and stops; others are seen in the states.
+    """
+    messages = [_of_state(state)]
+    if feelings is not None:
+        messages.append(_of_feelings(state.time, feelings))
+    messages += [message for event in events if (message := _of_event(event)) is not None]
+    return messages
+
+
+def _of_state(state: BodyState) -> Message:
+    content = {
+        "name": JOINTS,
+        "position": state.angles.round(6).tolist(),
+        "velocity": state.velocities.round(6).tolist(),
+        "phase": state.phase.value,
+    }
+    return Message(state.time, "/joint_states", content)
+
+
+def _of_feelings(time: float, feelings: FeelingModel) -> Message:
+    shown = feelings.express()
+    content = {
+        "name": FEELINGS,
+        "emotion": feelings.emotion.round(6).tolist(),
+        "feeling": feelings.feeling.round(6).tolist(),
+        "mood": feelings.mood.round(6).tolist(),
+        "expressed": shown.feeling if shown else None,
+    }
+    return Message(time, "/feelings", content)
+
+
+def _of_event(event: Event) -> Message | None:
+    match event:
+        case MoveSent(time, _, move, solution):
+            content = {
+                "name": JOINTS,
+                "position": move.angles.round(6).tolist(),
+                "speed": move.speeds.round(6).tolist(),
+                "ik_error_m": solution.error.round(9).tolist(),
+            }
+            return Message(time, "/commands", content)
+        case Stopped(time, stop, before, after):
+            content = {
+                "reason": stop.reason,
+                "motor": stop.motor,
+                "sign": stop.sign,
+                "ratio": stop.ratio,
+                "mood_before": before,
+                "mood_after": after,
+            }
+            return Message(time, "/contacts", content)
+        case _:
+            return None
+
+
+def is_whole(file: IO[bytes]) -> bool:
+    """Whether a recording was ended, and not broken off."""
+    if file.seek(0, os.SEEK_END) < 2 * len(MCAP0_MAGIC):
+        return False
+    file.seek(-len(MCAP0_MAGIC), os.SEEK_END)
+    return file.read() == MCAP0_MAGIC
 
 
 def read(path: Path | str, topics: list[str] | None = None) -> Iterator[Message]:
-    """Read a recording, in the order of time.
+    """Read a recording, in the order of time; one that was broken off, up to the break.
 
     Raises
     ------
     InputError
-        The file cannot be read, or is not MCAP.
+        The file cannot be read, is not MCAP, or broke off before its first second.
     """
     try:
         file = Path(path).open("rb")  # noqa: SIM115  # closed below
@@ -168,7 +212,22 @@ def read(path: Path | str, topics: list[str] | None = None) -> Iterator[Message]
         raise InputError(f"{path}: cannot be read: {error.strerror}.") from error
     with file:
         try:
-            for _, channel, message in make_reader(file).iter_messages(topics=topics):
-                yield Message(message.log_time / 1e9, channel.topic, json.loads(message.data))
-        except (McapError, OSError) as error:  # seeking before a file's start is an OSError
-            raise InputError(f"{path}: this is not a whole MCAP recording: {error}") from error
+            whole = is_whole(file)
+            file.seek(0)
+            found = make_reader(file).iter_messages(topics) if whole else _up_to_the_break(file)
+            for _, channel, message in found:
+                if topics is None or channel.topic in topics:
+                    yield Message(message.log_time / 1e9, channel.topic, json.loads(message.data))
+        except (*_BROKEN, OSError) as error:
+            raise InputError(f"{path}: this is not an MCAP recording: {error}.") from error
+
+
+def _up_to_the_break(file: IO[bytes]) -> list[tuple[Schema | None, Channel, Record]]:
+    found = []
+    try:
+        for item in NonSeekingReader(file).iter_messages(log_time_order=False):
+            found.append(item)  # noqa: PERF402  # what came before the break stays
+    except _BROKEN:
+        if not found:
+            raise
+    return sorted(found, key=lambda item: item[2].log_time)

@@ -125,8 +125,20 @@ def test_recordings_can_be_downloaded_and_nothing_else(client: httpx.Client, liv
     assert listed["whole"]
     content = client.get(V1 + "/recordings/" + listed["name"]).content
     assert content.startswith(b"\x89MCAP")
-    for name in ("../token", "..%2Ftoken", ".miburi-0001.mcap", "miburi-9999.mcap", "%00"):
+    for name in ("../token", "..%2Ftoken", ".miburi-0001.mcap", "miburi-9999.mcap", "%00",
+                 ".latest-number"):  # fmt: skip
         assert client.get(V1 + "/recordings/" + name).status_code == 404
+        assert client.delete(V1 + "/recordings/" + name).status_code in (404, 405)
+    assert client.delete(V1 + "/recordings/" + listed["name"]).status_code == 204
+    assert client.get(V1 + "/recordings").json() == []
+    assert client.get(V1 + "/recordings/" + listed["name"]).status_code == 404
+
+
+def test_a_full_folder_is_said(client: httpx.Client, live: Runner) -> None:
+    live.recordings.limit = 0
+    answer = client.post(V1 + "/recordings", json={"on": True})
+    assert answer.status_code == 507
+    assert "delete old ones" in answer.json()["detail"]
 
 
 def test_what_can_be_looked_at(client: httpx.Client, live: Runner) -> None:

@@ -8,7 +8,7 @@ from tests.studio.conftest import Server, interface, serving
 
 import miburi
 from miburi.client import ConnectionLostError, RemotePartner
-from miburi.errors import BodyError, InputError
+from miburi.errors import BodyError, InputError, OutputError
 from miburi.feelings import Expression, Stimulus
 from miburi.gestures.effort import Effort
 from miburi.studio.access import Gate
@@ -70,6 +70,16 @@ def test_recordings_come_home(partner: RemotePartner, tmp_path: Path) -> None:
     (listed,) = partner.recordings()
     saved = partner.download(listed.name, tmp_path / "saved.mcap")
     assert saved.stat().st_size == listed.bytes
+    partner.delete(listed.name)
+    assert partner.recordings() == []
+    with pytest.raises(InputError, match="there is no recording"):
+        partner.delete(listed.name)
+
+
+def test_a_full_folder_is_an_output_error(partner: RemotePartner, live: Runner) -> None:
+    live.recordings.limit = 0
+    with pytest.raises(OutputError, match="delete old ones"):
+        partner.record()
 
 
 def test_refusals_are_the_librarys_errors(partner: RemotePartner) -> None:

@@ -181,22 +181,24 @@ def test_a_hand_needs_a_direction(runner: Runner) -> None:
 
 
 def test_recordings_are_whole_when_they_end(runner: Runner) -> None:
-    runner.record(True)
+    recordings = runner.recordings
+    recordings.start()
     runner.stimulate(Stimulus("happiness", 0.9))
     run(runner, 2.0)
     assert runner.snapshot.state.recording == "miburi-0001.mcap"
-    assert runner.recordings.names() == []
-    runner.record(False)
-    runner.tick()
-    assert runner.recordings.names() == ["miburi-0001.mcap"]
-    topics = [message.topic for message in read(runner.recordings.find("miburi-0001.mcap"))]
+    assert [kept.whole for kept in recordings.kept()] == [False]
+    recordings.end()
+    run(runner, STEP)
+    assert [kind for kind in kinds(runner) if "record" in kind] == ["recording", "recorded"]
+    assert [(kept.name, kept.whole) for kept in recordings.kept()] == [("miburi-0001.mcap", True)]
+    topics = [message.topic for message in read(recordings.find("miburi-0001.mcap"))]
     assert topics.count("/joint_states") == 100
     assert topics.count("/feelings") == 20
     assert "/commands" in topics
-    runner.record(True)
+    recordings.start()
     runner.tick()
     runner.close()
-    assert runner.recordings.names() == ["miburi-0001.mcap", "miburi-0002.mcap"]
+    assert [kept.whole for kept in recordings.kept()] == [True, True]
 
 
 def test_another_body_starts_at_neutral(runner: Runner) -> None:

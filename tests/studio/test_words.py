@@ -8,6 +8,7 @@ from miburi.errors import InputError
 from miburi.feelings import FEELINGS, SOURCES, TEMPERAMENTS
 from miburi.feelings.catalogue import SHIPPED
 from miburi.robot import JOINTS
+from miburi.studio.recordings import EndReason
 from miburi.studio.words import LANGUAGES, own_name, preferred, words
 
 
@@ -36,6 +37,7 @@ def test_every_name_has_a_word() -> None:
     assert set(KINDS) <= set(english["body"])
     assert set(english["reason"]) == set(StopReason)
     assert set(english["source"]) == set(SOURCES)
+    assert set(english["recording"]) == set(EndReason)
     assert set(TEMPERAMENTS) <= set(english["body"])
 
 

@@ -18,7 +18,7 @@ from miburi.experiment.visitor import Visitor
 from miburi.feelings import FEELINGS, EmotionalModel, Expression
 from miburi.gestures import Repertoire
 from miburi.partner import Event, GestureEnded, GestureStarted, Partner, Stopped
-from miburi.recording import Recorder
+from miburi.recording import Recorder, step_messages
 from miburi.robot import Array, Robot, forward
 from miburi.version import __version__
 
@@ -195,11 +195,8 @@ def conduct(
             visitor.step(body.state.angles, events, STEP)
         observer.observe(body.state, touchable, events, feelings)
         if recorder is not None:
-            recorder.state(body.state)
-            if index % 5 == 0:
-                recorder.feelings(body.state.time, feelings)
-            for event in events:
-                recorder.event(event)
+            felt = feelings if index % 5 == 0 else None
+            recorder.write(step_messages(body.state, felt, events))
         progress(body.state.time)
     result.wall_seconds = perf_counter() - began
     observer.finish()

@@ -11,7 +11,7 @@ from fastapi.responses import FileResponse, JSONResponse
 
 from miburi.bodies.registry import KINDS
 from miburi.contact import PAPER_RATIO
-from miburi.errors import BodyError, InputError, MiburiError
+from miburi.errors import BodyError, InputError, MiburiError, OutputError
 from miburi.feelings import FEELINGS, SOURCES, Expression, Stimulus
 from miburi.gestures import KeyPose, blend
 from miburi.gestures.effort import Effort
@@ -50,6 +50,9 @@ _REFUSED: Refusals = {
     409: {"model": Refusal, "description": "The body cannot do that now."},
     503: {"model": Refusal, "description": "Too much at once."},
 }
+_NONE: Refusals = {404: {"model": Refusal, "description": "There is none of that name."}}
+_NO_ROOM: Refusals = {507: {"model": Refusal, "description": "The folder takes no more."}}
+_RecordingName = Annotated[str, Path(max_length=60)]
 
 
 def make_api(runner: Runner) -> FastAPI:
@@ -175,39 +178,47 @@ def _asking(router: APIRouter, runner: Runner) -> None:
 
 def _recording(router: APIRouter, runner: Runner) -> None:
     """Add recordings."""
+    kept = runner.recordings
+
+    # A disk may be slow: these run in threads, and hold up nothing but their own answers.
 
     @router.get("/recordings")
-    async def recordings() -> list[RecordingOut]:
+    def recordings() -> list[RecordingOut]:
         """Return all recordings, and the one that is being written."""
-        kept = runner.recordings
-        listed = [
-            RecordingOut(name=name, bytes=kept.find(name).stat().st_size, whole=True)
-            for name in kept.names()
-        ]
-        if kept.current is not None:
-            listed.append(RecordingOut(name=kept.current, bytes=0, whole=False))
-        return listed
+        return [RecordingOut.model_validate(one._asdict()) for one in kept.kept()]
 
-    @router.post("/recordings", status_code=_NOTHING, responses=_REFUSED)
-    async def record(wish: RecordingIn) -> None:
+    @router.post("/recordings", status_code=_NOTHING, responses=_REFUSED | _NO_ROOM)
+    def record(wish: RecordingIn) -> None:
         """Start or end a recording."""
-        await done(runner.record(wish.on))
+        if wish.on:
+            kept.start()
+        else:
+            kept.end()
 
     @router.get(
         "/recordings/{name}",
         response_class=FileResponse,
         responses={
-            404: {"model": Refusal, "description": "There is none of that name."},
+            **_NONE,
             200: {"content": {"application/octet-stream": {}}, "description": "An MCAP file."},
         },
     )
-    async def recording(name: Annotated[str, Path(max_length=60)]) -> Response:
+    def recording(name: _RecordingName) -> Response:
         """Download a recording (MCAP)."""
         try:
-            path = runner.recordings.find(name)
+            path = kept.find(name)
         except InputError as error:
             return JSONResponse({"detail": str(error)}, 404)
         return FileResponse(path, filename=name, media_type="application/octet-stream")
+
+    @router.delete("/recordings/{name}", status_code=_NOTHING, responses=_NONE | _NO_ROOM)
+    def delete(name: _RecordingName) -> Response:
+        """Delete a recording."""
+        try:
+            kept.delete(name)
+        except InputError as error:
+            return JSONResponse({"detail": str(error)}, 404)
+        return Response(status_code=_NOTHING)
 
 
 async def done(future: Future[None]) -> None:
@@ -293,7 +304,7 @@ def describe(runner: Runner) -> RobotOut:
 
 async def _say(_request: Request, error: Exception) -> JSONResponse:
     """Turn what Miburi refuses into a status and its words."""
-    statuses = {BodyError: 409, InputError: 400, BusyError: 503}
+    statuses = {BodyError: 409, InputError: 400, BusyError: 503, OutputError: 507}
     status = next((statuses[kind] for kind in statuses if isinstance(error, kind)), 500)
     return JSONResponse({"detail": str(error)}, status)
 

@@ -7,6 +7,7 @@ from nicegui import ui
 
 from miburi.bodies import StopReason
 from miburi.studio.parts import heading
+from miburi.studio.recordings import EndReason
 from miburi.studio.runner import Runner
 from miburi.studio.wire import Entry, State, StopOut
 from miburi.studio.words import Words
@@ -60,6 +61,11 @@ def why(state: State, words: Words) -> tuple[str, str]:
     if stop.reason is StopReason.ASKED:
         return say["asked"], say["held"]
     return say["failed"].format(reason=words["reason"][stop.reason]), say["held"]
+
+
+def why_ended(reason: EndReason, detail: str | None, words: Words) -> str:
+    """Say why a recording ended by itself."""
+    return words["recording"][reason].format(detail=detail)
 
 
 def _facts(state: State, entries: list[Entry], words: Words) -> str:
@@ -129,10 +135,13 @@ def line(entry: Entry, words: Words) -> str:
             before=f"{stop.mood_before:.2f}",
             after=f"{stop.mood_after:.2f}",
         )
-    if stop is not None:
-        key = "stopped_asked" if stop.reason is StopReason.ASKED else "stopped_other"
-        return say[key].format(name=words["reason"][stop.reason])
     name = entry.name or ""
+    if entry.kind == "stopped":
+        key = "stopped_asked" if name == StopReason.ASKED else "stopped_other"
+        return say[key].format(name=words["reason"][name])
+    if entry.reason is not None:
+        reason = why_ended(entry.reason, entry.detail, words)
+        return say["recording_ended"].format(name=name, reason=reason)
     return say[entry.kind].format(
         name=words["body"].get(name, name) if entry.kind in ("body", "temperament") else name,
         feeling=words["feeling"].get(entry.feeling or "", ""),

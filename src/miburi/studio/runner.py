@@ -23,10 +23,11 @@ from miburi.errors import BodyError, InputError, MiburiError
 from miburi.feelings import TEMPERAMENTS, Expression, FeelingModel, Stimulus, shipped_temperament
 from miburi.gestures import KeyPose, Repertoire, shipped
 from miburi.partner import Event, GestureStarted, Partner, Released, Stopped
+from miburi.recording import step_messages
 from miburi.robot import Array, Robot
 from miburi.studio.observer import Observer
 from miburi.studio.recordings import Recordings
-from miburi.studio.wire import Entry, MotorsOut, Sample, State, StopOut
+from miburi.studio.wire import Entry, MotorsOut, RecordingEnd, Sample, State, StopOut
 
 #: The loop's period in s; the encoders are read twice in it.
 STEP = 0.02
@@ -114,6 +115,7 @@ class Runner:
         self._samples: deque[Sample] = deque(maxlen=_SAMPLES)
         self._serial = self._number = 0
         self._paused = self._at_home = False
+        self._recording_end: RecordingEnd | None = None
         self._hand_goal: Array | None = None
         self._hand_along = np.array([0.0, 0.0, 1.0])
         self._use(body, port, make_body(body, robot, port, rule))
@@ -250,17 +252,9 @@ class Runner:
 
         return self._call(run)
 
-    def record(self, on: bool) -> Future[None]:
-        """Start or end a recording."""
-
-        def run() -> None:
-            if on and self.recordings.current is None:
-                self._note("recording", name=self.recordings.start())
-            elif not on and self.recordings.current is not None:
-                self.recordings.end()
-                self._note("recorded", name=self.recordings.names()[-1])
-
-        return self._call(run)
+    def feelings(self) -> Future[dict[str, Any]]:
+        """Return the state of the feelings, as :meth:`FeelingModel.save` does."""
+        return self._call(self._feelings.save)
 
     def use(self, name: str, port: str | None = None) -> Future[None]:
         """Move another body from now on; it is made in the caller's thread.
@@ -298,23 +292,23 @@ class Runner:
             # stopped then, and the next state says why. What repeats is said once.
             if not (self._log and self._log[-1].name == str(error)):
                 self._note("refused", name=str(error))
-        stopped = self._observer.take(events)
+        self._serial += 1
+        sampled = self._serial % _STEPS_PER_SAMPLE == 0
+        try:
+            stopped = self._observer.take(events)
+        except Exception as error:
+            stopped = None
+            self._excuse(error)
         for event in events:
             self._take(event, stopped)
-        state = self._look()
-        sampled = self._serial % _STEPS_PER_SAMPLE == 0
-        if sampled:
-            self._samples.append(
-                Sample(
-                    time=state.time,
-                    mood=state.mood,
-                    hand_speed=state.hand_speed,
-                    extent=state.extent,
-                    ratios=state.ratios,
-                    stopped=state.stop is not None,
-                )
-            )
-        self.recordings.write(self._partner.body.state, self._feelings, events, sampled)
+        self._record(events, sampled)
+        try:
+            self._look()
+            if sampled:
+                self._sample(self._snapshot.state)
+        except Exception as error:
+            self._excuse(error)
+            self._look_at_the_least()
 
     def start(self) -> None:
         """Start the thread that paces the steps."""
@@ -383,26 +377,69 @@ class Runner:
         self._hand_goal = None
         self._observer = Observer(name, port, self._partner, self._feelings)
         self._motors = self._observer.motors()
+        self._serial += 1
         self._look()
 
     def _let_go(self) -> None:
         """Stop and close the body: the next one may be at the same port."""
         self._partner.body.close()
 
-    def _look(self) -> State:
+    def _look(self) -> None:
         """Renew what viewers see."""
-        self._serial += 1
         if self._serial % _STEPS_PER_MOTORS == 0:
             self._motors = self._observer.motors()
         state = self._observer.state(
             self._serial,
             paused=self._paused,
             recording=self.recordings.current,
+            recording_end=self._recording_end,
             hand_out=self._hand_goal is not None,
             latest=self._number,
         )
         self._snapshot = Snapshot(state)
-        return state
+
+    def _look_at_the_least(self) -> None:
+        """Renew what must not be hidden, where the observer fails: whether the body is stopped."""
+        body = self._partner.body.state
+        state = self._snapshot.state.model_copy(
+            update={
+                "serial": self._serial,
+                "time": round(body.time, 3),
+                "phase": body.phase.value,
+                "held": self._partner.held,
+                "latest": self._number,
+            }
+        )
+        self._snapshot = Snapshot(state)
+
+    def _sample(self, state: State) -> None:
+        self._samples.append(
+            Sample(
+                time=state.time,
+                mood=state.mood,
+                hand_speed=state.hand_speed,
+                extent=state.extent,
+                ratios=state.ratios,
+                stopped=state.stop is not None,
+            )
+        )
+
+    def _record(self, events: list[Event], sampled: bool) -> None:
+        """Hand the step to the recording, if one is on; note what became of recordings."""
+        for kind, name, reason, detail in self.recordings.news():
+            self._note(kind, name=name, reason=reason, detail=detail or None)
+            if reason is not None:
+                self._recording_end = RecordingEnd(name=name, reason=reason, detail=detail)
+            elif kind == "recording":
+                self._recording_end = None
+        felt = self._feelings if sampled else None
+        self.recordings.write(lambda: step_messages(self._partner.body.state, felt, events))
+
+    def _excuse(self, error: Exception) -> None:
+        """Note that what only looks on has failed; what repeats is noted once."""
+        name = f"{type(error).__name__}: {error}"
+        if not any(entry.kind == "trouble" and entry.name == name for entry in self._log):
+            self._note("trouble", name=name)
 
     def _move_hand(self) -> None:
         """Bring the hand nearer to where it was asked to, never faster than a person's."""
@@ -420,8 +457,8 @@ class Runner:
             case GestureStarted(_, expression, name):
                 feeling, mood = expression.feeling, expression.mood
                 self._note("gesture", feeling=feeling, mood=mood, name=name)
-            case Stopped():
-                self._note("stopped", stop=stopped)
+            case Stopped(_, stop):
+                self._note("stopped", stop=stopped, name=stop.reason)
             case Released():
                 self._note("released")
             case _:

@@ -15,7 +15,7 @@ from nicegui import ui
 from miburi.feelings.catalogue import CATALOGUE
 from miburi.studio.api import describe
 from miburi.studio.body_panel import body_panel
-from miburi.studio.contact_panel import contact_panel, why
+from miburi.studio.contact_panel import contact_panel, why, why_ended
 from miburi.studio.elements import Levels, Plots, RobotView
 from miburi.studio.gestures_panel import gestures_panel
 from miburi.studio.pairing import pairing_url, qr_svg
@@ -100,6 +100,7 @@ class _Studio:
                 ui.html("Miburi <small>身振り</small>", sanitize=False)
             pill = ui.label("…").classes("pill").props('role="status"')
             recording = ui.label(say["recording"]).classes("on-air")
+            ended = ui.label().classes("recording-ended").props('role="status"')
             ui.element("div").classes("grow")
             pause = button(say["pause"], say["pause_hint"])
             pause.on("click", self._toggle_pause)
@@ -121,6 +122,9 @@ class _Studio:
         def update(state: State) -> None:
             resting = state.paused and state.phase == "idle"
             recording.set_visibility(state.recording is not None)
+            end = state.recording_end
+            reason = why_ended(end.reason, end.detail, self._words) if end else ""
+            ended.set_text(say["recording_ended"].format(reason=reason) if end else "")
             pill.set_text(self._words["phase"]["paused" if resting else state.phase])
             set_label(pause, say["resume" if state.paused else "pause"])
 

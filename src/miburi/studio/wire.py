@@ -12,6 +12,7 @@ from miburi.bodies import StopReason
 from miburi.feelings.catalogue import FEELINGS, FeelingName
 from miburi.feelings.temperament import Source
 from miburi.robot.guards import Guards
+from miburi.studio.recordings import EndReason
 
 Share = Annotated[float, Field(ge=0, le=1)]
 Eight = Annotated[list[float], Field(min_length=8, max_length=8)]
@@ -117,6 +118,14 @@ class StopOut(BaseModel):
     mood_after: Share
 
 
+class RecordingEnd(BaseModel):
+    """A recording that ended by itself."""
+
+    name: str
+    reason: EndReason
+    detail: str = Field(description="What the system said.")
+
+
 class Hand(BaseModel):
     """The simulated human hand's pose."""
 
@@ -134,6 +143,9 @@ class State(BaseModel):
     paused: bool
     temperament: str
     recording: str | None = Field(description="The file that is being written.")
+    recording_end: RecordingEnd | None = Field(
+        description="Why the latest recording ended by itself; null once another begins."
+    )
     angles: Eight = Field(description="rad")
     velocities: Eight = Field(description="rad/s")
     emotion: Levels
@@ -164,13 +176,16 @@ class Entry(BaseModel):
     time: float
     kind: Literal[
         "stimulus", "gesture", "stopped", "released", "body", "paused", "resumed", "temperament",
-        "recording", "recorded", "refused",
+        "recording", "recorded", "recording_ended", "deleted", "refused",
+        "trouble",
     ]  # fmt: skip
     feeling: str | None = None
     mood: float | None = None
     strength: float | None = None
     source: str | None = None
     name: str | None = None
+    reason: EndReason | None = Field(default=None, description="Why a recording ended by itself.")
+    detail: str | None = None
     stop: StopOut | None = None
 
 
@@ -229,7 +244,7 @@ class MotorsOut(BaseModel):
 
 
 class RecordingOut(BaseModel):
-    """A recording that is whole, or is being written."""
+    """A recording; it is not whole while it is written, or if it was broken off."""
 
     name: str
     bytes: int
