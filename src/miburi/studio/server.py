@@ -23,7 +23,7 @@ from miburi.feelings import FEELINGS, EmotionalModel, Stimulus, Temperament
 from miburi.gestures import Repertoire
 from miburi.robot import Robot, forward
 from miburi.studio.access import LARGEST, Gate, is_loopback, kept_token
-from miburi.studio.memory import remember, remembered
+from miburi.studio.memory import keep, remember, remembered
 from miburi.studio.recordings import Recordings
 from miburi.studio.runner import Runner
 from miburi.studio.words import FALLBACK, words
@@ -107,7 +107,8 @@ def serve(wish: Wish) -> None:
             "a card has its own calibration; load this one onto it with `miburi card load`."
         )
     with _listening(wish.host, wish.port) as listener:
-        kept = None if wish.forget else remembered(folder / "feelings.json", feelings.temperament)
+        memory = folder / "feelings.json"
+        kept = None if wish.forget else _recall(memory, feelings.temperament)
         feelings = kept or feelings
         if kept is None:
             feelings.set_state(mood=FIRST_MOOD)
@@ -130,6 +131,12 @@ def serve(wish: Wish) -> None:
             why = words(FALLBACK)["reason"][stop.reason]
             print(f"The body is stopped: {why}. Make room, then release it in the studio.")
         runner.start()
+        ending = threading.Event()
+        keeper = threading.Thread(
+            target=keep, args=(memory, runner.feelings, ending.wait), daemon=True
+        )
+        if not wish.forget:
+            keeper.start()
         try:
             # NiceGUI takes a second to load: the robot moves already.
             from miburi.studio.app import make_app
@@ -137,10 +144,11 @@ def serve(wish: Wish) -> None:
             app = Gate(make_app(runner, _addresses(listener, wish.host), token), token)
             _run(app, listener, lambda url: _announce(url, token, wish.headless), wish.host)
         finally:
+            ending.set()
             runner.close()
             if not wish.forget:
-                remember(folder / "feelings.json", feelings)
-            _say_good_bye(runner, folder, kept=not wish.forget)
+                keeper.join()
+            _say_good_bye(runner, folder, kept=not wish.forget and _keep(memory, feelings))
 
 
 def _run(app: Gate, listener: socket.socket, ready: object, host: str) -> None:
@@ -238,6 +246,23 @@ def _addresses(listener: socket.socket, host: str) -> list[str]:
         except OSError:
             name = socket.gethostname()
     return [f"http://{name}:{port}"]
+
+
+def _recall(path: Path, temperament: Temperament) -> EmotionalModel | None:
+    try:
+        return remembered(path, temperament)
+    except InputError as error:
+        print(f"miburi: {error}", file=sys.stderr)
+        return None
+
+
+def _keep(path: Path, feelings: EmotionalModel) -> bool:
+    try:
+        remember(path, feelings.save())
+    except OutputError as error:
+        print(f"miburi: {error}", file=sys.stderr)
+        return False
+    return True
 
 
 def _say_good_bye(runner: Runner, folder: Path, *, kept: bool) -> None:
