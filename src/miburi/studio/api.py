@@ -10,7 +10,6 @@ from fastapi.exceptions import RequestValidationError
 from fastapi.responses import FileResponse, JSONResponse
 
 from miburi.bodies.registry import KINDS
-from miburi.contact import PAPER_RATIO
 from miburi.errors import BodyError, InputError, MiburiError, OutputError
 from miburi.feelings import FEELINGS, SOURCES, Expression, Stimulus
 from miburi.gestures import KeyPose, blend
@@ -273,7 +272,7 @@ def describe(runner: Runner) -> RobotOut:
         lower=np.asarray(robot.lower).tolist(),
         upper=np.asarray(robot.upper).tolist(),
         floor=-robot.shape.pedestal_height,
-        threshold=PAPER_RATIO / 10_000,
+        threshold=runner.motors.rule.ratio,
         hand=list(HAND_SIZE),
         hand_away=list(HAND_AWAY),
         links=[

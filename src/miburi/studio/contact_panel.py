@@ -24,7 +24,7 @@ def contact_panel(runner: Runner, words: Words, updates: list[Callable[[State], 
             with headline:
                 first = ui.label()
             second = ui.label()
-            facts = ui.html("", sanitize=False)
+            measured = ui.html("", sanitize=False)
         with ui.element("div"):
             heading(say["log"])
             log = ui.html("", sanitize=False)
@@ -33,7 +33,7 @@ def contact_panel(runner: Runner, words: Words, updates: list[Callable[[State], 
 
     def update(state: State) -> None:
         nonlocal shown, seen
-        now = (state.stop, state.phase, state.held, state.latest)
+        now = (state.stop, state.phase, state.held, state.latest, state.rule)
         if now == shown:
             return
         shown = now
@@ -41,7 +41,7 @@ def contact_panel(runner: Runner, words: Words, updates: list[Callable[[State], 
         first.set_text(first_words)
         second.set_text(second_words)
         entries = runner.log()
-        facts.set_content(_facts(state, entries, words))
+        measured.set_content(facts(state, entries, words))
         if state.latest != seen:
             seen = state.latest
             log.set_content(_log(entries[-_LOG_LINES:], words))
@@ -54,7 +54,8 @@ def why(state: State, words: Words) -> tuple[str, str]:
     say, stop = words["contact"], state.stop
     if stop is None:
         going_back = state.phase == "returning"
-        return say["free"], say["returning" if going_back else "free_more"]
+        rule = {"ratio": f"{100 * state.rule.ratio:g} %", "period": f"{state.rule.period:g} s"}
+        return say["free"], say["returning" if going_back else "free_more"].format(**rule)
     if stop.reason is StopReason.CONTACT and stop.motor is not None:
         met = say["met"].format(motor=words["joint"][stop.motor])
         return met, say["held" if state.held else "waits"]
@@ -68,11 +69,12 @@ def why_ended(reason: EndReason, detail: str | None, words: Words) -> str:
     return words["recording"][reason].format(detail=detail)
 
 
-def _facts(state: State, entries: list[Entry], words: Words) -> str:
+def facts(state: State, entries: list[Entry], words: Words) -> str:
     """Return what was measured at the contact of now, or at the latest one, as HTML."""
     stop = state.stop
     if stop is not None:
-        return _measured(stop, words) if stop.reason is StopReason.CONTACT else ""
+        contact = stop.reason is StopReason.CONTACT
+        return _measured(stop, state.rule.ratio, words) if contact else ""
     contacts = [
         entry for entry in entries if entry.stop and entry.stop.reason is StopReason.CONTACT
     ]
@@ -82,10 +84,10 @@ def _facts(state: State, entries: list[Entry], words: Words) -> str:
     title = words["contact"]["latest"].format(
         motor=words["joint"].get(latest.motor or "", ""), time=f"{contacts[-1].time:.1f} s"
     )
-    return f"<h3>{escape(title)}</h3>{_measured(latest, words)}"
+    return f"<h3>{escape(title)}</h3>{_measured(latest, contacts[-1].limit, words)}"
 
 
-def _measured(stop: StopOut, words: Words) -> str:
+def _measured(stop: StopOut, limit: float | None, words: Words) -> str:
     say = words["contact"]
     rows = []
     if stop.measured is not None and stop.expected is not None:
@@ -96,8 +98,9 @@ def _measured(stop: StopOut, words: Words) -> str:
     if stop.sign != "speed" or stop.measured is None:
         rows += _travel(stop, say)
     if stop.ratio is not None:
-        limit = f" ({say['limit']})" if stop.sign == "speed" else ""
-        rows.append((say["ratio" if limit else "way"], f"{stop.ratio:.2f}{limit}"))
+        by_speed = stop.sign == "speed"
+        beside = f" ({say['limit'].format(limit=limit)})" if by_speed else ""
+        rows.append((say["ratio" if by_speed else "way"], f"{stop.ratio:.2f}{beside}"))
     rows.append((say["sign"], say[f"sign_{stop.sign}"]))
     if stop.force is not None:
         rows.append((say["force"], f"{stop.force:.1f} N"))

@@ -120,6 +120,7 @@ class Observer:
             settings=motors.settings,
             hottest=motors.hottest,
             lowest=motors.lowest,
+            rule=RuleOut(period=motors.rule.period / SECOND, ratio=motors.rule.ratio / 10_000),
             motors=each,
         )
 

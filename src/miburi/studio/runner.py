@@ -393,6 +393,7 @@ class Runner:
             paused=self._paused,
             recording=self.recordings.current,
             recording_end=self._recording_end,
+            rule=self._motors.rule,
             hand_out=self._hand_goal is not None,
             latest=self._number,
         )
@@ -458,7 +459,8 @@ class Runner:
                 feeling, mood = expression.feeling, expression.mood
                 self._note("gesture", feeling=feeling, mood=mood, name=name)
             case Stopped(_, stop):
-                self._note("stopped", stop=stopped, name=stop.reason)
+                limit = self._motors.rule.ratio
+                self._note("stopped", stop=stopped, name=stop.reason, limit=limit)
             case Released():
                 self._note("released")
             case _:

@@ -12,7 +12,9 @@ import numpy as np
 from fastapi import Request
 from nicegui import ui
 
+from miburi.feelings import FEELINGS
 from miburi.feelings.catalogue import CATALOGUE
+from miburi.robot import JOINTS
 from miburi.studio.api import describe
 from miburi.studio.body_panel import body_panel
 from miburi.studio.contact_panel import contact_panel, why, why_ended
@@ -194,13 +196,11 @@ class _Studio:
                         panel()
 
     def _plots(self) -> None:
-        robot = describe(self._runner)
         Plots(
             self._words["plot"],
-            robot.threshold,
-            [self._words["feeling"][name] for name in robot.feelings],
+            [self._words["feeling"][name] for name in FEELINGS],
             [feeling.colour.screen for feeling in CATALOGUE.feeling],
-            [self._words["joint"][name] for name in robot.joints],
+            [self._words["joint"][name] for name in JOINTS],
         )
 
     def _pairing(self) -> ui.dialog:

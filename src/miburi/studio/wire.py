@@ -103,7 +103,7 @@ class StopOut(BaseModel):
     sign: str | None = Field(description="speed, tracking or arrival: what gave the contact away.")
     ratio: float | None = Field(
         description="Measured over expected travel: with the sign speed in the judged window, "
-        "where the limit is 0.9372; else since the move began."
+        "which the rule's limit is for; else since the move began."
     )
     moved: float | None = Field(description="The measured travel, rad, that the ratio is of.")
     due: float | None = Field(description="The expected travel, rad, that the ratio is of.")
@@ -124,6 +124,13 @@ class RecordingEnd(BaseModel):
     name: str
     reason: EndReason
     detail: str = Field(description="What the system said.")
+
+
+class RuleOut(BaseModel):
+    """What the contact rule that runs compares (Eqs. 1 and 2)."""
+
+    period: float = Field(description="p, s.")
+    ratio: float = Field(description="The limit on measured over expected travel.")
 
 
 class Hand(BaseModel):
@@ -160,6 +167,7 @@ class State(BaseModel):
         description="Measured over expected travel in the latest window; null if not judged. "
         "A card tells it for the motor that stopped it alone."
     )
+    rule: RuleOut
     stop: StopOut | None
     held: bool = Field(description="Whether a person stopped it: it waits for a release.")
     force: float | None = Field(description="Force on the human hand now, N; simulation only.")
@@ -187,6 +195,7 @@ class Entry(BaseModel):
     reason: EndReason | None = Field(default=None, description="Why a recording ended by itself.")
     detail: str | None = None
     stop: StopOut | None = None
+    limit: float | None = Field(default=None, description="The rule's limit at that stop.")
 
 
 class Sample(BaseModel):
@@ -240,6 +249,7 @@ class MotorsOut(BaseModel):
     settings: str | None = Field(description="The check sum of what a card knows of the body.")
     hottest: float | None = Field(description="A hotter motor stops the body, °C.")
     lowest: float | None = Field(description="A lower supply stops the body, V.")
+    rule: RuleOut
     motors: list[MotorOut]
 
 
@@ -286,7 +296,7 @@ class RobotOut(BaseModel):
     lower: Eight
     upper: Eight
     floor: float = Field(description="Height of the table, m.")
-    threshold: float = Field(description="The contact rule's limit on measured over expected.")
+    threshold: float = Field(description="The running rule's limit on measured over expected.")
     hand: list[float] = Field(description="The human hand: radius and half length, m.")
     hand_away: list[float]
     links: list[LinkOut]

@@ -43,17 +43,11 @@ class Plots(Element, component="plots.js"):
     """Moods, hands and speed ratios over the last minute."""
 
     def __init__(
-        self,
-        words: Mapping[str, str],
-        threshold: float,
-        feelings: list[str],
-        colours: list[str],
-        joints: list[str],
+        self, words: Mapping[str, str], feelings: list[str], colours: list[str], joints: list[str]
     ) -> None:
         super().__init__()
         self._props |= {
             "words": dict(words),
-            "threshold": threshold,
             "feelings": feelings,
             "colours": colours,
             "joints": joints,
