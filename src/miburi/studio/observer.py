@@ -12,7 +12,7 @@ from miburi.motion import FINE, SECOND
 from miburi.partner import Event, MoveSent, Partner, Released, Stopped
 from miburi.robot import JOINTS, Array, forward
 from miburi.robot.guards import by_motor
-from miburi.studio.wire import Expressed, Hand, MotorOut, MotorsOut, State, StopOut
+from miburi.studio.wire import Expressed, Hand, MotorOut, MotorsOut, RuleOut, State, StopOut
 
 #: A touch that no stop followed is forgotten within a second: its force fades by this a step.
 _FADING = 0.9
