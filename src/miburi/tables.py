@@ -57,6 +57,8 @@ def _hashable(value: object) -> object:
             return tuple(map(_hashable, value))
         case dict():
             return frozenset((key, _hashable(inner)) for key, inner in value.items())
+    if is_dataclass(value) and not isinstance(value, type):
+        return _hashable(vars(value))
     return value
 
 

@@ -16,7 +16,6 @@ import httpx
 import numpy as np
 from fastapi import FastAPI
 
-from miburi import gestures
 from miburi.errors import DescriptionError, InputError
 from miburi.face import face
 from miburi.feelings import (
@@ -29,6 +28,7 @@ from miburi.feelings import (
 )
 from miburi.feelings.day import live_day
 from miburi.feelings.spiking import SpikingModel
+from miburi.gestures import read_repertoire
 from miburi.robot import iphonoid
 from miburi.studio.api import make_api
 from miburi.studio.face_page import add_face_page
@@ -91,9 +91,9 @@ def main(folder: Path) -> dict[str, object]:
     robot = iphonoid()
     model = EmotionalModel(own)
     model.stimulate(Stimulus("pride", 1.0))
-    runner = Runner(robot, model, Recordings(folder / "recordings"))
-    function = gestures.load(folder / "gestures" / "pride.toml")
-    runner.perform(Expression("pride", 0.9), gestures.key_poses(robot, function, 0.9))
+    repertoire = read_repertoire(folder / "gestures", robot)
+    runner = Runner(robot, model, Recordings(folder / "recordings"), repertoire=repertoire)
+    runner.perform(Expression("pride", 0.9))
     runner.tick()
     state = runner.snapshot.state
     seen["felt"] = state.felt and state.felt.feeling

@@ -19,7 +19,7 @@ def read(runner: Runner, reason: StopReason, motor: str | None, language: str) -
     moods = {"mood_before": 0.5, "mood_after": 0.5}
     stop = StopOut(time=1.0, reason=reason, motor=motor, sign=None, **nothing, **moods)
     state = runner.snapshot.state.model_copy(update={"stop": stop, "phase": "stopped"})
-    entry = Entry(number=1, time=1.0, kind="stopped", stop=stop)
+    entry = Entry(number=1, time=1.0, kind="stopped", name=reason, stop=stop)
     return " ".join((*why(state, words(language)), line(entry, words(language))))
 
 

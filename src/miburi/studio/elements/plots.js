@@ -7,7 +7,7 @@ const JOINT_COLOURS = ["#e2a400", "#3d78c2", "#8d7cc3", "#6d4f9c", "#ee7f2d", "#
 export default {
   template: `<div class="plots">
     <figure v-for="plot in plots" :key="plot.key">
-      <figcaption>{{ plot.title }} <small>{{ plot.limit ? limit && `≥ ${limit}` : plot.unit }}</small></figcaption>
+      <figcaption>{{ plot.title }} <small>{{ plot.limit ? limit && '≥ ' + limit : plot.unit }}</small></figcaption>
       <canvas ref="canvases" role="img" :aria-label="plot.title"></canvas>
       <div class="key" :title="words.only"><button v-for="(name, i) in plot.names" :key="name" type="button"
         :aria-pressed="alone[plot.key] === i" @click="alone[plot.key] = alone[plot.key] === i ? null : i">
