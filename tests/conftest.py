@@ -13,6 +13,9 @@ settings.register_profile("miburi", deadline=None, derandomize=True)
 settings.load_profile("miburi")
 
 
+pytest_plugins = ["tests.fixtures.firmware", "tests.fixtures.live"]
+
+
 @pytest.fixture(scope="session")
 def robot() -> Robot:
     return iphonoid()

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.studio.conftest import own_environment
+from tests.fixtures.live import own_environment
 
 
 def without(libraries: list[str], *arguments: str) -> list[str]:

@@ -20,12 +20,12 @@ TYPE_CHECKING = False  # type checkers take it for true; typing's own costs most
 
 if TYPE_CHECKING:
     from miburi.bodies.simulated import Simulated
-    from miburi.client import connect
     from miburi.errors import MiburiError
     from miburi.feelings import EmotionalModel, Expression, Stimulus, load_temperament
     from miburi.gestures import key_poses
     from miburi.gestures import load as load_gesture
     from miburi.ik import solve
+    from miburi.interface.client import connect
     from miburi.partner import Partner
     from miburi.robot import Robot, forward, iphonoid, load_robot
 
@@ -57,7 +57,7 @@ _ORIGINS = {
     "Robot": "miburi.robot:Robot",
     "Simulated": "miburi.bodies.simulated:Simulated",
     "Stimulus": "miburi.feelings:Stimulus",
-    "connect": "miburi.client:connect",
+    "connect": "miburi.interface.client:connect",
     "forward": "miburi.robot:forward",
     "iphonoid": "miburi.robot:iphonoid",
     "key_poses": "miburi.gestures:key_poses",

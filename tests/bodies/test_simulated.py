@@ -5,13 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from miburi.bodies import Body, Motor, Phase
+from miburi.bodies import Body, Motor
 from miburi.bodies.simulated import Simulated
-from miburi.contact import Rule
 from miburi.errors import InputError
-from miburi.motion import synchronised
 from miburi.robot import JOINTS, Robot, forward
 from miburi.robot.geometry import shoulders
+from miburi.safety.contact import Rule
+from miburi.safety.move import synchronised
+from miburi.safety.stop import Phase
 
 RAISED = np.array([0.2, 1.4, 0.9, 0.3, 1.4, -0.9, -0.3, 1.0])
 LIFT = (1, 4)  # the shoulders

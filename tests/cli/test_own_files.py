@@ -9,7 +9,7 @@ from pathlib import Path
 
 import httpx
 import pytest
-from tests.studio.conftest import address, started
+from tests.fixtures.live import address, started
 from typer.testing import CliRunner
 
 from miburi.cli.main import app
@@ -126,8 +126,8 @@ def test_gallery_of_a_robot_and_gestures_of_ones_own(
         shown.append((robot.name, function.name))
         raise OutputError("enough")  # drawing all films takes minutes
 
-    monkeypatch.setattr("miburi.gestures.gallery.show", show)
-    monkeypatch.setattr("miburi.gestures.gallery.camera_on", lambda _: nullcontext())
+    monkeypatch.setattr("miburi.studies.gestures.gallery.show", show)
+    monkeypatch.setattr("miburi.studies.gestures.gallery.camera_on", lambda _: nullcontext())
     options = ["--robot", str(tall_file), "--gestures", str(own_gestures), "--out", str(tmp_path)]
     CliRunner().invoke(app, ["gallery", *options])
     assert shown == [("tall", "cheer")]

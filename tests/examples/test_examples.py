@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from tests.studio.conftest import Server, live, runner, server  # noqa: F401  # its live partner
+from tests.fixtures.live import Server, live, runner, server  # noqa: F401  # its live partner
 
 from miburi import Expression, connect
 

@@ -17,7 +17,6 @@ import numpy as np
 from fastapi import FastAPI
 
 from miburi.errors import DescriptionError, InputError
-from miburi.face import face
 from miburi.feelings import (
     FEELINGS,
     EmotionalModel,
@@ -26,15 +25,16 @@ from miburi.feelings import (
     load_temperament,
     shipped_temperament,
 )
-from miburi.feelings.day import live_day
 from miburi.feelings.spiking import SpikingModel
 from miburi.gestures import read_repertoire
+from miburi.interface.api import make_api
+from miburi.interface.wire import StimulusIn
+from miburi.live.archive import Recordings
+from miburi.live.runner import Runner
 from miburi.robot import iphonoid
-from miburi.studio.api import make_api
+from miburi.studies.day import live_day
+from miburi.studies.face import face
 from miburi.studio.face_page import add_face_page
-from miburi.studio.recordings import Recordings
-from miburi.studio.runner import Runner
-from miburi.studio.wire import StimulusIn
 
 
 def refusal(action: object) -> str:

@@ -7,20 +7,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rig import Rig
+from tests.firmware.rig import Rig
 
-from miburi.bodies import Motor, Phase, StopReason
-from miburi.bodies.card_settings import (
-    ALLOWED,
-    CardSettings,
-    JointSettings,
-)
-from miburi.bodies.link import Kind
-from miburi.bodies.servos import Servo
+from miburi.bodies import Motor
+from miburi.card.link import Kind
+from miburi.card.settings import ALLOWED, CardSettings, JointSettings
+from miburi.emulation.servos import Servo
 from miburi.errors import BodyError
-from miburi.motion import Move
 from miburi.robot import JOINTS
 from miburi.robot.guards import GUARDS, Guards
+from miburi.safety.move import Move
+from miburi.safety.stop import Phase, StopReason
 
 
 def raise_arms(rig: Rig, speed: float = 1.0) -> None:
@@ -393,7 +390,7 @@ def test_settings_outlast_a_loss_of_power_and_a_blank_or_torn_eeprom_is_no_setti
 
 
 def test_a_repeated_frame_is_obeyed_once(rig: Rig) -> None:
-    from miburi.bodies.link import Frame, encode
+    from miburi.card.link import Frame, encode
 
     joints = rig.settings.joints
     goal = struct.pack("<8h8H", *[j.neutral + 200 for j in joints], *[2000] * 8)

@@ -6,16 +6,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rig import Rig
-from toolchain import HERE, NATIVE, SANITIZED, need, run
+from tests.firmware.rig import Rig
+from tests.firmware.toolchain import HERE, NATIVE, SANITIZED, need, run
 
-from miburi.bodies import Phase
-from miburi.bodies.card_settings import CardSettings
-from miburi.bodies.link import ANSWER, VERSION, Frame, Kind, Receiver, Result, encode
-from miburi.bodies.servos import STATUS, packet
+from miburi.card.link import ANSWER, VERSION, Frame, Kind, Receiver, Result, encode
+from miburi.card.settings import CardSettings
+from miburi.emulation.servos import STATUS, packet
 from miburi.errors import BodyError
-from miburi.motion import Move
 from miburi.robot import iphonoid
+from miburi.safety.move import Move
+from miburi.safety.stop import Phase
 
 #: Bytes for each fuzz on the AVR; `make firmware-proof` asks for 1,000,000.
 AVR_BYTES = int(os.environ.get("MIBURI_FUZZ", "60000"))

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rig import Rig
+from tests.firmware.rig import Rig
 
-from miburi.bodies import Phase, StopReason
-from miburi.motion import Move
 from miburi.robot import JOINTS
+from miburi.safety.move import Move
+from miburi.safety.stop import Phase, StopReason
 
 #: `make firmware-proof` asks for 2,000 and 500.
 FREE, BLOCKED = (int(n) for n in os.environ.get("MIBURI_MOVES", "60,32").split(","))

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
-from toolchain import NATIVE, SKETCH, need, run
+from tests.firmware.toolchain import NATIVE, SKETCH, need, run
 
-from miburi.bodies.card_settings import CardSettings, JointSettings
+from miburi.card.settings import CardSettings, JointSettings
 from miburi.robot import iphonoid
 from miburi.robot.guards import GUARDS
 

@@ -9,24 +9,24 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rig import Rig
+from tests.firmware.rig import Rig
 
-from miburi import experiment
-from miburi.bodies import Phase
-from miburi.bodies.calibration import changes, free_moves, in_words, loaded, measure
-from miburi.bodies.card import Card
-from miburi.bodies.card_settings import ALLOWED, CardSettings
-from miburi.bodies.emulated import EmulatedCard
-from miburi.bodies.emulated_card import EmulatedBody
-from miburi.bodies.line import SerialLine
-from miburi.bodies.servos import Bus
-from miburi.bodies.terminal import pump, servos
-from miburi.calibration_file import Calibration, read_calibration, write_calibration
+from miburi.calibration.file import Calibration, read_calibration, write_calibration
+from miburi.card.calibration import changes, free_moves, in_words, loaded, measure
+from miburi.card.card import Card
+from miburi.card.line import SerialLine
+from miburi.card.settings import ALLOWED, CardSettings
 from miburi.cli import card as card_commands
-from miburi.contact import Rule
+from miburi.emulation.body import EmulatedBody
+from miburi.emulation.card import EmulatedCard
+from miburi.emulation.servos import Bus
+from miburi.emulation.terminal import pump, servos
 from miburi.errors import BodyError
-from miburi.motion import synchronised
 from miburi.robot import JOINTS, iphonoid
+from miburi.safety.contact import Rule
+from miburi.safety.move import synchronised
+from miburi.safety.stop import Phase
+from miburi.studies import experiment
 
 
 def test_the_papers_experiment_with_the_real_firmware_in_the_loop(firmware: Path) -> None:
@@ -87,7 +87,7 @@ def test_a_servo_that_needs_more_than_the_card_grants_is_named(
 ) -> None:
     rig.servos[6].shaft.noise = lambda: float(rig.rng.uniform(-18, 18))
     few = [moved for moved in free_moves(rig.robot) if moved[0] == "left_fingertip"]
-    monkeypatch.setattr("miburi.bodies.calibration.free_moves", lambda _: few)
+    monkeypatch.setattr("miburi.card.calibration.free_moves", lambda _: few)
     monkeypatch.setitem(ALLOWED, "slack", (0, 12, "steps"))
     with pytest.raises(BodyError, match="left_fingertip would need a slack of .* no more than 12"):
         measure(rig.body)

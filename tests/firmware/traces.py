@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from miburi.contact import Rule, Sign, Watch, lag_doubt
-from miburi.motion import FINE, Profile
 from miburi.robot import guards as table
+from miburi.safety.contact import Rule, Sign, Watch, lag_doubt
+from miburi.safety.profile import FINE, Profile
 
 MOTORS = 8
 SIGNS = {None: 0, Sign.SPEED: 1, Sign.TRACKING: 2, Sign.ARRIVAL: 3}

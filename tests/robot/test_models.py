@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from miburi.physics import mujoco
 from miburi.robot import JOINTS, Robot, forward
 from miburi.robot.mjcf import to_mjcf
+from miburi.robot.physics import mujoco
 from miburi.robot.shape import parts
 from miburi.robot.urdf import to_urdf
 

@@ -4,10 +4,10 @@ import re
 
 import pytest
 
-from miburi.bodies import StopReason
+from miburi.live.runner import Runner
+from miburi.live.state import Entry, StopOut
+from miburi.safety.stop import StopReason
 from miburi.studio.contact_panel import line, why
-from miburi.studio.runner import Runner
-from miburi.studio.wire import Entry, StopOut
 from miburi.studio.words import LANGUAGES, words
 
 

@@ -12,7 +12,7 @@ from urllib.parse import urljoin
 
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, Route, expect, sync_playwright
-from tests.studio.conftest import address, started
+from tests.fixtures.live import address, started
 
 from miburi.feelings.catalogue import load_catalogue
 

@@ -12,12 +12,12 @@ from pathlib import Path
 import httpx
 import numpy as np
 import pytest
-from tests.studio.conftest import address, own_environment
+from tests.fixtures.live import address, own_environment
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
 import miburi
-from miburi.recording import read
+from miburi.live.recording import read
 
 Start = Callable[..., AbstractContextManager[str]]
 

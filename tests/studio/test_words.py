@@ -2,13 +2,13 @@ import re
 
 import pytest
 
-from miburi.bodies import StopReason
-from miburi.bodies.registry import KINDS
 from miburi.errors import InputError
 from miburi.feelings import FEELINGS, SOURCES, TEMPERAMENTS
 from miburi.feelings.catalogue import SHIPPED
+from miburi.live.archive import EndReason
+from miburi.live.bodies import KINDS
 from miburi.robot import JOINTS
-from miburi.studio.recordings import EndReason
+from miburi.safety.stop import StopReason
 from miburi.studio.words import LANGUAGES, own_name, preferred, words
 
 

@@ -8,7 +8,7 @@ compiles is kept on the disk.
 import numpy as np
 from numpy.typing import NDArray
 
-from miburi.compiled import compiled
+from miburi.ground.compiled import compiled
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]

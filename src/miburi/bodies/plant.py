@@ -9,10 +9,10 @@ import numpy as np
 
 from miburi.bodies.base import Touch
 from miburi.errors import InputError
-from miburi.motion import Steps, to_steps
-from miburi.physics import mujoco
 from miburi.robot import JOINTS, Array, Robot
 from miburi.robot.mjcf import HAND_AWAY, TIMESTEP, to_mjcf
+from miburi.robot.physics import mujoco
+from miburi.safety.profile import Steps, to_steps
 
 
 class Plant:

@@ -2,7 +2,7 @@
 
 The servos follow their commanded profile with a lag, limited torque and encoder steps; every
 part can touch every other, and a human hand can be put in the way. Stops are decided by the
-:class:`~miburi.bodies.controller.Controller` from encoder positions alone: it never sees the
+:class:`~miburi.safety.controller.Controller` from encoder positions alone: it never sees the
 physics, which is the :class:`~miburi.bodies.plant.Plant`'s.
 """
 
@@ -10,13 +10,15 @@ from collections import deque
 
 import numpy as np
 
-from miburi.bodies.base import BodyState, Motor, Motors, Phase, Touch
-from miburi.bodies.controller import Controller
+from miburi.bodies.base import BodyState, Motor, Motors, Touch
 from miburi.bodies.plant import Plant
-from miburi.contact import Rule, Window
-from miburi.motion import FINE, SECOND, Move, Steps, to_steps
 from miburi.robot import JOINTS, Array, Robot
 from miburi.robot.mjcf import TIMESTEP
+from miburi.safety.contact import Rule, Window
+from miburi.safety.controller import Controller
+from miburi.safety.move import Move
+from miburi.safety.profile import FINE, SECOND, Steps, to_steps
+from miburi.safety.stop import Phase
 
 __all__ = ["READING", "Simulated"]
 

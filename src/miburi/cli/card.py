@@ -15,7 +15,7 @@ from miburi.errors import BodyError
 
 if TYPE_CHECKING:
     from miburi.bodies import BodyState
-    from miburi.bodies.card import Card
+    from miburi.card.card import Card
     from miburi.robot import Robot
 
 app = typer.Typer(help="The robot's card: an Arduino with the firmware.", no_args_is_help=True)
@@ -92,7 +92,7 @@ def upload(
     ] = None,
 ) -> None:
     """Write the firmware to an Arduino Mega 2560, with avrdude."""
-    from miburi.bodies.emulated import built
+    from miburi.emulation.card import built
 
     image = firmware or built("miburi.hex")
     if not image.is_file():
@@ -134,9 +134,9 @@ def calibrate(
     robot: RobotFile = None,
 ) -> None:
     """Measure the servos in free motion and store their guards, on the card and in a file."""
-    from miburi.bodies.calibration import in_words, measure
-    from miburi.calibration_file import write_calibration
-    from miburi.files import whole_files
+    from miburi.calibration.file import write_calibration
+    from miburi.card.calibration import in_words, measure
+    from miburi.ground.files import whole_files
 
     with _connected(port, robot_of(robot)) as card, whole_files(out.parent) as draft:
         if ids:
@@ -171,8 +171,8 @@ def load(
     robot: RobotFile = None,
 ) -> None:
     """Load a calibration file onto the card, and store it there; nothing moves."""
-    from miburi.bodies.calibration import changes, loaded
-    from miburi.calibration_file import read_calibration
+    from miburi.calibration.file import read_calibration
+    from miburi.card.calibration import changes, loaded
 
     description = robot_of(robot)
     calibration = read_calibration(description, file)
@@ -219,7 +219,7 @@ def _give_ids(card: "Card") -> None:
 
 
 def _find_zeros(card: "Card") -> None:
-    from miburi.bodies.calibration import find_zero
+    from miburi.card.calibration import find_zero
     from miburi.robot import JOINTS
 
     settings = card.settings
@@ -254,7 +254,7 @@ def _wait_for_enter(what: str) -> None:
 @contextmanager
 def _connected(port: str, robot: "Robot") -> Iterator["Card"]:
     """Reach the card; in the end, whatever it was, stop it and let go of the port."""
-    from miburi.bodies.card import Card
+    from miburi.card.card import Card
 
     card = Card(port, robot)
     try:
@@ -269,6 +269,6 @@ def emulate(
     robot: RobotFile = None,
 ) -> None:
     """Put an emulated card with eight servos on a pseudo-terminal, in real time."""
-    from miburi.bodies.terminal import serve
+    from miburi.emulation.terminal import serve
 
     serve(robot_of(robot), seconds, print)

@@ -28,7 +28,7 @@ def measures(
     robot: RobotFile = None,
 ) -> None:
     """Laban's effort of each gesture at each mood, measured on the simulated body."""
-    from miburi.gestures.check import moods, perform
+    from miburi.studies.gestures.check import moods, perform
 
     body = robot_of(robot)
     named = [gesture_of(body, source) for source in feeling or ()]
@@ -53,7 +53,7 @@ def measures(
 def check(source: Source, step: Step = 0.1, robot: RobotFile = None) -> None:
     """Check a gesture: reach, limits, self-collision, contact rule, more mood more movement."""
     from miburi.gestures import load
-    from miburi.gestures.check import check as problems_of
+    from miburi.studies.gestures.check import check as problems_of
 
     function = load(source)
     problems = list(problems_of(robot_of(robot), function, step=_checked(step)))
@@ -73,8 +73,8 @@ def preview(
     robot: RobotFile = None,
 ) -> None:
     """Film a gesture, draw six moments of it, and the paths of its hands."""
-    from miburi.files import whole_files
-    from miburi.gestures.pictures import camera_on, show
+    from miburi.ground.files import whole_files
+    from miburi.studies.gestures.pictures import camera_on, show
 
     body = robot_of(robot)
     function = gesture_of(body, source)
@@ -93,7 +93,7 @@ def classify(
 ) -> None:
     """Tell the gestures apart by measures alone: learnt at 0.5 and 0.9, named at 0.7 and 0.3."""
     from miburi.feelings import FEELINGS
-    from miburi.gestures.classifier import confusion, learn
+    from miburi.studies.gestures.classifier import confusion, learn
 
     body = robot_of(robot)
     repertoire = repertoire_of(body, gestures)
@@ -124,7 +124,7 @@ def gallery(
     gestures: GesturesFolder = None,
 ) -> None:
     """Film every gesture at three moods, and show them all on one page."""
-    from miburi.gestures.gallery import write_gallery
+    from miburi.studies.gestures.gallery import write_gallery
 
     def say(what: str) -> None:
         typer.echo(what, err=True)

@@ -119,7 +119,7 @@ def experiment(
     gestures: GesturesFolder = None,
 ) -> None:
     """Run the paper's experiment: happiness, mood 0.9, and a hand in the way (Section 5)."""
-    from miburi.experiment.files import write_experiment
+    from miburi.studies.experiment.files import write_experiment
 
     if body not in (known := ("simulated", "emulated-card")):
         raise InputError(
@@ -131,7 +131,7 @@ def experiment(
     repertoire = repertoire_of(description, gestures)
     moved: Body
     if body == "emulated-card":
-        from miburi.bodies.emulated_card import EmulatedBody
+        from miburi.emulation.body import EmulatedBody
 
         moved = EmulatedBody(description, rule)
     else:
@@ -226,8 +226,8 @@ def day(
 ) -> None:
     """Draw the three levels over a scripted day of conversation."""
     from miburi.feelings import EmotionalModel
-    from miburi.feelings.day import plot_day
     from miburi.feelings.spiking import SpikingModel
+    from miburi.studies.day import plot_day
 
     models = {"cascade": EmotionalModel, "spiking": SpikingModel}
     if model not in models:

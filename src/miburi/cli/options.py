@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from miburi.contact import Rule
     from miburi.feelings import Temperament
     from miburi.gestures import MovementFunction, Repertoire
     from miburi.robot import Robot
+    from miburi.safety.contact import Rule
 
 RobotFile = Annotated[
     Path | None,
@@ -43,7 +43,7 @@ def robot_of(file: Path | None) -> "Robot":
 
 def rule_of(robot: "Robot", file: Path | None) -> "Rule | None":
     """Read the contact rule of a calibration, if one is given."""
-    from miburi.calibration_file import read_calibration
+    from miburi.calibration.file import read_calibration
 
     return None if file is None else read_calibration(robot, file).rule
 

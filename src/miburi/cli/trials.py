@@ -16,13 +16,13 @@ from miburi.cli.options import (
     repertoire_of,
     robot_of,
 )
-from miburi.cores import available_cores
 from miburi.errors import InputError
+from miburi.ground.cores import available_cores
 
 if TYPE_CHECKING:
     from miburi.gestures import Repertoire
     from miburi.robot import Robot
-    from miburi.trials.runs import Plan
+    from miburi.studies.trials.runs import Plan
 
 Workers = Annotated[
     int | None, typer.Option(help="Processes on this machine; default: one for each core.", min=1)
@@ -47,8 +47,8 @@ def trials(
     gestures: GesturesFolder = None,
 ) -> None:
     """Let simulated people get in the robot's way, and count what the contact rule does."""
-    from miburi.trials.runs import carry_out_plan
-    from miburi.trials.summary import summarise
+    from miburi.studies.trials.runs import carry_out_plan
+    from miburi.studies.trials.summary import summarise
 
     workers = workers or available_cores()
     body = robot_of(robot)
@@ -69,7 +69,7 @@ def trials(
     if as_json:
         print(json.dumps({**found.as_json(), "trials_per_second": round(rate, 2)}))
         return
-    from miburi.trials.report import in_words
+    from miburi.studies.trials.report import in_words
 
     print(in_words(found))
     print(f"{rate:.1f} trials/s" + (f"; written to {out}" if out else ""))
@@ -83,9 +83,9 @@ def calibrate(
     robot: RobotFile = None,
 ) -> None:
     """Measure the simulated servos of a robot in free motion, and write their guards."""
-    from miburi.calibration_file import write_calibration
-    from miburi.files import whole_files
-    from miburi.trials.replay import calibrated
+    from miburi.calibration.file import write_calibration
+    from miburi.ground.files import whole_files
+    from miburi.studies.trials.replay import calibrated
 
     if not margin >= 1:
         raise InputError(f"--margin must be 1 or more, got {margin}.")
@@ -106,13 +106,14 @@ def tune(
     robot: RobotFile = None,
 ) -> None:
     """Find the best period, ratio and guards for a robot's servos, by the project's own BMA."""
-    from miburi.calibration import calibrate as calibrate_traces
-    from miburi.calibration_file import write_calibration
-    from miburi.contact import PrintedRule, Rule
-    from miburi.files import whole_files
-    from miburi.trials.replay import record
-    from miburi.trials.tuning import assess
-    from miburi.trials.tuning import tune as search
+    from miburi.calibration.file import write_calibration
+    from miburi.calibration.free_motion import calibrate as calibrate_traces
+    from miburi.ground.files import whole_files
+    from miburi.safety.contact import Rule
+    from miburi.safety.printed import PrintedRule
+    from miburi.studies.trials.replay import record
+    from miburi.studies.trials.tuning import assess
+    from miburi.studies.trials.tuning import tune as search
 
     body = robot_of(robot)
     runs = record(body, seed, free, blocked)
@@ -150,12 +151,12 @@ def safety_page(
     robot: RobotFile = None,
 ) -> None:
     """Write the page on contact safety from files of trials; a column is named by its file."""
-    from miburi.contact import Rule
-    from miburi.files import whole_files
-    from miburi.trials.figures import rule_map
-    from miburi.trials.replay import record
-    from miburi.trials.runs import read_parquet
-    from miburi.trials.safety_page import write_page
+    from miburi.ground.files import whole_files
+    from miburi.safety.contact import Rule
+    from miburi.studies.trials.figures import rule_map
+    from miburi.studies.trials.replay import record
+    from miburi.studies.trials.runs import read_parquet
+    from miburi.studies.trials.safety_page import write_page
 
     outcomes = {path.stem.replace("-", " "): read_parquet(path) for path in runs}
     body = robot_of(robot)
@@ -179,11 +180,12 @@ def _plan(
     from concurrent.futures import ProcessPoolExecutor
     from itertools import repeat
 
-    from miburi.calibration_file import read_calibration
-    from miburi.contact import PrintedRule, Rule
-    from miburi.trials.conditions import varied_servos
-    from miburi.trials.replay import calibrated
-    from miburi.trials.runs import Plan
+    from miburi.calibration.file import read_calibration
+    from miburi.safety.contact import Rule
+    from miburi.safety.printed import PrintedRule
+    from miburi.studies.trials.conditions import varied_servos
+    from miburi.studies.trials.replay import calibrated
+    from miburi.studies.trials.runs import Plan
 
     if rule_name not in ("miburi", "printed"):
         raise InputError(f'--rule must be "miburi" or "printed", got {rule_name!r}.')

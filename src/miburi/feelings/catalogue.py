@@ -14,7 +14,7 @@ from pydantic import AfterValidator, Field, WithJsonSchema, model_validator
 from pydantic_core import PydanticKnownError
 
 from miburi.errors import DescriptionError
-from miburi.tables import Table, load_table
+from miburi.ground.tables import Table, load_table
 
 __all__ = [
     "CATALOGUE",

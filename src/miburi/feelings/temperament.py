@@ -16,7 +16,7 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from miburi.errors import InputError
 from miburi.feelings.catalogue import FEELINGS, FeelingName
-from miburi.tables import Table, load_table
+from miburi.ground.tables import Table, load_table
 
 Array = NDArray[np.float64]
 

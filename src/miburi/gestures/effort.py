@@ -4,7 +4,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from miburi.tables import Table
+from miburi.ground.tables import Table
 
 __all__ = ["Effort"]
 

@@ -12,9 +12,9 @@ from miburi import feelings
 from miburi.errors import DescriptionError, InputError
 from miburi.feelings import FEELINGS
 from miburi.gestures.effort import Effort
+from miburi.ground.tables import Table, load_table
 from miburi.robot import Array, Robot, forward, inverse, inverse_within_limits
 from miburi.robot.geometry import arm_reach, head_joint, shoulders
-from miburi.tables import Table, load_table
 
 Direction = Annotated[list[Annotated[float, Field(ge=-1, le=1)]], Field(min_length=3, max_length=3)]
 Phase = Annotated[float, Field(ge=0, le=1)]

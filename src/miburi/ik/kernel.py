@@ -34,7 +34,7 @@ from miburi.bma.operators import (
     transfer,
     uniform,
 )
-from miburi.compiled import compiled
+from miburi.ground.compiled import compiled
 from miburi.ik.kinematics import (
     body_step,
     changed,

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from miburi.bma.operators import TINY, Array
-from miburi.compiled import compiled
+from miburi.ground.compiled import compiled
 from miburi.ik.problem import Problem
 from miburi.robot.description import Lengths
 

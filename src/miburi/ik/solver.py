@@ -19,8 +19,8 @@ from miburi.bma.settings import (
     clock_limit,
     seed_of,
 )
-from miburi.cores import available_cores
 from miburi.errors import InputError
+from miburi.ground.cores import available_cores
 from miburi.ik.problem import pack
 from miburi.robot import Array, Robot
 

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, Strict, model_validator
 
+from miburi.ground.tables import Table, load_table
 from miburi.robot.guards import Guards
-from miburi.tables import Table, load_table
 
 Array = NDArray[np.float64]
 

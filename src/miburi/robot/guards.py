@@ -75,7 +75,7 @@ class Guard:
 @with_config(ConfigDict(extra="forbid", allow_inf_nan=False))
 @dataclass(frozen=True)
 class Guards(Generic[Value]):
-    """A value for each guard, in the card's order; ``miburi.contact`` says how the rule uses it.
+    """A value for each guard, in the card's order; ``miburi.safety.contact`` says what it does.
 
     ``Guards[Steps]`` is what the rule grants the eight motors, (8,) µs or steps each; a motor's
     own guards are ``Guards[int]`` on the card and ``Guards[float]``, in SI units, on the wire.

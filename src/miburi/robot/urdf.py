@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from miburi.physics import mujoco
 from miburi.robot.description import JOINTS, Robot
 from miburi.robot.mjcf import to_mjcf
+from miburi.robot.physics import mujoco
 from miburi.robot.shape import COLOURS, Part, extremities, links, parts
 
 

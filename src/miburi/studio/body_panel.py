@@ -9,13 +9,13 @@ from typing import Any
 from nicegui import ui
 from serial.tools.list_ports import comports
 
-from miburi.bodies.registry import KINDS
 from miburi.errors import MiburiError
 from miburi.feelings import TEMPERAMENTS
+from miburi.live.archive import Kept, Recordings
+from miburi.live.bodies import KINDS
+from miburi.live.runner import Runner
+from miburi.live.state import MotorOut, MotorsOut, State
 from miburi.studio.parts import attempt, button, heading, set_label
-from miburi.studio.recordings import Kept, Recordings
-from miburi.studio.runner import Runner
-from miburi.studio.wire import MotorOut, MotorsOut, State
 from miburi.studio.words import Words
 
 #: So many °C below the limit a motor is shown as warm.

@@ -5,11 +5,11 @@ from html import escape
 
 from nicegui import ui
 
-from miburi.bodies import StopReason
+from miburi.live.archive import EndReason
+from miburi.live.runner import Runner
+from miburi.live.state import Entry, State, StopOut
+from miburi.safety.stop import StopReason
 from miburi.studio.parts import heading
-from miburi.studio.recordings import EndReason
-from miburi.studio.runner import Runner
-from miburi.studio.wire import Entry, State, StopOut
 from miburi.studio.words import Words
 
 _LOG_LINES = 60

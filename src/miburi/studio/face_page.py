@@ -6,8 +6,8 @@ from fastapi import FastAPI, Request
 from fastapi.responses import HTMLResponse
 
 from miburi.feelings.catalogue import CATALOGUE
+from miburi.ground.templates import render
 from miburi.studio.words import preferred, words
-from miburi.templates import render
 
 _PAGE = Path(__file__).with_suffix(".html")
 

@@ -7,10 +7,10 @@ from pydantic import ValidationError
 
 from miburi.errors import MiburiError
 from miburi.feelings import FEELINGS, Expression
-from miburi.studio.api import performance
+from miburi.interface.api import performance
+from miburi.interface.wire import ExpressIn
+from miburi.live.runner import Runner
 from miburi.studio.parts import attempt, button, heading
-from miburi.studio.runner import Runner
-from miburi.studio.wire import ExpressIn
 from miburi.studio.words import Words
 
 _EFFORT = ("space", "weight", "time", "flow")

@@ -7,7 +7,7 @@ from nicegui import ui
 from nicegui.element import Element
 
 from miburi.errors import MiburiError
-from miburi.studio.api import done
+from miburi.interface.api import done
 
 
 async def attempt(future: Future[None]) -> None:

@@ -16,16 +16,16 @@ from types import FrameType
 import uvicorn
 
 from miburi import ik
-from miburi.bodies.registry import KINDS
-from miburi.contact import Rule
 from miburi.errors import InputError, OutputError
 from miburi.feelings import FEELINGS, EmotionalModel, Stimulus, Temperament
 from miburi.gestures import Repertoire
+from miburi.interface.access import LARGEST, Gate, is_loopback, kept_token
+from miburi.live.archive import Recordings
+from miburi.live.bodies import KINDS
+from miburi.live.memory import keep, remember, remembered
+from miburi.live.runner import Runner
 from miburi.robot import Robot, forward
-from miburi.studio.access import LARGEST, Gate, is_loopback, kept_token
-from miburi.studio.memory import keep, remember, remembered
-from miburi.studio.recordings import Recordings
-from miburi.studio.runner import Runner
+from miburi.safety.contact import Rule
 from miburi.studio.words import FALLBACK, words
 
 #: A partner that meets people for the first time is in this mood (ours): middling in
@@ -274,7 +274,7 @@ def _say_good_bye(runner: Runner, folder: Path, *, kept: bool) -> None:
 
 def _announce(url: str, token: str | None, headless: bool) -> None:
     """Say where the studio is; open it unless told otherwise."""
-    from miburi.studio.pairing import pairing_url, qr_for_terminal
+    from miburi.interface.pairing import pairing_url, qr_for_terminal
 
     shown = url if token is None else pairing_url(url, token)
     print(f"Miburi is awake. Studio: {shown}   face: {url}/face   (end with Ctrl-C)", flush=True)

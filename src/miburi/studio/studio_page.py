@@ -14,16 +14,16 @@ from nicegui import ui
 
 from miburi.feelings import FEELINGS
 from miburi.feelings.catalogue import CATALOGUE
+from miburi.interface.api import describe
+from miburi.interface.pairing import pairing_url, qr_svg
+from miburi.live.runner import Runner
+from miburi.live.state import State
 from miburi.robot import JOINTS
-from miburi.studio.api import describe
 from miburi.studio.body_panel import body_panel
 from miburi.studio.contact_panel import contact_panel, why, why_ended
 from miburi.studio.elements import Levels, Plots, RobotView
 from miburi.studio.gestures_panel import gestures_panel
-from miburi.studio.pairing import pairing_url, qr_svg
 from miburi.studio.parts import attempt, button, heading, set_label
-from miburi.studio.runner import Runner
-from miburi.studio.wire import State
 from miburi.studio.words import LANGUAGES, Words, own_name, preferred, words
 
 #: Seconds between two looks at what changes slowly.
