@@ -3,6 +3,15 @@
 Each message says what was got, what is allowed, and how to mend it.
 """
 
+__all__ = [
+    "BodyError",
+    "DescriptionError",
+    "InputError",
+    "MiburiError",
+    "OutputError",
+    "needs_extra",
+]
+
 
 class MiburiError(Exception):
     """Anything that Miburi refuses; the message is meant for people."""

@@ -10,6 +10,35 @@ from numpy.typing import NDArray
 
 from miburi.ground.compiled import compiled
 
+__all__ = [
+    "SLIGHT",
+    "SWEEPS",
+    "TINY",
+    "Array",
+    "Ints",
+    "State",
+    "below",
+    "damped",
+    "differences",
+    "ends",
+    "hold",
+    "hopeless",
+    "inside",
+    "into_box",
+    "length",
+    "most_promising",
+    "mutate",
+    "populate",
+    "printed_step",
+    "rank",
+    "residual_step",
+    "shuffle",
+    "square",
+    "stencil",
+    "transfer",
+    "uniform",
+]
+
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 State = NDArray[np.uint64]

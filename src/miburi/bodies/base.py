@@ -8,6 +8,8 @@ from miburi.safety.contact import Rule, Window
 from miburi.safety.move import Move
 from miburi.safety.stop import Phase, Stop
 
+__all__ = ["Body", "BodyState", "Motor", "Motors", "Touch", "Touchable"]
+
 
 @dataclass(frozen=True)
 class BodyState:

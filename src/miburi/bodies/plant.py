@@ -14,6 +14,8 @@ from miburi.robot.mjcf import HAND_AWAY, TIMESTEP, to_mjcf
 from miburi.robot.physics import mujoco
 from miburi.safety.profile import Steps, to_steps
 
+__all__ = ["Plant"]
+
 
 class Plant:
     """The physical robot, at rest in neutral; :meth:`rest` begins anew.

@@ -16,6 +16,15 @@ from miburi.robot.guards import GUARDS, in_whole_units
 from miburi.safety.contact import Rule
 from miburi.safety.profile import SECOND
 
+__all__ = [
+    "Calibration",
+    "CalibrationFile",
+    "Mounting",
+    "RuleTable",
+    "read_calibration",
+    "write_calibration",
+]
+
 
 class RuleTable(Table):
     """Eqs. 1 and 2: the period in s, a whole number of 10 ms readings, and the ratio."""

@@ -15,6 +15,18 @@ from miburi.robot.guards import GUARDS, Guards
 from miburi.safety.contact import PAPER_PERIOD, PAPER_RATIO, lag_doubt
 from miburi.safety.profile import FINE, Profile, Steps
 
+__all__ = [
+    "LEAST",
+    "MARGIN",
+    "Need",
+    "Response",
+    "Trace",
+    "calibrate",
+    "measured_lag",
+    "need",
+    "response",
+]
+
 #: Guards are so many times what free motion needed (ours).
 MARGIN = 1.2
 #: Windows in which a motor should have moved less than this, rad, are judged later (ours).

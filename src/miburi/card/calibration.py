@@ -30,6 +30,18 @@ from miburi.safety.move import Move, synchronised
 from miburi.safety.profile import Profile, Steps, to_steps
 from miburi.safety.stop import Phase
 
+__all__ = [
+    "Measured",
+    "changes",
+    "find_zero",
+    "free_moves",
+    "granted",
+    "in_words",
+    "loaded",
+    "measure",
+    "record",
+]
+
 #: Where a joint goes: so much of half its range, to both sides of the middle (ours).
 _REACH = 0.35
 #: How fast, in rad/s; the last is above every servo's speed (ours).

@@ -35,6 +35,8 @@ from miburi.safety.move import Move
 from miburi.safety.profile import SECOND, to_steps
 from miburi.safety.stop import Phase, Stop, StopReason
 
+__all__ = ["Card"]
+
 #: Seconds to wait for an answer, and how often to ask.
 _PATIENCE, _TRIES = 0.25, 3
 #: Seconds until a card that has just been reset by the opened line answers.

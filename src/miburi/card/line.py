@@ -4,6 +4,8 @@ import errno
 from time import monotonic, sleep
 from typing import Protocol
 
+__all__ = ["BAUD", "Line", "SerialLine"]
+
 BAUD = 115_200
 
 

@@ -10,6 +10,21 @@ from enum import IntEnum
 
 from miburi.errors import MiburiError
 
+__all__ = [
+    "ANSWER",
+    "VERSION",
+    "Frame",
+    "FrameError",
+    "Kind",
+    "Reason",
+    "Receiver",
+    "Report",
+    "Result",
+    "crc16",
+    "decode",
+    "encode",
+]
+
 VERSION = 3
 #: Kind of an answer: the request's, plus this.
 ANSWER = 0x80

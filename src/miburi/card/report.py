@@ -10,6 +10,8 @@ from miburi.safety.contact import Contact, Sign, Window
 from miburi.safety.profile import FINE
 from miburi.safety.stop import Phase, Stop, StopReason
 
+__all__ = ["PHASES", "UNREADY", "motors_of", "stop_of", "window_of"]
+
 #: The card's phases, by their numbers.
 PHASES = (Phase.IDLE, Phase.MOVING, Phase.STOPPED, Phase.RETURNING)
 #: Why a card refuses a release, and what to do about it.

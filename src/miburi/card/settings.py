@@ -17,6 +17,22 @@ from miburi.safety.contact import Rule
 from miburi.safety.controller import RETURN_SPEED
 from miburi.safety.profile import to_steps
 
+__all__ = [
+    "ALLOWED",
+    "HOTTEST",
+    "LOWEST",
+    "MILLIAMPERES_PER_NM",
+    "STEPS_PER_TURN",
+    "CardSettings",
+    "General",
+    "JointSettings",
+    "check_encoder",
+    "real_acceleration",
+    "real_speed",
+    "refusal",
+    "shown",
+]
+
 _GENERAL = struct.Struct("<i6H2B")
 _JOINT = struct.Struct("<BbHhhh" + "".join(guard.unit.code for guard in GUARDS.values()))
 #: Current of an XL330-M288 for each N·m, from its stall at 5 V: 1.47 A, 0.52 N·m.

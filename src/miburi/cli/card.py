@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from miburi.card.card import Card
     from miburi.robot import Robot
 
+__all__ = ["Port", "app", "calibrate", "emulate", "info", "list_ports", "load", "monitor", "upload"]
+
 app = typer.Typer(help="The robot's card: an Arduino with the firmware.", no_args_is_help=True)
 
 Port = Annotated[

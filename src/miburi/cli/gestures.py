@@ -9,6 +9,19 @@ import typer
 from miburi.cli.options import GesturesFolder, RobotFile, gesture_of, repertoire_of, robot_of
 from miburi.errors import InputError
 
+__all__ = [
+    "Face",
+    "Source",
+    "Step",
+    "check",
+    "classify",
+    "gallery",
+    "gesture_app",
+    "measures",
+    "preview",
+    "schema",
+]
+
 gesture_app = typer.Typer(
     help="Gestures: measure them, check them, look at them.", no_args_is_help=True
 )

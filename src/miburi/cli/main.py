@@ -32,6 +32,20 @@ from miburi.version import __version__
 if TYPE_CHECKING:
     from miburi.bodies import Body
 
+__all__ = [
+    "AsJson",
+    "Point",
+    "app",
+    "common",
+    "day",
+    "experiment",
+    "export",
+    "feelings_app",
+    "forward",
+    "ik",
+    "main",
+]
+
 app = typer.Typer(
     help="Feelings that show in a small robot's whole body, and a body that is safe to touch.",
     no_args_is_help=True,

@@ -13,6 +13,18 @@ if TYPE_CHECKING:
     from miburi.robot import Robot
     from miburi.safety.contact import Rule
 
+__all__ = [
+    "CalibrationFile",
+    "GesturesFolder",
+    "RobotFile",
+    "TemperamentName",
+    "gesture_of",
+    "repertoire_of",
+    "robot_of",
+    "rule_of",
+    "temperament_of",
+]
+
 RobotFile = Annotated[
     Path | None,
     typer.Option("--robot", help="A robot description; default: the iphonoid.", show_default=False),

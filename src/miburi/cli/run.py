@@ -16,6 +16,8 @@ from miburi.cli.options import (
     temperament_of,
 )
 
+__all__ = ["run"]
+
 
 def run(
     body: Annotated[str, typer.Option(help="simulated, card or emulated-card.")] = "simulated",

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from miburi.robot import Robot
     from miburi.studies.trials.runs import Plan
 
+__all__ = ["Seed", "Workers", "calibrate", "safety_page", "trials", "tune"]
+
 Workers = Annotated[
     int | None, typer.Option(help="Processes on this machine; default: one for each core.", min=1)
 ]

@@ -17,6 +17,8 @@ from miburi.robot import Array, Robot
 from miburi.robot.mjcf import TIMESTEP
 from miburi.safety.contact import Rule
 
+__all__ = ["EmulatedBody"]
+
 
 class _Joint(Shaft):
     """A servo's shaft that is a joint of the physics."""

@@ -16,6 +16,8 @@ from typing import Protocol
 from miburi.emulation.servos import Bus
 from miburi.errors import BodyError
 
+__all__ = ["EEPROM_SIZE", "EmulatedCard", "Mega", "World", "built", "is_built"]
+
 #: The card's clock, Hz.
 _CLOCK = 16_000_000
 _CYCLES = _CLOCK // 1_000_000

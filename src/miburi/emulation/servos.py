@@ -14,6 +14,27 @@ from math import sqrt
 
 from miburi.card.link import crc16
 
+__all__ = [
+    "ACCELERATION_UNIT",
+    "BROADCAST",
+    "MODEL",
+    "PING",
+    "READ",
+    "REBOOT",
+    "SPEED_UNIT",
+    "STATUS",
+    "SYNC_READ",
+    "SYNC_WRITE",
+    "TABLE",
+    "WRITE",
+    "Bus",
+    "Segment",
+    "Servo",
+    "Shaft",
+    "packet",
+    "packets",
+]
+
 MODEL = 1200
 PING, READ, WRITE, REBOOT, STATUS = 0x01, 0x02, 0x03, 0x08, 0x55
 SYNC_READ, SYNC_WRITE = 0x82, 0x83

@@ -12,6 +12,8 @@ from miburi.emulation.card import EmulatedCard
 from miburi.emulation.servos import Bus, Servo
 from miburi.robot import Robot
 
+__all__ = ["pump", "serve", "servos"]
+
 #: Seconds that card and clock on the wall may be apart.
 _TICK = 0.005
 #: A machine that is behind by more, in s, is too slow: then the card's time waits.

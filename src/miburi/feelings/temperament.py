@@ -18,6 +18,21 @@ from miburi.errors import InputError
 from miburi.feelings.catalogue import FEELINGS, FeelingName
 from miburi.ground.tables import Table, load_table
 
+__all__ = [
+    "LEVELS",
+    "SOURCES",
+    "TEMPERAMENTS",
+    "Array",
+    "Habituation",
+    "Share",
+    "Source",
+    "TakeUp",
+    "Temperament",
+    "TimeConstants",
+    "load_temperament",
+    "shipped_temperament",
+]
+
 Array = NDArray[np.float64]
 
 Source = Literal["speech", "face", "touch", "application"]

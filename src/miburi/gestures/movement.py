@@ -16,6 +16,19 @@ from miburi.ground.tables import Table, load_table
 from miburi.robot import Array, Robot, forward, inverse, inverse_within_limits
 from miburi.robot.geometry import arm_reach, head_joint, shoulders
 
+__all__ = [
+    "Direction",
+    "MovementFunction",
+    "Phase",
+    "Posture",
+    "Repeat",
+    "angles",
+    "load",
+    "load_for",
+    "misfits",
+    "shipped_feelings",
+]
+
 Direction = Annotated[list[Annotated[float, Field(ge=-1, le=1)]], Field(min_length=3, max_length=3)]
 Phase = Annotated[float, Field(ge=0, le=1)]
 

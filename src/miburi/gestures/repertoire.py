@@ -20,6 +20,8 @@ from miburi.feelings import FEELINGS
 from miburi.gestures.movement import MovementFunction, load, load_for, shipped_feelings
 from miburi.robot import Robot
 
+__all__ = ["Repertoire", "read_repertoire", "shipped"]
+
 
 @dataclass(frozen=True)
 class Repertoire:

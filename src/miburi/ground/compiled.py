@@ -18,6 +18,8 @@ from numba.core import event
 
 import miburi
 
+__all__ = ["FOLDERS", "Function", "compiled", "state_of_sources"]
+
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 # Division by zero gives infinity, which costs nothing to allow, in place of an exception. NaN and

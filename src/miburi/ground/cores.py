@@ -2,6 +2,8 @@
 
 import os
 
+__all__ = ["available_cores"]
+
 
 def available_cores() -> int:
     """Return the number of cores that this process may use, at least 1."""

@@ -5,6 +5,8 @@ from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template, select_autoescape
 
+__all__ = ["render"]
+
 
 def render(path: Path, **values: object) -> str:
     """Fill in a template (Jinja2's language); in ``.html`` every value is escaped.

@@ -46,6 +46,19 @@ from miburi.ik.kinematics import (
 )
 from miburi.ik.problem import Problem
 
+__all__ = [
+    "CONVERGED",
+    "GOES_ON",
+    "SETTLED",
+    "Best",
+    "Population",
+    "begin",
+    "evolve",
+    "new_population",
+    "solve",
+    "solve_many",
+]
+
 #: How a search stands; :mod:`miburi.ik.solver` has words for it.
 GOES_ON, CONVERGED, SETTLED = 0, 1, 2
 

@@ -15,6 +15,18 @@ from miburi.ground.compiled import compiled
 from miburi.ik.problem import Problem
 from miburi.robot.description import Lengths
 
+__all__ = [
+    "Pose",
+    "body_step",
+    "changed",
+    "changed_in_turn",
+    "finish",
+    "know",
+    "known_pose",
+    "linearise",
+    "sine_and_cosine",
+]
+
 
 class Pose(NamedTuple):
     """The parts of one pose's evaluation that a change of one joint leaves as they are."""

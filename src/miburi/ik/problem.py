@@ -14,6 +14,8 @@ from miburi.bma.settings import Settings
 from miburi.robot import Array, Robot
 from miburi.robot.description import Lengths
 
+__all__ = ["Problem", "pack"]
+
 
 class Problem(NamedTuple):
     """The record's fields: the body, and :class:`miburi.bma.Settings` by the same names."""

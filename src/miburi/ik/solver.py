@@ -24,6 +24,17 @@ from miburi.ground.cores import available_cores
 from miburi.ik.problem import pack
 from miburi.robot import Array, Robot
 
+__all__ = [
+    "OUT_OF_REACH",
+    "REACHED",
+    "SETTINGS",
+    "TOLERANCE",
+    "Solution",
+    "Solutions",
+    "solve",
+    "solve_batch",
+]
+
 OUT_OF_REACH = "out of reach: this is the best reachable pose"
 
 #: A target counts as reached where the residual is not above this, in m.

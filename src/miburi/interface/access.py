@@ -21,6 +21,24 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from miburi.errors import OutputError
 
+__all__ = [
+    "BURST",
+    "COOKIE",
+    "LARGEST",
+    "PAIRING",
+    "RATE",
+    "SOCKETS",
+    "WRONG_BURST",
+    "WRONG_RATE",
+    "Allowance",
+    "Gate",
+    "RefusedError",
+    "int_or",
+    "is_loopback",
+    "kept_token",
+    "same",
+]
+
 COOKIE = "miburi_token"
 #: The only path that answers without a token.
 PAIRING = "/pair"

@@ -37,6 +37,8 @@ from miburi.robot.mjcf import HAND_AWAY, HAND_SIZE
 from miburi.robot.shape import COLOURS, links, parts
 from miburi.version import __version__
 
+__all__ = ["Refusals", "describe", "done", "make_api", "move_hand", "performance"]
+
 #: A command that no step has taken up within this many seconds has failed.
 _PATIENCE = 5.0
 _NOTHING = 204

@@ -24,6 +24,8 @@ from miburi.gestures.effort import Effort
 from miburi.interface.wire import BodyOut, GestureOut, RecordingOut, RobotOut
 from miburi.live.state import Entry, MotorsOut, State
 
+__all__ = ["ConnectionLostError", "RemotePartner", "connect"]
+
 _PATIENCE = 10.0
 
 

@@ -11,6 +11,8 @@ from pydantic import Field
 from miburi.interface.access import COOKIE, PAIRING, Allowance, same
 from miburi.interface.wire import Message
 
+__all__ = ["PairIn", "pairing_router", "pairing_url", "qr_for_terminal", "qr_svg"]
+
 #: Wrong tokens a second and at once, from everybody together (ours).
 _RATE, _BURST = 0.5, 20.0
 _MONTH = 30 * 24 * 3600

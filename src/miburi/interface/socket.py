@@ -18,6 +18,19 @@ from miburi.interface.api import done, move_hand
 from miburi.interface.wire import HandIn, Message, StimulusIn
 from miburi.live.runner import Runner
 
+__all__ = [
+    "LARGEST",
+    "MISTAKES",
+    "PATIENCE",
+    "AnyMessage",
+    "HandMessage",
+    "RateMessage",
+    "ReleaseMessage",
+    "StimulusMessage",
+    "StopMessage",
+    "live_router",
+]
+
 #: A viewer that has not taken a state for this many seconds is gone.
 PATIENCE = 5.0
 #: So many messages that make no sense, and the viewer is shown out.

@@ -12,6 +12,27 @@ from miburi.feelings.catalogue import FeelingName
 from miburi.feelings.temperament import Source
 from miburi.live.state import Eight, Share
 
+__all__ = [
+    "BodyIn",
+    "BodyOut",
+    "EffortIn",
+    "ExpressIn",
+    "GestureOut",
+    "HandIn",
+    "LinkOut",
+    "Message",
+    "Name",
+    "PartOut",
+    "PauseIn",
+    "Point",
+    "RecordingIn",
+    "RecordingOut",
+    "Refusal",
+    "RobotOut",
+    "StimulusIn",
+    "TemperamentIn",
+]
+
 Point = Annotated[list[Annotated[float, Field(ge=-2, le=2)]], Field(min_length=3, max_length=3)]
 Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_-]{0,39}$")]
 

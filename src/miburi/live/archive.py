@@ -19,6 +19,8 @@ from miburi.errors import InputError, OutputError
 from miburi.ground.files import write_whole
 from miburi.live.recording import Message, Recorder, is_whole
 
+__all__ = ["LARGEST", "LIMIT", "WAITING", "EndReason", "Kept", "News", "Recordings"]
+
 #: The largest recording, and the most that all of them may take together, bytes (ours).
 LARGEST, LIMIT = 500_000_000, 5_000_000_000
 #: Steps that may wait for the disk: ten seconds.

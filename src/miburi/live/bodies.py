@@ -9,6 +9,8 @@ from miburi.errors import InputError
 from miburi.robot import Robot
 from miburi.safety.contact import Rule
 
+__all__ = ["KINDS", "BodyKind", "make_body"]
+
 
 @dataclass(frozen=True)
 class BodyKind:

@@ -16,6 +16,8 @@ from miburi.errors import InputError, MiburiError, OutputError
 from miburi.feelings import EmotionalModel, Temperament
 from miburi.ground.files import write_whole
 
+__all__ = ["keep", "remember", "remembered"]
+
 #: s between two writings, and how long one waits for the loop (ours).
 _PERIOD, _PATIENCE = 60.0, 5.0
 

@@ -15,6 +15,8 @@ from miburi.safety.contact import Rule, Sign
 from miburi.safety.profile import FINE, SECOND
 from miburi.safety.stop import Phase, StopReason
 
+__all__ = ["Observer"]
+
 #: A touch that no stop followed is forgotten within a second: its force fades by this a step.
 _FADING = 0.9
 #: The hands' speed is taken over so many steps: a card's reports do not come in step with ours.

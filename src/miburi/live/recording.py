@@ -27,6 +27,8 @@ from miburi.partner import Event, MoveSent, Stopped
 from miburi.robot import JOINTS
 from miburi.version import __version__
 
+__all__ = ["Message", "Recorder", "is_whole", "read", "step_messages"]
+
 #: How a file shows that it is not MCAP, or no more of it.
 _BROKEN = (McapError, struct.error, ZstdError, ValueError)
 _NUMBERS = {"type": "array", "items": {"type": "number"}}

@@ -29,6 +29,8 @@ from miburi.partner import Event, GestureStarted, Partner, Released, Stopped
 from miburi.robot import Array, Robot
 from miburi.safety.contact import Rule
 
+__all__ = ["STEP", "BusyError", "Command", "Result", "Runner", "Snapshot"]
+
 #: The loop's period in s; the encoders are read twice in it.
 STEP = 0.02
 #: When the loop is further behind than this, in s, the robot's time waits instead of hurrying.

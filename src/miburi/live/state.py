@@ -9,6 +9,22 @@ from miburi.live.archive import EndReason
 from miburi.robot.guards import Guards
 from miburi.safety.stop import StopReason
 
+__all__ = [
+    "Eight",
+    "Entry",
+    "Expressed",
+    "Hand",
+    "Levels",
+    "MotorOut",
+    "MotorsOut",
+    "RecordingEnd",
+    "RuleOut",
+    "Sample",
+    "Share",
+    "State",
+    "StopOut",
+]
+
 Share = Annotated[float, Field(ge=0, le=1)]
 
 

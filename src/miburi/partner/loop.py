@@ -23,6 +23,18 @@ from miburi.robot import Array, Robot
 from miburi.safety.move import Move, synchronised
 from miburi.safety.stop import Phase, Stop, StopReason
 
+__all__ = [
+    "HOMECOMING",
+    "Event",
+    "GestureEnded",
+    "GestureStarted",
+    "MoveSent",
+    "Partner",
+    "Released",
+    "Solve",
+    "Stopped",
+]
+
 #: Seconds that the way home to neutral takes at least, at the end (ours).
 HOMECOMING = 1.5
 #: Stops that are ended at the end of all; others wait for a person to mend what failed.

@@ -12,6 +12,8 @@ from miburi.feelings import Expression
 from miburi.gestures import KeyPose, MovementFunction
 from miburi.robot import Robot
 
+__all__ = ["Performance"]
+
 
 class Performance:
     """What is being performed, and how far it has come.

@@ -6,6 +6,8 @@ through. After anything else a person decides; and while a person holds the body
 
 from miburi.safety.stop import Stop
 
+__all__ = ["FIRST_PAUSE", "LONGEST_PAUSE", "Recovery"]
+
 #: Seconds from a contact stop to the release, doubled at each encounter in a row (ours).
 FIRST_PAUSE = 1.0
 LONGEST_PAUSE = 16.0

@@ -14,6 +14,8 @@ from miburi.errors import InputError
 from miburi.robot.description import Array, Robot
 from miburi.robot.kinematics import checked, forward
 
+__all__ = ["inverse", "inverse_within_limits"]
+
 _ANGLE_TOLERANCE = 1e-7  # rad; a solution this far outside a limit is put on the limit
 
 

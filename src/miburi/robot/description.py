@@ -12,6 +12,24 @@ from pydantic import Field, Strict, model_validator
 from miburi.ground.tables import Table, load_table
 from miburi.robot.guards import Guards
 
+__all__ = [
+    "EXTREMITIES",
+    "JOINTS",
+    "Array",
+    "GuardsTable",
+    "Joint",
+    "Joints",
+    "Lengths",
+    "Masses",
+    "NotNegative",
+    "Positive",
+    "Robot",
+    "ServoTable",
+    "Shape",
+    "iphonoid",
+    "load_robot",
+]
+
 Array = NDArray[np.float64]
 
 #: The paper's order of the eight joints (Table 1); every array of eight follows it.

@@ -10,6 +10,8 @@ from math import cos, sin
 from miburi.robot.description import Array, Robot
 from miburi.robot.geometry import head_joint, shoulders
 
+__all__ = ["COLOURS", "Link", "Part", "Point", "extremities", "links", "parts"]
+
 Point = tuple[float, float, float]
 
 #: Colours as red, green, blue, alpha; warm and quiet (ours).

@@ -10,6 +10,8 @@ from miburi.robot.mjcf import to_mjcf
 from miburi.robot.physics import mujoco
 from miburi.robot.shape import COLOURS, Part, extremities, links, parts
 
+__all__ = ["to_urdf"]
+
 
 def to_urdf(robot: Robot) -> str:
     """Return the robot as URDF.

@@ -33,6 +33,20 @@ from miburi.robot import JOINTS, Robot
 from miburi.robot.guards import Guards, in_whole_units
 from miburi.safety.profile import FINE, SECOND, Profile, Steps
 
+__all__ = [
+    "LAG_DOUBT",
+    "PAPER_PERIOD",
+    "PAPER_RATIO",
+    "Contact",
+    "Flags",
+    "Rule",
+    "Sign",
+    "Watch",
+    "Window",
+    "lag_doubt",
+    "worst",
+]
+
 Flags = NDArray[np.bool_]
 
 #: Eq. 2's limit in parts of 10 000.

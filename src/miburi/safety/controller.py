@@ -15,6 +15,8 @@ from miburi.safety.move import Move
 from miburi.safety.profile import FINE, SECOND, Steps, commanded, to_steps
 from miburi.safety.stop import Phase, Stop, StopReason
 
+__all__ = ["FURTHEST", "GIVE_WAY", "RETURN_SPEED", "YIELD_AFTER", "Controller", "check_move"]
+
 #: Speed of the return to neutral after a stop, in rad/s of the motor with the longest way (ours).
 RETURN_SPEED = 0.8
 #: After a contact all motors go back the way they came, until the one that met something has

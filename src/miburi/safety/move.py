@@ -7,6 +7,8 @@ import numpy as np
 from miburi.errors import InputError
 from miburi.robot import JOINTS, Array, Robot
 
+__all__ = ["Move", "synchronised"]
+
 
 @dataclass(frozen=True)
 class Move:

@@ -5,6 +5,8 @@ import numpy as np
 from miburi.safety.contact import PAPER_RATIO, Contact, Flags, Rule, Sign, Watch, Window, worst
 from miburi.safety.profile import FINE, SECOND, Profile, Steps
 
+__all__ = ["PrintedRule", "is_slow_as_printed"]
+
 
 def is_slow_as_printed(
     travel: Steps, speed: Steps, elapsed: int, ratio: int = PAPER_RATIO

@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 
 from miburi.robot import Array, Robot
 
+__all__ = ["FINE", "SECOND", "Profile", "Steps", "commanded", "to_steps"]
+
 Steps = NDArray[np.int64]
 
 #: A profile's position is counted in this many parts of an encoder step.

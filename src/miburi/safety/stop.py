@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from enum import StrEnum
 
+__all__ = ["Phase", "Stop", "StopReason"]
+
 
 class Phase(StrEnum):
     """Where a body is in idle → moving → stopped (latched) → returning → idle."""

@@ -17,6 +17,8 @@ from PIL import Image
 from miburi.feelings import Expression
 from miburi.feelings.catalogue import PAPER, SHIPPED
 
+__all__ = ["MOODS", "SHEET", "SIZE", "SOURCE", "face", "source_digest"]
+
 #: Moods that the sheet shows, and the side of one face in pixels.
 MOODS, SIZE = (0.2, 0.4, 0.6, 0.8, 1.0), 192
 #: The script that the sheet is drawn with.

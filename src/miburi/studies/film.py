@@ -21,6 +21,19 @@ from miburi.robot import JOINTS, Array, Robot
 from miburi.robot.mjcf import FACE_PIXELS, HAND_AWAY, to_mjcf
 from miburi.robot.physics import mujoco
 
+__all__ = [
+    "AZIMUTH",
+    "BLANK",
+    "ELEVATION",
+    "Camera",
+    "Picture",
+    "Scene",
+    "camera",
+    "captioned",
+    "contact_sheet",
+    "write_film",
+]
+
 Picture = NDArray[np.uint8]
 
 #: A screen that is lit and shows nothing.

@@ -13,6 +13,8 @@ from miburi.live.runner import Runner
 from miburi.studio.face_page import add_face_page
 from miburi.studio.studio_page import add_studio_page
 
+__all__ = ["HERE", "make_app"]
+
 HERE = Path(__file__).parent
 
 

@@ -18,6 +18,8 @@ from miburi.live.state import MotorOut, MotorsOut, State
 from miburi.studio.parts import attempt, button, heading, set_label
 from miburi.studio.words import Words
 
+__all__ = ["Update", "body_panel"]
+
 #: So many °C below the limit a motor is shown as warm.
 _WARM = 5.0
 #: s between two looks at the recordings, and how many are listed.

@@ -12,6 +12,8 @@ from miburi.safety.stop import StopReason
 from miburi.studio.parts import heading
 from miburi.studio.words import Words
 
+__all__ = ["contact_panel", "facts", "line", "why", "why_ended"]
+
 _LOG_LINES = 60
 
 

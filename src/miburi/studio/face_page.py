@@ -9,6 +9,8 @@ from miburi.feelings.catalogue import CATALOGUE
 from miburi.ground.templates import render
 from miburi.studio.words import preferred, words
 
+__all__ = ["add_face_page"]
+
 _PAGE = Path(__file__).with_suffix(".html")
 
 

@@ -13,6 +13,8 @@ from miburi.live.runner import Runner
 from miburi.studio.parts import attempt, button, heading
 from miburi.studio.words import Words
 
+__all__ = ["gestures_panel"]
+
 _EFFORT = ("space", "weight", "time", "flow")
 
 

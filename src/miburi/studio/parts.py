@@ -9,6 +9,8 @@ from nicegui.element import Element
 from miburi.errors import MiburiError
 from miburi.interface.api import done
 
+__all__ = ["attempt", "button", "heading", "set_label"]
+
 
 async def attempt(future: Future[None]) -> None:
     """Wait for a command; say why it was refused, if it was."""

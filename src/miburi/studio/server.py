@@ -28,6 +28,8 @@ from miburi.robot import Robot, forward
 from miburi.safety.contact import Rule
 from miburi.studio.words import FALLBACK, words
 
+__all__ = ["FIRST_MOOD", "GREETING", "Wish", "own_folder", "serve"]
+
 #: A partner that meets people for the first time is in this mood (ours): middling in
 #: everything, so that every feeling shows, and glad to see them.
 FIRST_MOOD: dict[str, float] = dict.fromkeys(FEELINGS, 0.5)

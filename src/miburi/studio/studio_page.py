@@ -26,6 +26,8 @@ from miburi.studio.gestures_panel import gestures_panel
 from miburi.studio.parts import attempt, button, heading, set_label
 from miburi.studio.words import LANGUAGES, Words, own_name, preferred, words
 
+__all__ = ["DARK_COOKIE", "HAND_START", "LANGUAGE_COOKIE", "add_studio_page"]
+
 #: Seconds between two looks at what changes slowly.
 _LOOK = 0.25
 #: Where the hand appears, m: beside the right arm, in front.

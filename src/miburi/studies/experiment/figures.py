@@ -11,6 +11,8 @@ import matplotlib.pyplot as plt
 
 from miburi.studies.experiment.procedure import STEP, Experiment
 
+__all__ = ["experiment_figure"]
+
 _INK, _CORAL, _BLUE, _GREY = "#2b2b2b", "#d9553f", "#2f6f9f", "#9a9a9a"
 
 

@@ -19,6 +19,8 @@ from miburi.studies import face as faces
 from miburi.studies.experiment.figures import experiment_figure
 from miburi.studies.film import Scene, camera, captioned, contact_sheet, write_film
 
+__all__ = ["write_experiment"]
+
 
 def write_experiment(
     body: Body,

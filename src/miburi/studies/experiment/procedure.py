@@ -22,6 +22,20 @@ from miburi.robot import Array, Robot, forward
 from miburi.studies.experiment.visitor import Visitor
 from miburi.version import __version__
 
+__all__ = [
+    "FEELING",
+    "MOOD",
+    "PATIENCE",
+    "PERIOD",
+    "STEP",
+    "STEPS_PER_FRAME",
+    "Experiment",
+    "Frame",
+    "GestureRecord",
+    "StopRecord",
+    "conduct",
+]
+
 #: The loop's period in s; the encoders are read twice in it.
 STEP = 0.02
 #: The experiment of Section 5.

@@ -13,6 +13,8 @@ from miburi.partner import Event, GestureStarted, MoveSent, Stopped
 from miburi.robot import Array, Robot, forward
 from miburi.robot.geometry import shoulders
 
+__all__ = ["REACH", "Visitor"]
+
 #: Seconds that the hand needs to reach in; about 1 m/s (ours).
 REACH = 0.16
 #: How far away the hand comes from, in m, and the directions that it may choose: outwards,

@@ -14,6 +14,8 @@ from miburi.robot import Robot, forward
 from miburi.studies.gestures.measures import Measures
 from miburi.studies.gestures.rehearsal import Rehearsal, rehearse
 
+__all__ = ["MOST_ERROR", "Measured", "check", "measured", "moods", "perform"]
+
 #: m, the largest error of the inverse kinematics that a key pose may have.
 MOST_ERROR = 1e-3
 

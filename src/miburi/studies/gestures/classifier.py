@@ -16,6 +16,8 @@ from miburi.gestures import MovementFunction, Repertoire, key_poses
 from miburi.robot import Array, Robot
 from miburi.studies.gestures.rehearsal import Rehearsal, rehearse
 
+__all__ = ["LEARNT_MOODS", "NearestNeighbour", "confusion", "features", "learn"]
+
 #: The moods whose performances are learnt (the issue's choice, not the paper's).
 LEARNT_MOODS = (0.5, 0.9)
 

@@ -21,6 +21,8 @@ from miburi.studies.film import Camera, Picture, Scene, camera, write_film
 from miburi.studies.gestures.check import Measured, measured
 from miburi.studies.gestures.rehearsal import PERIOD, Rehearsal, rehearse
 
+__all__ = ["STRIP_MOMENTS", "STRIP_STEP", "Shown", "camera_on", "film", "paths", "show", "strip"]
+
 #: Width and height of films and of a strip's pictures.
 _PIXELS = 320
 #: Records from one picture of a film to the next: 16.7 pictures a second.

@@ -13,6 +13,8 @@ from miburi.safety.move import synchronised
 from miburi.safety.stop import Phase, Stop
 from miburi.studies.gestures.measures import Measures, measure
 
+__all__ = ["PERIOD", "Rehearsal", "rehearse"]
+
 #: s between two records: 50 Hz.
 PERIOD = 0.02
 

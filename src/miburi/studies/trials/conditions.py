@@ -17,6 +17,8 @@ from miburi.robot.mjcf import HAND_MASS
 from miburi.safety.move import Move, synchronised
 from miburi.studies.trials.plant import Skin, Variation
 
+__all__ = ["LINKS", "Conditions", "HandKind", "Person", "draw", "draw_person", "varied_servos"]
+
 
 class HandKind(StrEnum):
     """What a person's hand does.

@@ -22,6 +22,8 @@ from miburi.studies.trials.summary import ISO_LIMITS
 from miburi.studies.trials.trial import Kind, Outcome, Run
 from miburi.studies.trials.tuning import Verdict, assess
 
+__all__ = ["PERIODS", "RATIOS", "Point", "distributions", "rule_map", "rule_map_figure"]
+
 _INK, _CORAL, _BLUE, _GREY = "#2b2b2b", "#d9553f", "#2f6f9f", "#9a9a9a"
 _STYLE: Any = {"font.size": 9, "axes.spines.top": False, "axes.spines.right": False}
 #: Periods in µs and ratios in parts of 10 000 that the map shows.

@@ -13,6 +13,8 @@ from miburi.safety.stop import Phase
 from miburi.studies.trials.conditions import HandKind, Person
 from miburi.studies.trials.plant import TrialPlant
 
+__all__ = ["LEAST_REST", "Actor", "Meeting", "carriers", "plan"]
+
 #: A person is in the way only where the link still wants to go this far, m (ours).
 LEAST_REST = 0.015
 #: How far a hand that comes towards the robot starts from where it is to meet it, m.

@@ -18,6 +18,8 @@ from miburi.robot.mjcf import HAND_AWAY
 from miburi.robot.physics import mujoco
 from miburi.safety.profile import Steps
 
+__all__ = ["NOMINAL_VOLTAGE", "Skin", "TrialPlant", "Variation"]
+
 #: Voltage at which the description's torque and stiffness hold.
 NOMINAL_VOLTAGE = 5.0
 

@@ -14,6 +14,8 @@ from miburi.safety.profile import SECOND, Profile, Steps
 from miburi.studies.trials.plant import TrialPlant
 from miburi.studies.trials.trial import Kind, Run, enact
 
+__all__ = ["CALIBRATION_MOVES", "DeafRule", "Judgement", "calibrated", "judge", "record"]
+
 #: µs for which a deaf rule waits for a blocked motor after its profile has ended.
 _WAIT = SECOND // 5
 #: Free moves of a calibration (ours).

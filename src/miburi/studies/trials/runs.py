@@ -30,6 +30,19 @@ from miburi.studies.trials.plant import TrialPlant
 from miburi.studies.trials.trial import Kind, Outcome, trial
 from miburi.version import __version__
 
+__all__ = [
+    "CHUNK",
+    "Chunk",
+    "Done",
+    "Plan",
+    "Write",
+    "as_array",
+    "carry_out_chunk",
+    "carry_out_plan",
+    "read_parquet",
+    "write_parquet",
+]
+
 #: Trials that a process takes at once: about a second's work.
 CHUNK = 25
 #: s for a cluster's address to answer.

@@ -13,6 +13,8 @@ from miburi.studies.trials.runs import as_array
 from miburi.studies.trials.summary import ISO_LIMITS, summarise
 from miburi.studies.trials.trial import Outcome
 
+__all__ = ["CAPS", "write_page"]
+
 #: m/s: the caps of the table of speeds.
 CAPS = (0.1, 0.2, 0.3, 0.5, 0.8)
 _PAGE = Path(__file__).with_suffix(".md")

@@ -9,6 +9,8 @@ from miburi.errors import needs_extra
 from miburi.studies.trials.runs import as_array
 from miburi.studies.trials.trial import Kind, Outcome
 
+__all__ = ["ISO_LIMITS", "LATE", "MATTERS", "Summary", "summarise", "wilson"]
+
 try:
     from scipy.stats import binomtest
 except ModuleNotFoundError as error:

@@ -20,6 +20,22 @@ from miburi.studies.trials.conditions import Conditions, HandKind, Person, draw,
 from miburi.studies.trials.meeting import Actor, Meeting, carriers, plan
 from miburi.studies.trials.plant import TrialPlant
 
+__all__ = [
+    "IN_THE_WAY",
+    "PATIENCE",
+    "SETTLED",
+    "SUSTAINED",
+    "WATCHED",
+    "Kind",
+    "Outcome",
+    "Run",
+    "enact",
+    "measure",
+    "sustained",
+    "trace_of",
+    "trial",
+]
+
 #: s after the touch for which a robot that has not stopped is watched; then the contact is
 #: missed (ours).
 PATIENCE = 1.0

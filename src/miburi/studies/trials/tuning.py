@@ -18,6 +18,8 @@ from miburi.safety.profile import SECOND
 from miburi.studies.trials.replay import judge
 from miburi.studies.trials.trial import PATIENCE, Run
 
+__all__ = ["BOX", "Tuned", "Verdict", "assess", "tune"]
+
 #: What is searched, and from where to where: p in readings of 10 ms, the ratio, the travel in
 #: rad below which a motor is judged later, and the margin of the guards (ours). A card takes no
 #: ratio below 0.8.
