@@ -21,8 +21,15 @@ __all__ = [
     "FEELINGS",
     "PAPER",
     "SHIPPED",
+    "Brows",
     "Catalogue",
+    "Colours",
+    "Eyes",
+    "Face",
+    "Feeling",
     "FeelingName",
+    "Mouth",
+    "Signs",
     "load_catalogue",
 ]
 
