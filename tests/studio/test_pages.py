@@ -350,7 +350,13 @@ def test_panels_do_what_they_say(studio: Page) -> None:
     studio.get_by_role("button", name="Record", exact=True).click()
     until(studio, lambda now: now["recording"])
     studio.get_by_role("button", name="End recording").click()
-    expect(studio.get_by_role("link", name="miburi-").first).to_be_visible()
+    link = studio.get_by_role("link", name="miburi-").first
+    expect(link).to_be_visible()
+    name = link.inner_text()
+    studio.get_by_role("button", name=f"Delete {name}").click()
+    expect(link).to_have_text(name)  # not at the first press
+    studio.get_by_role("button", name=f"Delete for good? {name}").click()
+    expect(studio.get_by_role("link", name=name)).to_be_hidden()
     studio.get_by_role("button", name="Pause").click()
     until(studio, lambda now: now["paused"])
     studio.get_by_role("button", name="Resume").click()
