@@ -31,13 +31,13 @@ def test_the_panel_says_what_the_running_rule_has(
 ) -> None:
     runner = partner(robot, tmp_path)
     _, more = why(runner.snapshot.state, words(language))
-    assert "90" in more
-    assert "0.05 s" in more
+    assert "90\N{NO-BREAK SPACE}%" in more
+    assert "0.05\N{NO-BREAK SPACE}s" in more
     assert "93.72" not in more
     ours = Runner(robot, EmotionalModel(), Recordings(tmp_path))
     _, more = why(ours.snapshot.state, words(language))
     assert "93.72" in more
-    assert "0.1 s" in more
+    assert "0.1\N{NO-BREAK SPACE}s" in more
 
 
 def test_a_contact_is_held_against_the_rule_that_stopped_it(robot: Robot, tmp_path: Path) -> None:

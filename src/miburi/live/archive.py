@@ -274,7 +274,7 @@ class _Writing:
                 with suppress(OSError):
                     self._path.unlink()
             full = error.errno in (errno.ENOSPC, errno.EDQUOT)
-            self._close(EndReason.FULL if full else EndReason.FAILED, str(error))
+            self._close(EndReason.FULL if full else EndReason.FAILED, error.strerror or str(error))
         except Exception as error:
             self._close(EndReason.FAILED, f"{type(error).__name__}: {error}")
         self._close(None)

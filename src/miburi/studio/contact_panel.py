@@ -56,7 +56,11 @@ def why(state: State, words: Words) -> tuple[str, str]:
     say, stop = words["contact"], state.stop
     if stop is None:
         going_back = state.phase == "returning"
-        rule = {"ratio": f"{100 * state.rule.ratio:g} %", "period": f"{state.rule.period:g} s"}
+        # A number and its unit stay on one line.
+        rule = {
+            "ratio": f"{100 * state.rule.ratio:g}\N{NO-BREAK SPACE}%",
+            "period": f"{state.rule.period:g}\N{NO-BREAK SPACE}s",
+        }
         return say["free"], say["returning" if going_back else "free_more"].format(**rule)
     if stop.reason is StopReason.CONTACT and stop.motor is not None:
         met = say["met"].format(motor=words["joint"][stop.motor])
