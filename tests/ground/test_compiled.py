@@ -48,9 +48,8 @@ def test_without_a_home_nothing_is_written_where_one_stands(
     monkeypatch.setattr(Path, "home", nobody)
     closed = tmp_path / "closed"
     closed.touch()
-    monkeypatch.setattr(compiled, "_ROOT", closed)
     here = tmp_path / "here"
     here.mkdir()
     monkeypatch.chdir(here)
-    assert compiled._writable_folder() is None
+    assert compiled.cache_folder(closed) is None
     assert list(here.iterdir()) == []

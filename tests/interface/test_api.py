@@ -193,7 +193,7 @@ def test_the_rule_is_the_same_after_every_request(client: httpx.Client, live: Ru
         if "post" in operations:
             for content in (None, {"ratio": 0, "period": 10**9}, {"rule": None}, []):
                 client.post(path, json=content)
-    rule = live.body._controller.rule
+    rule = live.body.motors().rule
     fresh = Rule.of(live.robot)
     assert (rule.period, rule.ratio) == (fresh.period, fresh.ratio)
     assert by_motor(rule.guards) == by_motor(fresh.guards)

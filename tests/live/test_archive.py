@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from tests.live.test_runner import run, until
+from tests.fixtures.live import run, until
 
 from miburi.errors import InputError, OutputError
 from miburi.feelings import Stimulus

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from tests.live.test_runner import block, run, until
+from tests.fixtures.live import block, run, until
 
 from miburi.errors import BodyError
 from miburi.feelings import FEELINGS, EmotionalModel, Stimulus, shipped_temperament

@@ -1,51 +1,21 @@
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.fixtures.live import block, run, until
 
 from miburi.errors import BodyError, InputError
 from miburi.feelings import FEELINGS, EmotionalModel, Expression, Stimulus
 from miburi.live.archive import Recordings
 from miburi.live.recording import read
-from miburi.live.runner import _QUEUE, STEP, BusyError, Runner
+from miburi.live.runner import QUEUE, STEP, BusyError, Runner
 from miburi.live.state import State
-from miburi.robot import JOINTS, Robot, forward
+from miburi.robot import JOINTS, Robot
 from miburi.safety.contact import PAPER_RATIO
-
-
-def run(runner: Runner, seconds: float) -> list[State]:
-    states = []
-    for _ in range(round(seconds / STEP)):
-        runner.tick()
-        states.append(runner.snapshot.state)
-    return states
-
-
-def until(runner: Runner, wanted: Callable[[State], object], seconds: float = 20.0) -> State:
-    for _ in range(round(seconds / STEP)):
-        runner.tick()
-        if wanted(runner.snapshot.state):
-            return runner.snapshot.state
-    pytest.fail(f"not within {seconds} s; at last: {runner.snapshot.state}")
 
 
 def kinds(runner: Runner) -> list[str]:
     return [entry.kind for entry in runner.log()]
-
-
-def block(runner: Runner) -> State:
-    """Put the hand where the right arm is about to pass, and wait for the stop."""
-    wide = Expression("happiness", 1.0)
-    runner.perform(wide)
-    until(runner, lambda state: state.asked and state.phase == "moving")
-    reached = [forward(runner.robot, np.array(state.angles))[:3] for state in run(runner, 1.2)]
-    place = max(reached, key=lambda hand: hand[2])
-    until(runner, lambda state: not state.asked and state.phase == "idle")
-    runner.hand(place, np.array([1.0, 0.0, 0.0]))
-    run(runner, 1.0)
-    runner.perform(wide)
-    return until(runner, lambda state: state.stop)
 
 
 def test_a_remark_is_felt_noted_and_shown(runner: Runner) -> None:
@@ -155,7 +125,7 @@ def test_a_refused_command_is_its_askers_matter_alone(runner: Runner) -> None:
 
 
 def test_only_so_many_commands_wait(runner: Runner) -> None:
-    for _ in range(_QUEUE):
+    for _ in range(QUEUE):
         runner.stimulate(Stimulus("fear", 0.1))
     with pytest.raises(BusyError):
         runner.stimulate(Stimulus("fear", 0.1))

@@ -5,8 +5,7 @@ from pathlib import Path
 
 import httpx
 import pytest
-from tests.fixtures.live import interface, serving
-from tests.live.test_runner import block, run
+from tests.fixtures.live import block, interface, run, serving
 
 from miburi.feelings import FEELINGS, EmotionalModel, shipped_temperament
 from miburi.live.archive import Recordings

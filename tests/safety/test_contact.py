@@ -213,20 +213,20 @@ def test_a_motor_is_judged_at_every_reading_from_the_last_periods_end() -> None:
 
 def test_backstop_arrival_sees_a_motor_that_never_comes() -> None:
     limit = int(RULE.guards.arrival[2])
+    # No window expects so much travel: only the backstop is left.
+    late_alone = Rule(replace(RULE.guards, least=1000 * EIGHT))
     for missing, stops in [(limit, False), (limit + 1, True)]:
-        w = watch(RULE, distance=limit + 1, speed=2000)
+        w = watch(late_alone, distance=limit + 1, speed=2000)
         end = int(w.profile.total[0]) + int(RULE.guards.lag.max())
         late = int(w.profile.total[2]) + int(RULE.guards.lag[2]) + PAPER_PERIOD
         positions = (limit + 1) * EIGHT
         positions[2] = limit + 1 - missing
         assert w.arrived(positions, end) != stops
-        w._expected = w.profile.distance * FINE  # the windows are over: only the backstop is left
         contact = w.look(positions, late)
         assert (contact is not None) == stops
         if contact is not None:
             assert (contact.motor, contact.sign) == (2, Sign.ARRIVAL)
-        w = watch(RULE, distance=limit + 1, speed=2000)
-        w._expected = w.profile.distance * FINE
+        w = watch(late_alone, distance=limit + 1, speed=2000)
         assert w.look(positions, late - 1) is None
 
 

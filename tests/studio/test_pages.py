@@ -348,15 +348,16 @@ def test_panels_do_what_they_say(studio: Page) -> None:
     until(studio, lambda now: now["asked"])
     studio.get_by_role("tab", name="Body").click()
     studio.get_by_role("button", name="Record", exact=True).click()
-    until(studio, lambda now: now["recording"])
+    name = until(studio, lambda now: now["recording"])["recording"]
     studio.get_by_role("button", name="End recording").click()
-    link = studio.get_by_role("link", name="miburi-").first
+    link = studio.get_by_role("link", name=name)
     expect(link).to_be_visible()
-    name = link.inner_text()
     studio.get_by_role("button", name=f"Delete {name}").click()
-    expect(link).to_have_text(name)  # not at the first press
-    studio.get_by_role("button", name=f"Delete for good? {name}").click()
-    expect(studio.get_by_role("link", name=name)).to_be_hidden()
+    delete = studio.get_by_role("button", name=f"Delete for good? {name}")
+    expect(delete).to_be_visible()
+    expect(link).to_be_visible()  # not at the first press
+    delete.click()
+    expect(link).to_be_hidden()
     studio.get_by_role("button", name="Pause").click()
     until(studio, lambda now: now["paused"])
     studio.get_by_role("button", name="Resume").click()

@@ -18,7 +18,7 @@ from numba.core import event
 
 import miburi
 
-__all__ = ["FOLDERS", "Function", "compiled", "state_of_sources"]
+__all__ = ["CACHE", "FOLDERS", "announcement", "cache_folder", "compiled", "state_of_sources"]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -29,7 +29,6 @@ _OPTIONS: dict[str, Any] = {
     "error_model": "numpy",
     "fastmath": {"contract", "nsz", "arcp"},
 }
-_ROOT = Path(miburi.__file__).parent
 #: The folders, from the package's root, of the modules with compiled functions.
 FOLDERS = ("bma", "ik")
 
@@ -48,17 +47,20 @@ def state_of_sources(root: Path) -> str:
     return digest.hexdigest()[:16]
 
 
-def _writable_folder() -> Path | None:
-    """Return the folder for compiled code, one for each state of the sources."""
+def cache_folder(root: Path) -> Path | None:
+    """Return a folder for the code compiled from the sources below ``root``; None without one.
+
+    Each state of the sources has a folder of its own.
+    """
     chosen = os.environ.get("NUMBA_CACHE_DIR")
-    bases = [Path(chosen)] if chosen else [_ROOT / "__pycache__"]
+    bases = [Path(chosen)] if chosen else [root / "__pycache__"]
     if not chosen:
         with suppress(RuntimeError):  # there is no home
             bases.append(
                 Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "miburi"
             )
     for base in bases:
-        folder = base / f"compiled-{state_of_sources(_ROOT)}"
+        folder = base / f"compiled-{state_of_sources(root)}"
         try:
             folder.mkdir(parents=True, exist_ok=True)
             tempfile.TemporaryFile(dir=folder).close()
@@ -68,7 +70,8 @@ def _writable_folder() -> Path | None:
     return None
 
 
-_folder = _writable_folder()
+#: The folder that keeps compiled code; None where none can be written.
+CACHE = cache_folder(Path(miburi.__file__).parent)
 
 
 def compiled(function: Function) -> Function:
@@ -80,10 +83,10 @@ def compiled(function: Function) -> Function:
     config: Any = numba.config
     usual = config.CACHE_DIR
     try:
-        if _folder is not None:
-            config.CACHE_DIR = str(_folder)
+        if CACHE is not None:
+            config.CACHE_DIR = str(CACHE)
         # Numba's decorator is untyped, and so are its events below.
-        return numba.njit(cache=_folder is not None, **_OPTIONS)(function)  # type: ignore[no-any-return]
+        return numba.njit(cache=CACHE is not None, **_OPTIONS)(function)  # type: ignore[no-any-return]
     finally:
         config.CACHE_DIR = usual
 
@@ -98,17 +101,20 @@ class _Announcer(event.Listener):
         if self.said or not name.startswith("miburi."):
             return
         self.said = True
-        words = f"Miburi compiles its solver, which takes about 20 s ({_often()})."
-        print(words, file=sys.stderr, flush=True)
+        print(announcement(), file=sys.stderr, flush=True)
 
     def on_end(self, what: Any) -> None:
         pass
 
 
-def _often() -> str:
-    if _folder is not None:
-        return "once; later starts are quick"
-    return "at every start, as no cache folder can be written; set NUMBA_CACHE_DIR to one that can"
+def announcement() -> str:
+    """Say that Miburi compiles, how long that takes, and how often it will happen."""
+    often = "once; later starts are quick"
+    if CACHE is None:
+        often = (
+            "at every start: no cache folder can be written; set NUMBA_CACHE_DIR to one that can"
+        )
+    return f"Miburi compiles its solver, which takes about 20 s ({often})."
 
 
 event.register("numba:compile", _Announcer())  # type: ignore[no-untyped-call]

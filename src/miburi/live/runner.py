@@ -29,7 +29,7 @@ from miburi.partner import Event, GestureStarted, Partner, Released, Stopped
 from miburi.robot import Array, Robot
 from miburi.safety.contact import Rule
 
-__all__ = ["STEP", "BusyError", "Command", "Result", "Runner", "Snapshot"]
+__all__ = ["QUEUE", "STEP", "BusyError", "Command", "Result", "Runner", "Snapshot"]
 
 #: The loop's period in s; the encoders are read twice in it.
 STEP = 0.02
@@ -38,7 +38,7 @@ _PATIENCE = 0.2
 #: A live partner answers sooner than the one of the experiment (ours), s.
 _PERIOD = 0.5
 #: Commands that may wait for the next step.
-_QUEUE = 256
+QUEUE = 256
 #: The hand goes where it was asked to at no more than this speed, m/s (ours): it cannot jump
 #: into the robot.
 _HAND_SPEED = 1.2
@@ -109,7 +109,7 @@ class Runner:
         self._own_temperament = feelings.temperament
         self._seed = seed
         self._rule = rule
-        self._commands: queue.Queue[tuple[Command, Future[Any]]] = queue.Queue(_QUEUE)
+        self._commands: queue.Queue[tuple[Command, Future[Any]]] = queue.Queue(QUEUE)
         self._thread: threading.Thread | None = None
         self._ending = threading.Event()
         self._patience = 0.0
@@ -353,12 +353,12 @@ class Runner:
             self._commands.put_nowait((command, future))
         except queue.Full:
             raise BusyError(
-                f"{_QUEUE} commands are waiting already; ask again in a moment."
+                f"{QUEUE} commands are waiting already; ask again in a moment."
             ) from None
         return future
 
     def _run_commands(self) -> None:
-        for _ in range(_QUEUE):
+        for _ in range(QUEUE):
             try:
                 command, future = self._commands.get_nowait()
             except queue.Empty:
