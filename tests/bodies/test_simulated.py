@@ -11,7 +11,7 @@ from miburi.errors import InputError
 from miburi.robot import JOINTS, Robot, forward
 from miburi.robot.geometry import shoulders
 from miburi.safety.contact import Rule
-from miburi.safety.move import synchronised
+from miburi.safety.move import plan_move
 from miburi.safety.stop import Phase
 
 RAISED = np.array([0.2, 1.4, 0.9, 0.3, 1.4, -0.9, -0.3, 1.0])
@@ -38,7 +38,7 @@ def block(body: Simulated, arm: int, part: float = 0.5) -> None:
 
 
 def raise_arms(body: Simulated, duration: float = 0.8) -> None:
-    body.move(synchronised(body.robot, body.state.angles, RAISED, duration))
+    body.move(plan_move(body.robot, body.state.angles, RAISED, duration))
 
 
 def test_it_is_a_body_at_rest(robot: Robot) -> None:
@@ -142,7 +142,7 @@ def test_a_person_can_stop_it_and_move_the_soft_arm(robot: Robot) -> None:
 def test_crossed_arms_meet_and_stop(robot: Robot) -> None:
     body = Simulated(robot)
     crossed = np.array([0, 1.5, 1.7, 1.2, 1.5, -1.7, -1.2, 0.8])
-    body.move(synchronised(robot, robot.neutral, crossed, 1.0))
+    body.move(plan_move(robot, robot.neutral, crossed, 1.0))
     met = None
     for _ in range(100):
         body.step(0.02)

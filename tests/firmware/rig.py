@@ -16,7 +16,7 @@ from miburi.emulation.servos import Bus, Servo
 from miburi.robot import JOINTS, Robot, iphonoid
 from miburi.safety.contact import Sign
 from miburi.safety.controller import Controller
-from miburi.safety.move import Move, synchronised
+from miburi.safety.move import Move, plan_move
 from miburi.safety.profile import SECOND, to_steps
 from miburi.safety.stop import Phase
 
@@ -169,7 +169,7 @@ class Rig:
         stay = self.rng.random(8) < 0.3
         angles = np.clip(np.where(stay, here, angles), robot.lower, robot.upper)
         if self.rng.random() < 0.7:
-            return synchronised(robot, here, angles, float(self.rng.uniform(0.3, 2.0)))
+            return plan_move(robot, here, angles, float(self.rng.uniform(0.3, 2.0)))
         speeds = np.exp(self.rng.uniform(np.log(0.5), np.log(robot.servo.max_speed), 8))
         return Move(angles, speeds)
 

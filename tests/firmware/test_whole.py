@@ -24,7 +24,7 @@ from miburi.emulation.terminal import pump, servos
 from miburi.errors import BodyError
 from miburi.robot import JOINTS, iphonoid
 from miburi.safety.contact import Rule
-from miburi.safety.move import synchronised
+from miburi.safety.move import plan_move
 from miburi.safety.stop import Phase
 from miburi.studies import experiment
 
@@ -141,7 +141,7 @@ def test_a_body_on_a_pseudo_terminal(firmware: Path, monkeypatch: pytest.MonkeyP
     body.wake()
     angles = robot.neutral.copy()
     angles[0] += 0.4
-    body.move(synchronised(robot, robot.neutral, angles, 0.5))
+    body.move(plan_move(robot, robot.neutral, angles, 0.5))
     for _ in range(60):
         body.step(0.02)
     assert body.state.phase is Phase.IDLE

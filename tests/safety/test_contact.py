@@ -1,4 +1,4 @@
-"""The contact rule: exactly 0.9372, one motor stops all, and nothing that moves freely."""
+"""The contact rule: exactly 0.9372, one slow motor stops all, and free motion never stops."""
 
 from dataclasses import replace
 
@@ -14,7 +14,7 @@ from miburi.safety.printed import is_slow_as_printed
 from miburi.safety.profile import FINE, SECOND, Profile
 
 EIGHT = np.ones(8, dtype=np.int64)
-#: Grants of a usual size; those of the robot itself are judged by trials.
+#: Guards of a usual size; the trials test those of the robot itself.
 RULE = Rule(
     Guards(
         lag=30_000 * EIGHT,
@@ -25,7 +25,7 @@ RULE = Rule(
         arrival=20 * EIGHT,
     )
 )
-#: No grants: the bare ratio decides.
+#: Guards that grant nothing: the bare ratio decides.
 STRICT = Rule(
     Guards(
         lag=0 * EIGHT,
@@ -46,7 +46,7 @@ def watch(
 
 
 def follow(w: Watch, time: int, lag: int = 0) -> np.ndarray:
-    """Where motors are that follow their profile with a lag, in whole steps."""
+    """Return the positions of motors that follow their profile with a lag, in whole steps."""
     return w.start + w.direction * (w.profile.position(time - lag) // FINE)
 
 
@@ -58,7 +58,7 @@ def test_the_papers_numbers() -> None:
 
 @pytest.mark.parametrize("motor", range(8))
 def test_the_ratio_decides_to_the_step(motor: int) -> None:
-    """10,000 steps were due: 9372 are fast enough, 9371 are not, on each motor alone."""
+    """Of 10,000 expected steps 9372 are enough and 9371 are not, for each motor alone."""
     for travelled, stops in [(9371, True), (9372, False), (9373, False), (10_000, False)]:
         w = watch(STRICT, distance=100_000, speed=100_000, acceleration=10**9)
         due = w.profile.position(PAPER_PERIOD) // FINE
@@ -90,8 +90,8 @@ def test_boundary_is_the_integer_inequality(offset: int, windows: int) -> None:
     assert (w.look(positions, PAPER_PERIOD) is not None) == slow
 
 
-def test_with_the_limit_at_zero_nothing_would_ever_be_slow() -> None:
-    """The mutation that shows that the tests above can fail."""
+def test_with_a_ratio_of_zero_no_motor_is_ever_slow() -> None:
+    """This mutation shows that the tests above can fail."""
     w = watch(replace(STRICT, ratio=0))
     assert w.look(0 * EIGHT, 10 * PAPER_PERIOD) is None
     w = watch(STRICT)
@@ -108,10 +108,10 @@ def test_with_the_limit_at_zero_nothing_would_ever_be_slow() -> None:
 def test_a_free_motor_is_never_stopped(
     distance: int, speed: int, acceleration: int, jitter: int, phase: int
 ) -> None:
-    """It follows with the calibrated lag ± 3 ms; looks come at any phase and with jitter."""
+    """Its lag differs from the calibrated one by up to 3 ms; readings start at any phase."""
     w = watch(RULE, distance, speed, acceleration)
     lag = int(RULE.guards.lag[0]) + jitter * 3 // 10
-    # At 3 ms more lag a fast motor misses up to 12 steps at first: within the waist's slack.
+    # With 3 ms more lag a fast motor is up to 12 steps short at first.
     generous = replace(RULE.guards, slack=20 * EIGHT)
     w = Watch(replace(RULE, guards=generous), w.profile, w.start, w.direction)
     end = int(w.profile.total.max()) + 3 * PAPER_PERIOD
@@ -135,7 +135,7 @@ def test_a_blocked_motor_stops_all_soon(motor: int, speed: int, when: float, bac
         if contact is not None:
             assert contact.motor == motor
             assert time > blocked
-            # One look to see it, one more where a ramp makes the motion slow.
+            # One reading to see it, one more where a ramp makes the motion slow.
             assert time - blocked <= 3 * PAPER_PERIOD
             break
     missing = 1500 - int(profile.position(blocked - lag)[motor]) // FINE
@@ -143,10 +143,10 @@ def test_a_blocked_motor_stops_all_soon(motor: int, speed: int, when: float, bac
 
 
 def test_a_slow_motor_is_judged_over_a_longer_window() -> None:
-    """50 steps/s bring 5 steps a period: four periods make one judgement of 20 steps."""
+    """At 50 steps/s a period brings 5 steps: it takes four periods to expect the least, 16."""
     w = watch(RULE, distance=400, speed=50)
-    seen = [w.look(0 * EIGHT, k * PAPER_PERIOD) is not None for k in range(1, 8)]
-    assert seen.index(True) >= 3
+    stops = [w.look(0 * EIGHT, k * PAPER_PERIOD) is not None for k in range(1, 8)]
+    assert stops.index(True) >= 3
     w = watch(RULE, distance=400, speed=50)
     lag = int(RULE.guards.lag[0])
     for k in range(1, 80):
@@ -171,8 +171,8 @@ def test_backstop_tracking_sees_a_resting_motor_that_is_pushed() -> None:
 
 
 @pytest.mark.parametrize("back", [False, True])
-def test_a_fast_move_may_be_off_by_what_the_lag_is_in_doubt(back: bool) -> None:
-    """2 ms at 3000 steps/s are 6 steps, at the top speed that the move comes to, either way."""
+def test_the_tracking_guards_widen_with_the_speed(back: bool) -> None:
+    """By what the motor travels in 2 ms at its top speed: 6 steps at 3000 steps/s."""
     generous = replace(RULE.guards, slack=200 * EIGHT)
     direction = -EIGHT if back else EIGHT
     for distance, top in [(2000, 3000), (75, 1000)]:
@@ -190,20 +190,20 @@ def test_a_fast_move_may_be_off_by_what_the_lag_is_in_doubt(back: bool) -> None:
                 assert contact is None or (contact.motor, contact.sign) == (5, Sign.TRACKING)
 
 
-def test_a_motor_is_judged_at_every_reading_from_the_last_periods_end() -> None:
-    """Due are 200 steps a period; what a motor did before the period's end no longer counts."""
+def test_a_window_starts_at_the_end_of_a_period_and_grows_with_each_reading() -> None:
+    """Each period brings 200 steps. Travel from before the window no longer counts."""
     w = watch(STRICT, distance=20_000, speed=2000, acceleration=10**9)
     assert w.look(follow(w, PAPER_PERIOD), PAPER_PERIOD) is None
     ahead = follow(w, 2 * PAPER_PERIOD) + 100
     assert w.look(ahead, 2 * PAPER_PERIOD) is None
-    # 20 steps were due since then, and none came, though the motor is still ahead.
+    # The motor is still ahead, but in the new window it made none of 20 expected steps.
     contact = w.look(ahead, 2 * PAPER_PERIOD + 10_000)
     assert contact is not None
     assert contact.sign is Sign.SPEED
     assert contact.measured == 0
     assert abs(contact.expected - 20 * FINE) <= FINE
     assert contact.length == 10_000
-    # Within a period, all of its travel counts: 120 of 140 steps are too few, 132 are enough.
+    # All travel since the window began counts: 120 of 140 steps are too few, 132 are enough.
     for travelled, stops in [(120, True), (132, False)]:
         w = watch(STRICT, distance=20_000, speed=2000, acceleration=10**9)
         assert w.look(follow(w, PAPER_PERIOD), PAPER_PERIOD) is None
@@ -211,7 +211,7 @@ def test_a_motor_is_judged_at_every_reading_from_the_last_periods_end() -> None:
         assert (w.look(positions, PAPER_PERIOD + 70_000) is not None) == stops
 
 
-def test_backstop_arrival_sees_a_motor_that_never_comes() -> None:
+def test_backstop_arrival_sees_a_motor_that_never_arrives() -> None:
     limit = int(RULE.guards.arrival[2])
     # No window expects so much travel: only the backstop is left.
     late_alone = Rule(replace(RULE.guards, least=1000 * EIGHT))
@@ -230,7 +230,7 @@ def test_backstop_arrival_sees_a_motor_that_never_comes() -> None:
         assert w.look(positions, late - 1) is None
 
 
-def test_the_motor_furthest_behind_is_named() -> None:
+def test_a_contact_names_the_motor_that_is_furthest_behind() -> None:
     w = watch(STRICT, speed=2000)
     positions = follow(w, PAPER_PERIOD)
     positions[3], positions[6] = 50, 20
@@ -244,12 +244,12 @@ def test_the_motor_furthest_behind_is_named() -> None:
     assert contact.motor == 3
 
 
-def test_ratio_of_a_contact_without_expectation_is_zero() -> None:
+def test_the_ratio_is_zero_where_no_travel_was_expected() -> None:
     assert Contact(0, Sign.TRACKING, 50, 0, 1).ratio == 0.0
 
 
 def test_the_printed_rule_stops_a_ramped_free_move() -> None:
-    """Why the reference compares with the profile: the first window is a ramp."""
+    """The first window is a ramp; that is why our rule compares with the profile."""
     profile = Profile.plan(1000 * EIGHT, 1000 * EIGHT, 13_000 * EIGHT)
     first = profile.position(PAPER_PERIOD) // FINE
     middle = profile.position(3 * PAPER_PERIOD) // FINE - profile.position(2 * PAPER_PERIOD) // FINE

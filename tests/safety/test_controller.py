@@ -1,4 +1,4 @@
-"""The card's logic: idle → moving → stopped → returning → idle, and no other way round."""
+"""The card's logic: idle → moving → stopped → returning → idle, and no other order."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from miburi.errors import BodyError
 from miburi.robot import JOINTS, Robot
 from miburi.safety.contact import Rule
 from miburi.safety.controller import FURTHEST, GIVE_WAY, RETURN_SPEED, YIELD_AFTER, Controller
-from miburi.safety.move import Move, synchronised
+from miburi.safety.move import Move, plan_move
 from miburi.safety.profile import FINE, SECOND, Steps, to_steps
 from miburi.safety.stop import Phase, StopReason
 
@@ -42,7 +42,7 @@ def motors(robot: Robot) -> Motors:
 
 def raised(robot: Robot, duration: float = 0.8) -> Move:
     end = robot.neutral + np.array([0.3, 1.2, -0.5, 0.2, 1.2, 0.5, -0.2, 0.2])
-    return synchronised(robot, robot.neutral, end, duration)
+    return plan_move(robot, robot.neutral, end, duration)
 
 
 def test_a_free_move_ends_idle_at_its_goal(motors: Motors, robot: Robot) -> None:
@@ -79,7 +79,7 @@ def test_one_blocked_motor_stops_all_and_the_stop_is_latched(
 def test_after_a_contact_the_body_goes_back_along_its_path(
     motors: Motors, robot: Robot, motor: int, seconds: float
 ) -> None:
-    """Where it was stopped it would press on; behind where it started nobody was asked."""
+    """Far enough to stop pressing, but never behind where the move began."""
     controller = motors.controller
     controller.move(raised(robot), motors.positions, motors.time)
     start = motors.positions
@@ -88,11 +88,11 @@ def test_after_a_contact_the_body_goes_back_along_its_path(
     while controller.phase is Phase.MOVING:
         motors.run(TICK / SECOND)
     direction = np.sign(to_steps(robot, raised(robot).angles) - start)
-    way = (motors.positions - start) * direction
+    travel = (motors.positions - start) * direction
     back = (motors.positions - controller.origin) * direction
     give_way, furthest = (round(limit / robot.servo.step) for limit in (GIVE_WAY, FURTHEST))
-    part = min(1.0, give_way / max(way[motor], 1), furthest / max(way.max(), 1))
-    assert ((back >= way * part - 1) & (back <= way * part)).all()
+    part = min(1.0, give_way / max(travel[motor], 1), furthest / max(travel.max(), 1))
+    assert ((back >= travel * part - 1) & (back <= travel * part)).all()
     assert back.max() <= furthest
     assert back[motor] <= give_way
     assert back.max() > 0
@@ -100,10 +100,10 @@ def test_after_a_contact_the_body_goes_back_along_its_path(
 
 @pytest.mark.parametrize("motor", range(8))
 @pytest.mark.parametrize("off", [-1, 1])
-def test_who_still_keeps_a_motor_from_its_place_wins_once(
+def test_a_motor_that_is_held_away_from_its_place_yields_once(
     motors: Motors, robot: Robot, motor: int, off: int
 ) -> None:
-    """A stopped motor must not push back for ever; nor may a load pull it further and further."""
+    """It must not push back for ever, and a load must not pull it further and further."""
     controller = motors.controller
     controller.move(raised(robot), motors.positions, motors.time)
     motors.run(0.3)
@@ -112,48 +112,48 @@ def test_who_still_keeps_a_motor_from_its_place_wins_once(
         motors.run(TICK / SECOND)
     stopped, place = motors.time - TICK, controller.origin
     most = int(controller.rule.guards.slack[motor])
-    kept = place.copy()
-    kept[motor] += off * most
-    controller.update(kept, stopped + YIELD_AFTER - 1)
-    controller.update(kept, stopped + YIELD_AFTER)
+    pushed = place.copy()
+    pushed[motor] += off * most
+    controller.update(pushed, stopped + YIELD_AFTER - 1)
+    controller.update(pushed, stopped + YIELD_AFTER)
     np.testing.assert_array_equal(controller.origin, place)
 
     controller.release(place, motors.time)
     controller.update(place + 1000, motors.time + TICK)
     assert controller.phase is Phase.STOPPED
     stopped, place = motors.time + TICK, controller.origin
-    kept = place.copy()
-    kept[motor] += off * (most + 1)
-    controller.update(kept, stopped + YIELD_AFTER - 1)
+    pushed = place.copy()
+    pushed[motor] += off * (most + 1)
+    controller.update(pushed, stopped + YIELD_AFTER - 1)
     np.testing.assert_array_equal(controller.origin, place)
-    controller.update(kept, stopped + YIELD_AFTER)
-    np.testing.assert_array_equal(controller.origin, kept)
-    np.testing.assert_array_equal(controller.setpoint(stopped + SECOND), kept * FINE)
-    controller.update(kept + 50, stopped + 2 * YIELD_AFTER)
-    np.testing.assert_array_equal(controller.origin, kept)
+    controller.update(pushed, stopped + YIELD_AFTER)
+    np.testing.assert_array_equal(controller.origin, pushed)
+    np.testing.assert_array_equal(controller.setpoint(stopped + SECOND), pushed * FINE)
+    controller.update(pushed + 50, stopped + 2 * YIELD_AFTER)
+    np.testing.assert_array_equal(controller.origin, pushed)
 
 
 @pytest.mark.parametrize("hangs", [-4, 0, 4, 100])
-def test_after_a_contact_the_goals_carry_the_loads_that_they_carried_before(
+def test_after_a_contact_the_goals_stay_above_the_motors_by_their_sag(
     motors: Motors, robot: Robot, hangs: int
 ) -> None:
-    """Held where they hang, loaded motors would sink as far again, onto whom they touch."""
+    """With goals where they hang, loaded motors would sink again, onto the person they touch."""
     controller = motors.controller
     held = min(hangs, round(GIVE_WAY / robot.servo.step))
     here = controller.origin - hangs
     controller.move(raised(robot), here, motors.time)
-    # Pushed against its way, a motor that has not moved yet has no way to go back.
+    # A motor that is pushed before it has moved has no path to go back along.
     pushed = here.copy()
     pushed[6] += 200
     controller.update(pushed, TICK)
     assert controller.phase is Phase.STOPPED
     np.testing.assert_array_equal(controller.origin, pushed + held)
-    # To hang as before is not to be kept from one's place.
+    # A motor that hangs as before is not held away from its place.
     controller.update(pushed, TICK + YIELD_AFTER)
     np.testing.assert_array_equal(controller.origin, pushed + held)
 
 
-def test_a_stop_that_was_asked_for_moves_nothing(motors: Motors, robot: Robot) -> None:
+def test_a_requested_stop_moves_nothing(motors: Motors, robot: Robot) -> None:
     controller = motors.controller
     controller.move(raised(robot), motors.positions, motors.time)
     motors.run(0.4)
@@ -165,7 +165,7 @@ def test_a_stop_that_was_asked_for_moves_nothing(motors: Motors, robot: Robot) -
 
 
 def test_a_stop_at_rest_moves_nothing(motors: Motors, robot: Robot) -> None:
-    """Not even by what the motors hung from their goals in the pose before."""
+    """Not even by the sag that the motors had in the pose before."""
     controller = motors.controller
     controller.move(raised(robot), motors.positions - 3, motors.time)
     motors.run(1.2)
@@ -175,7 +175,7 @@ def test_a_stop_at_rest_moves_nothing(motors: Motors, robot: Robot) -> None:
     np.testing.assert_array_equal(controller.origin, goals)
 
 
-def test_the_way_back_is_slow_and_ends_at_neutral(motors: Motors, robot: Robot) -> None:
+def test_the_return_is_slow_and_ends_at_neutral(motors: Motors, robot: Robot) -> None:
     controller = motors.controller
     controller.move(raised(robot), motors.positions, motors.time)
     motors.run(0.4)
@@ -195,7 +195,9 @@ def test_the_way_back_is_slow_and_ends_at_neutral(motors: Motors, robot: Robot) 
     np.testing.assert_array_equal(motors.positions, to_steps(robot, robot.neutral))
 
 
-def test_blocked_on_the_way_back_is_another_stop(motors: Motors, robot: Robot) -> None:
+def test_a_motor_that_is_blocked_on_the_return_stops_the_body_again(
+    motors: Motors, robot: Robot
+) -> None:
     controller = motors.controller
     controller.move(raised(robot), motors.positions, motors.time)
     motors.run(0.5)
@@ -217,7 +219,7 @@ def test_a_release_starts_from_where_somebody_moved_the_arms(motors: Motors, rob
     np.testing.assert_array_equal(controller.setpoint(motors.time), pushed * FINE)
 
 
-def test_what_is_refused(motors: Motors, robot: Robot) -> None:
+def test_wrong_calls_are_refused(motors: Motors, robot: Robot) -> None:
     controller = motors.controller
     with pytest.raises(BodyError, match="only a stopped body"):
         controller.release(motors.positions, 0)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from miburi.errors import InputError
 from miburi.robot import iphonoid
-from miburi.safety.move import Move, synchronised
+from miburi.safety.move import Move, plan_move
 from miburi.safety.profile import FINE, SECOND, Profile, to_steps
 
 ROBOT = iphonoid()
@@ -22,7 +22,7 @@ def one(distance: int, speed: int, acceleration: int) -> Profile:
 
 
 @given(counts, speeds, accelerations)
-def test_a_profile_starts_at_nothing_ends_at_all_and_never_turns_back(
+def test_a_profile_runs_from_zero_to_its_distance_and_never_turns_back(
     distance: int, speed: int, acceleration: int
 ) -> None:
     profile = one(distance, speed, acceleration)
@@ -79,18 +79,18 @@ def test_all_motors_arrive_together(seed: int, duration: float, share: float) ->
     rng = np.random.default_rng(seed)
     start = rng.uniform(ROBOT.lower, ROBOT.upper)
     end = start + share * (rng.uniform(ROBOT.lower, ROBOT.upper) - start)
-    move = synchronised(ROBOT, start, end, duration)
+    move = plan_move(ROBOT, start, end, duration)
     assert np.all(move.speeds <= ROBOT.servo.max_speed)
-    way = np.abs(to_steps(ROBOT, end) - to_steps(ROBOT, start))
+    distance = np.abs(to_steps(ROBOT, end) - to_steps(ROBOT, start))
     ramp = np.full(8, round(ROBOT.servo.acceleration / STEP))
-    profile = Profile.plan(way, np.maximum(to_steps(ROBOT, move.speeds), 1), ramp)
-    if way.max() > 0:
-        most = int(way.argmax())
+    profile = Profile.plan(distance, np.maximum(to_steps(ROBOT, move.speeds), 1), ramp)
+    if distance.max() > 0:
+        most = int(distance.argmax())
         v, a = move.speeds[most], ROBOT.servo.acceleration
-        together = way[most] * STEP / v + v / a
+        together = distance[most] * STEP / v + v / a
         assert together >= duration - 1e-9
-        # The card counts whole steps a second: slow motors come a little early or late.
-        moving = way >= 20
+        # The card counts whole steps/s: slow motors arrive a little early or late.
+        moving = distance >= 20
         whole = to_steps(ROBOT, move.speeds)[moving]
         late = np.abs(profile.total[moving] / SECOND - together)
         assert np.all(late <= 0.01 + together * 0.6 / whole)
@@ -98,7 +98,7 @@ def test_all_motors_arrive_together(seed: int, duration: float, share: float) ->
 
 def test_a_move_that_is_too_fast_takes_the_time_it_needs() -> None:
     end = ROBOT.neutral + np.array([1.5, 0, 0, 0, 0, 0, 0, 0])
-    move = synchronised(ROBOT, ROBOT.neutral, end, 0.01)
+    move = plan_move(ROBOT, ROBOT.neutral, end, 0.01)
     assert move.speeds[0] == pytest.approx(np.sqrt(1.5 * ROBOT.servo.acceleration), rel=1e-3)
     assert np.all(move.speeds[1:] == 0)
 
@@ -110,4 +110,4 @@ def test_nonsense_is_refused() -> None:
             Move(angles, pace)
     for duration in (0.0, -1.0, np.nan):
         with pytest.raises(InputError, match="duration must"):
-            synchronised(ROBOT, zero, zero, duration)
+            plan_move(ROBOT, zero, zero, duration)

@@ -26,7 +26,7 @@ from miburi.errors import BodyError
 from miburi.robot import JOINTS, Array, Robot
 from miburi.robot.guards import GUARDS
 from miburi.safety.contact import Rule
-from miburi.safety.move import Move, synchronised
+from miburi.safety.move import Move, plan_move
 from miburi.safety.profile import Profile, Steps, to_steps
 from miburi.safety.stop import Phase
 
@@ -90,9 +90,9 @@ def free_moves(robot: Robot) -> Iterator[tuple[str, Move]]:
     for duration in _DURATIONS:
         for side in (-1.0, 1.0):
             there = middle + side * alike * half
-            yield "all joints", synchronised(robot, here, there, duration)
+            yield "all joints", plan_move(robot, here, there, duration)
             here = there
-    yield "all joints", synchronised(robot, here, robot.neutral, _DURATIONS[0])
+    yield "all joints", plan_move(robot, here, robot.neutral, _DURATIONS[0])
 
 
 def _move(robot: Robot, angles: Array, speed: float) -> Move:

@@ -20,7 +20,7 @@ from miburi.feelings import FEELINGS, Expression, FeelingModel
 from miburi.partner.performance import Performance
 from miburi.partner.recovery import Recovery
 from miburi.robot import Array, Robot
-from miburi.safety.move import Move, synchronised
+from miburi.safety.move import Move, plan_move
 from miburi.safety.stop import Phase, Stop, StopReason
 
 __all__ = [
@@ -295,7 +295,7 @@ class Partner:
         if not self._quiet:
             for index, pose in performance.go_on(self._mood_of(shown)):
                 solution = self._solve(robot, pose.target, self._angles)
-                move = synchronised(robot, self._angles, solution.angles, pose.duration)
+                move = plan_move(robot, self._angles, solution.angles, pose.duration)
                 if np.max(np.abs(solution.angles - self._angles)) < robot.servo.step:
                     continue  # nowhere to go: a mood of 0 rests at neutral
                 if self._send(move):
@@ -319,7 +319,7 @@ class Partner:
     def _go_home(self) -> None:
         neutral = self.body.robot.neutral
         if not np.array_equal(self._angles, neutral) and self._send(
-            synchronised(self.body.robot, self._angles, neutral, HOMECOMING)
+            plan_move(self.body.robot, self._angles, neutral, HOMECOMING)
         ):
             self._angles = np.array(neutral)
 

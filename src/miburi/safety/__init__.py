@@ -1,1 +1,1 @@
-"""What must equal the firmware, header for header: moves, profiles, the contact rule, stops."""
+"""Moves, profiles, the contact rule and stops: the firmware has a twin of each module."""

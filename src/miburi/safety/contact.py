@@ -1,26 +1,53 @@
-"""The contact rule of Section 2: the reference that the firmware equals, decision for decision.
+"""The contact rule of Section 2: has the robot met something? Then all its motors must stop.
 
-The paper: every p = 0.1 s each motor's speed is worked out from its positions; if one motor is
-slower than 0.9372 of the speed sent to it, the robot has met an obstacle and all motors stop
-(Eqs. 1 and 2, Fig. 1).
+In go the commanded profile of one move and then, at every reading of the encoders (10 ms apart in
+simulation, 20 ms on the card), the positions of the eight motors. Out comes a :class:`Contact`,
+or None. All quantities are integers, in encoder steps and µs. The firmware's ``contact.h`` makes
+the same decision at every reading.
 
-Compared with the nominal speed alone, that rule stops every free move: a motor ramps up, ramps
-down, and follows its command with a lag. So the reference keeps p, the ratio and "one motor
-stops all", and compares with the travel that the *commanded profile*, ramps included, should
-have brought in the same time, delayed by the servo's lag. What it adds (all ours):
+The paper's rule: every p = 0.1 s, work out the speed of each motor from its positions. If one
+motor is slower than 0.9372 of the speed sent to it, the robot has met an obstacle and all motors
+stop (Eqs. 1 and 2, Fig. 1).
 
-- a motor is judged at every reading of the encoders, over its travel since the last period's
-  end: nobody has to wait for the end of a period who is hit at its beginning;
-- a motor that should have moved less than ``least`` since then is judged later, over a longer
-  window: one encoder step is too coarse a measure for a slow motion;
-- ``slack`` steps may always be missing: an encoder step, and the play of the gears;
-- two backstops: a motor may never be further than ``behind`` or ``ahead`` from where it should
-  be, and must be within ``arrival`` of its goal one period after its profile has ended. A lag
-  varies from move to move: on top, a move is granted what ``LAG_DOUBT`` is at its top speed.
+This rule compares travels instead of speeds. A motor passes if, in the current window::
 
-:mod:`miburi.safety.printed` keeps the paper's rule to the letter, for comparison.
+    measured travel + slack ≥ 0.9372 × expected travel
 
-All quantities are integers, in units of an encoder step and µs, as on the card.
+The expected travel is that of the commanded profile, ramps included, delayed by the servo's lag.
+A window starts at the end of a period and grows with each reading until the next period ends.
+For a motor that cruises at 800 steps/s, with a slack of 5 steps::
+
+    reading at [ms]               110      120    ...    200   |    210      220    ...
+    window [ms]                 100–110  100–120       100–200 |  200–210  200–220
+    expected travel [steps]         8       16            80   |      8       16
+    measured travel, at least       3       10            70   |      3       10
+
+So a motor that is blocked at the start of a period stops the robot at the next reading. It need
+not wait for the period to end.
+
+Each motor has six guards, which calibration derives from free motion. The figures here are those
+of the iphonoid's right shoulder; a step is 0.088°.
+
+1. ``lag``, 32 ms: the motor follows its profile so much later.
+2. ``slack``, 5 steps: may always be missing from a window, because encoders count whole steps and
+   gears have play.
+3. ``least``, 8 steps: a window in which less travel is expected is not judged, because one step is
+   too coarse a measure for a slow motion. If that is still so when the period ends, the window
+   runs on: at 50 steps/s it is judged after 160 ms.
+4. ``behind``, 11 steps: the motor may never be further behind the delayed profile.
+5. ``ahead``, 14 steps: nor further ahead of it.
+6. ``arrival``, 11 steps: one period after the delayed profile has ended, the motor must be this
+   close to its goal.
+
+Guards 4 and 5 widen with the speed of the move. A lag varies from move to move by up to
+``LAG_DOUBT`` = 2 ms, which at a top speed of 3000 steps/s are 6 steps more.
+
+What the rule cannot see: an obstacle that holds a motor back by less than its guards. Contacts
+that are slow, soft or near a joint's axis are noticed late (docs/safety.md has the figures).
+
+The period, the ratio and "one motor stops all" are the paper's; all else is ours. Compared with
+the nominal speed, as the paper prints it, the rule stops every free move of a real servo, which
+ramps up, ramps down and lags. :mod:`miburi.safety.printed` keeps that rule for comparison.
 """
 
 from dataclasses import dataclass, field
@@ -49,11 +76,11 @@ __all__ = [
 
 Flags = NDArray[np.bool_]
 
-#: Eq. 2's limit in parts of 10 000.
+#: The limit of Eq. 2, in parts of 10 000.
 PAPER_RATIO = 9372
-#: Eq. 1's period, in µs.
+#: The period of Eq. 1, in µs.
 PAPER_PERIOD = SECOND // 10
-#: By how much a servo's lag may differ from move to move, in µs (ours).
+#: How much a servo's lag may vary from move to move, in µs (ours).
 LAG_DOUBT = 2000
 _NONE = np.zeros(8, dtype=np.bool_)
 _READINGS = np.arange(20, dtype=np.int64) * (SECOND // 100)
@@ -61,7 +88,7 @@ _READINGS = np.arange(20, dtype=np.int64) * (SECOND // 100)
 
 @dataclass(frozen=True)
 class Rule:
-    """Period p in µs, ratio in parts of 10 000 (Eqs. 1 and 2), and the servo's guards."""
+    """Period p in µs, ratio in parts of 10 000 (Eqs. 1 and 2), and the guards of the motors."""
 
     guards: Guards[Steps]
     period: int = PAPER_PERIOD
@@ -78,7 +105,7 @@ class Rule:
 
 
 class Sign(StrEnum):
-    """By what the rule knew a contact."""
+    """Which part of the rule saw the contact: the window, a backstop on the way, or at the goal."""
 
     SPEED = "speed"
     TRACKING = "tracking"
@@ -87,7 +114,7 @@ class Sign(StrEnum):
 
 @dataclass(frozen=True)
 class Contact:
-    """Why the motors were stopped.
+    """The contact that stops the motors.
 
     Attributes
     ----------
@@ -96,10 +123,9 @@ class Contact:
     sign
         Which part of the rule saw it.
     measured, expected
-        Travel in the judged window (sign speed) or since the move's start (backstops), in
-        1/256 steps.
+        Travel in 1/256 steps: in the window for the sign ``speed``, else since the move began.
     length
-        µs in which the motor travelled so.
+        Duration of that travel, µs.
     """
 
     motor: int
@@ -121,21 +147,21 @@ class Contact:
 
 @dataclass(frozen=True)
 class Window:
-    """What one reading compared: travel in the judged window, or since the move's start.
+    """What the rule compared at one reading.
 
-    The latter only where a backstop saw a contact; it judges the motors that it saw, and grants
-    no slack.
+    Travel is counted in the window. Where a backstop (tracking or arrival) saw a contact, it is
+    counted since the move began, without slack, and only the motors that it caught are judged.
 
     Attributes
     ----------
     measured, expected
         (8,) travel in 1/256 steps.
     granted
-        (8,) the measured travel with the slack: what is held against the expected.
+        (8,) measured travel plus slack, which the rule compares with the expected travel.
     judged
-        (8,) whether the motor was judged: for one, because enough was expected of it.
+        (8,) whether the motor was judged; in a window, whether at least ``least`` was expected.
     length
-        (8,) µs over which the motor was looked at.
+        (8,) duration of the travel, µs.
     """
 
     measured: Steps
@@ -147,7 +173,7 @@ class Window:
 
 @dataclass
 class Watch:
-    """The rule's view of one move; :meth:`look` at each reading of the encoders.
+    """Watch one move by the rule: call :meth:`look` at each reading of the encoders.
 
     Attributes
     ----------
@@ -158,7 +184,7 @@ class Watch:
     start, direction
         (8,) positions in steps when the move began; (8,) +1 or −1.
     window
-        What the latest reading compared; None before the first.
+        What the rule compared at the latest reading; None before the first.
     """
 
     rule: Rule
@@ -171,7 +197,7 @@ class Watch:
     _since: Steps = field(init=False)
     _period_ends: int = field(init=False)
     _end: int = field(init=False)
-    _due_soon: dict[int, Steps] = field(init=False, default_factory=dict)
+    _upcoming: dict[int, Steps] = field(init=False, default_factory=dict)
 
     def __post_init__(self) -> None:
         guards = self.rule.guards
@@ -193,18 +219,18 @@ class Watch:
 
         Returns
         -------
-        The contact, named after the motor that fell furthest behind, or None.
+        The contact of the motor that is furthest from where it should be, or None.
         """
-        expected, measured = self._due(time), self._travel(positions)
-        should, did = expected - self._expected, measured - self._measured
-        judged, granted = should >= self._least, did + self._slack
-        self.window = Window(did, should, granted, judged, time - self._since)
+        expected, measured = self._expected_travel(time), self._travel(positions)
+        window_expected, window_measured = expected - self._expected, measured - self._measured
+        judged, granted = window_expected >= self._least, window_measured + self._slack
+        self.window = Window(window_measured, window_expected, granted, judged, time - self._since)
         if time >= self._period_ends:
             self._period_ends += self.rule.period
             self._expected = np.where(judged, expected, self._expected)
             self._measured = np.where(judged, measured, self._measured)
             self._since = np.where(judged, time, self._since)
-        slow = judged & (granted * 10_000 < should * self.rule.ratio)
+        slow = judged & (granted * 10_000 < window_expected * self.rule.ratio)
         behind = expected - measured
         astray = (behind > self._behind) | (-behind > self._ahead)
         missing = _NONE
@@ -222,33 +248,33 @@ class Watch:
         return worst(Sign.ARRIVAL, missing, self.window)
 
     def arrived(self, positions: Steps, time: int) -> bool:
-        """Whether every profile has ended and every motor is at its goal."""
+        """Return whether every profile has ended and every motor is at its goal."""
         if time < self._end:
             return False
         return bool(np.all(np.abs(self._goal - self._travel(positions)) <= self._arrival))
 
-    def _due(self, time: int) -> Steps:
-        """Travel that the profile should have brought, (8,)."""
-        if time not in self._due_soon:
-            # Worked out for some regular readings at once, which costs hardly more than one.
+    def _expected_travel(self, time: int) -> Steps:
+        """Return the travel of the delayed profile since the move began, (8,) in 1/256 steps."""
+        if time not in self._upcoming:
+            # Twenty regular readings at once cost hardly more than one.
             times = time + _READINGS
-            due = self.profile.position(times[:, None] - self.rule.guards.lag)
-            self._due_soon = dict(zip(times.tolist(), due, strict=True))
-        return self._due_soon[time]
+            travels = self.profile.position(times[:, None] - self.rule.guards.lag)
+            self._upcoming = dict(zip(times.tolist(), travels, strict=True))
+        return self._upcoming[time]
 
     def _travel(self, positions: Steps) -> Steps:
         return (positions - self.start) * self.direction * FINE
 
 
 def lag_doubt(profile: Profile) -> Steps:
-    """Return what ``LAG_DOUBT`` is at the top speed of each motor's move, (8,) in 1/256 steps."""
+    """Return how far each motor travels in ``LAG_DOUBT`` at its top speed, (8,) in 1/256 steps."""
     return profile.fastest * FINE * LAG_DOUBT // SECOND
 
 
 def worst(sign: Sign, suspects: Flags, window: Window) -> Contact:
-    """Name the suspect with the largest shortfall; of equals, the first in the paper's order."""
-    shortfall = np.where(suspects, np.abs(window.expected - window.measured), -1)
-    motor = int(np.argmax(shortfall))
+    """Return the contact of the suspect with the largest deviation; of equals, the first."""
+    deviation = np.where(suspects, np.abs(window.expected - window.measured), -1)
+    motor = int(np.argmax(deviation))
     measured, expected, length = (
         int(values[motor]) for values in (window.measured, window.expected, window.length)
     )

@@ -1,7 +1,24 @@
-"""The card in Python: takes moves, watches the motors by the contact rule, stops, returns.
+"""The card's logic in Python: take a move, watch the motors, stop on contact, return to neutral.
 
-It sees only what a card sees, encoder steps and a clock, and tells the servos one thing, their
-commanded profile. The firmware is its twin.
+In go moves, stops and releases and, at every reading of the encoders, the positions of the eight
+motors with the time. Out come the phase, the stop that holds, and the setpoints for the servos.
+The controller knows no more than a card does: encoder steps and a clock. The firmware's
+``controller.h`` makes the same decisions::
+
+    IDLE ──move──▶ MOVING ──goal reached──▶ IDLE
+    MOVING or RETURNING ──contact──▶ STOPPED
+    any phase ──stop──▶ STOPPED
+    STOPPED ──release──▶ RETURNING ──neutral reached──▶ IDLE
+
+A stop latches: only a release ends it. A stop that somebody asked for holds the motors where they
+are. After a contact the body first gives way, since a motor that holds where it was blocked goes
+on pressing (all figures are ours):
+
+1. All motors go back along their path until the motor that met something has gone back by
+   ``GIVE_WAY``, 1.4°. No motor goes further than ``FURTHEST``, 4.2°.
+2. After ``YIELD_AFTER``, 150 ms, a motor that somebody still holds away from its place stays
+   where it is and does not push back. This happens once for each contact, so that a load cannot
+   pull a motor further and further.
 """
 
 from dataclasses import dataclass
@@ -12,30 +29,27 @@ from miburi.errors import BodyError
 from miburi.robot import JOINTS, Robot
 from miburi.safety.contact import Rule, Watch, Window
 from miburi.safety.move import Move
-from miburi.safety.profile import FINE, SECOND, Steps, commanded, to_steps
+from miburi.safety.profile import FINE, SECOND, Steps, plan_profile, to_steps
 from miburi.safety.stop import Phase, Stop, StopReason
 
 __all__ = ["FURTHEST", "GIVE_WAY", "RETURN_SPEED", "YIELD_AFTER", "Controller", "check_move"]
 
-#: Speed of the return to neutral after a stop, in rad/s of the motor with the longest way (ours).
+#: Speed of the return to neutral, in rad/s of the motor that has the furthest to go (ours).
 RETURN_SPEED = 0.8
-#: After a contact all motors go back the way they came, until the one that met something has
-#: given way by so much, rad, but none further than the second figure: held where it stopped, the
-#: robot would go on pressing (ours).
+#: After a contact the motor that met something goes back by the first angle, and no motor by more
+#: than the second, in rad (ours).
 GIVE_WAY, FURTHEST = 0.0245, 0.0736
-#: A motor that somebody still keeps from its place so long after a contact, in µs, stays where it
-#: is: it must not push back. Once for each contact, so that no load can pull it further and
-#: further (ours).
+#: Time after a contact at which motors that are held away from their places give in, µs (ours).
 YIELD_AFTER = 150_000
 
 
 def check_move(robot: Robot, phase: Phase, move: Move) -> None:
-    """Refuse what no body may do.
+    """Refuse a move that no body may make.
 
     Raises
     ------
     BodyError
-        The body is not idle, a joint limit is left, or a speed is above the servo's.
+        The body is not idle, an angle is outside the joint limits, or a speed is above the servo's.
     """
     if phase is not Phase.IDLE:
         raise BodyError(f"The body is {phase}; only an idle body takes a move.")
@@ -55,16 +69,18 @@ def check_move(robot: Robot, phase: Phase, move: Move) -> None:
 
 @dataclass
 class Controller:
-    """One body's states and rule; positions are encoder steps (8,), times µs on its clock.
+    """The phases and the contact rule of one body.
+
+    Positions are encoder steps, (8,); times are µs on the body's clock.
 
     Attributes
     ----------
     robot, rule
         The description, and the contact rule with its guards.
     origin
-        The goal at which the motors are held when no profile runs.
+        Where the commanded profile starts; the motors hold there when no profile runs.
     watch
-        The commanded profile that runs, and the rule's view of it; a new one for each.
+        The commanded profile that runs and the rule that watches it; each profile has its own.
     """
 
     robot: Robot
@@ -74,7 +90,7 @@ class Controller:
     def __post_init__(self) -> None:
         self.phase = Phase.IDLE
         self.latched: Stop | None = None
-        #: What the rule compared at the latest reading; it outlives the move.
+        #: What the rule compared at its latest reading; it is kept after the move.
         self.window: Window | None = None
         self._began = 0
         self._yields_at: int | None = None
@@ -87,7 +103,8 @@ class Controller:
         Raises
         ------
         BodyError
-            The body is not idle, a joint limit is left, or a speed is above the servo's.
+            The body is not idle, an angle is outside the joint limits, or a speed is above the
+            servo's.
         """
         check_move(self.robot, self.phase, move)
         robot = self.robot
@@ -100,7 +117,7 @@ class Controller:
         )
 
     def stop(self, positions: Steps, time: int, reason: StopReason = StopReason.ASKED) -> None:
-        """Stop and hold where the motors are; a stop that holds already keeps its reason."""
+        """Stop and hold the motors where they are; a stopped body keeps its first reason."""
         if self.phase is not Phase.STOPPED:
             self._hold(Stop(time / SECOND, reason), positions)
 
@@ -115,18 +132,23 @@ class Controller:
         if self.phase is not Phase.STOPPED:
             raise BodyError(f"The body is {self.phase}; only a stopped body can be released.")
         self.latched = None
-        # A motor that has been held stays at its goal; one that somebody has moved starts from
-        # where it is.
+        # A motor starts from its goal, or from where it is if somebody has moved it.
         here = positions + self._sag
         moved = np.abs(here - self.origin) > self.rule.guards.arrival
         self.origin = np.where(moved, here, self.origin)
         goal = to_steps(self.robot, self.robot.neutral)
-        way = np.abs(goal - self.origin)
+        distance = np.abs(goal - self.origin)
         fastest = round(RETURN_SPEED / self.robot.servo.step)
-        self._start(Phase.RETURNING, goal, way * fastest // max(int(way.max()), 1), positions, time)
+        self._start(
+            Phase.RETURNING,
+            goal,
+            distance * fastest // max(int(distance.max()), 1),
+            positions,
+            time,
+        )
 
     def update(self, positions: Steps, time: int) -> None:
-        """Look at the motors: judge them, notice when the goal is reached, yield when stopped."""
+        """Judge a reading of the encoders: stop on contact, end at the goal, yield when stopped."""
         if self.phase is Phase.STOPPED:
             self._yield(positions, time)
         if self.phase not in (Phase.MOVING, Phase.RETURNING):
@@ -143,17 +165,17 @@ class Controller:
                     contact.sign.value,
                     contact.ratio,
                 ),
-                self._given_way(contact.motor, positions),
+                self._retreat(contact.motor, positions),
             )
             self._yields_at = time + YIELD_AFTER
         elif self.watch.arrived(positions, elapsed):
             self.origin = self._goal
-            self._sag = self._hanging(positions)
+            self._sag = self._measure_sag(positions)
             self.phase = Phase.IDLE
             self.watch = self._plan(self.origin, positions, np.ones_like(positions))
 
     def setpoint(self, time: Steps | int) -> Steps:
-        """Where the servos' profiles are, in 1/256 steps: (8,), or (n, 8) for times (n, 1)."""
+        """Return where the profiles are, in 1/256 steps: (8,), or (n, 8) for times (n, 1)."""
         travel = self.watch.profile.position(time - self._began)
         return self.origin * FINE + self.watch.direction * travel
 
@@ -161,47 +183,47 @@ class Controller:
     def _goal(self) -> Steps:
         return self.origin + self.watch.direction * self.watch.profile.distance
 
-    def _given_way(self, motor: int, positions: Steps) -> Steps:
+    def _retreat(self, motor: int, positions: Steps) -> Steps:
         """Return the positions to go back to after ``motor`` met something."""
         step, direction = self.robot.servo.step, self.watch.direction
-        way = np.maximum((positions - self.watch.start) * direction, 0)
-        # A common part of each motor's way, so that the body goes back along its path.
+        travel = np.maximum((positions - self.watch.start) * direction, 0)
+        # All motors go back by the same share of their travel, so that the body keeps to its path.
         part, whole = 1, 1
-        for limit, longest in ((GIVE_WAY, int(way[motor])), (FURTHEST, int(way.max()))):
+        for limit, longest in ((GIVE_WAY, int(travel[motor])), (FURTHEST, int(travel.max()))):
             steps = round(limit / step)
             if steps * whole < part * longest:
                 part, whole = steps, longest
-        back: Steps = positions - direction * (way * part // whole)
+        back: Steps = positions - direction * (travel * part // whole)
         return back
 
-    def _hanging(self, positions: Steps) -> Steps:
+    def _measure_sag(self, positions: Steps) -> Steps:
         """Return how far motors at rest hang from their goals under their loads.
 
-        When they are stopped their goals stay so much above them: else they would sink, onto whom
-        they touch.
+        Stopped motors keep their goals this far above them. Without it they would sink onto the
+        person that they touch.
         """
         most = round(GIVE_WAY / self.robot.servo.step)
         sag: Steps = np.clip(self.origin - positions, -most, most)
         return sag
 
     def _yield(self, positions: Steps, time: int) -> None:
-        """Let the motors that are kept from their places stay where they are."""
+        """Leave motors where they are if something holds them away from their places."""
         if self._yields_at is None or time < self._yields_at:
             return
         self._yields_at = None
         here = positions + self._sag
-        kept = np.abs(here - self.origin) > self.rule.guards.slack
-        if kept.any():
-            self._stay(np.where(kept, here, self.origin))
+        blocked = np.abs(here - self.origin) > self.rule.guards.slack
+        if blocked.any():
+            self._stay(np.where(blocked, here, self.origin))
 
     def _start(self, phase: Phase, goal: Steps, speeds: Steps, positions: Steps, time: int) -> None:
         self.phase = phase
         self._began = time
-        self._sag = self._hanging(positions)
+        self._sag = self._measure_sag(positions)
         self.watch = self._plan(goal, positions, speeds)
 
     def _plan(self, goal: Steps, positions: Steps, speeds: Steps) -> Watch:
-        profile, direction = commanded(self.robot, self.origin, goal, speeds)
+        profile, direction = plan_profile(self.robot, self.origin, goal, speeds)
         return self.rule.watch(profile, positions, direction)
 
     def _hold(self, stop: Stop, positions: Steps) -> None:

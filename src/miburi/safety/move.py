@@ -1,4 +1,8 @@
-"""What a body is told: final positions and speeds (``Move``), as the paper's phone sends them."""
+"""Moves: the final positions and speeds that the paper's phone sends to the card (Section 2).
+
+:func:`plan_move` takes two poses and a duration and returns a :class:`Move`, in which all motors
+start and arrive together.
+"""
 
 from dataclasses import dataclass
 
@@ -7,19 +11,19 @@ import numpy as np
 from miburi.errors import InputError
 from miburi.robot import JOINTS, Array, Robot
 
-__all__ = ["Move", "synchronised"]
+__all__ = ["Move", "plan_move"]
 
 
 @dataclass(frozen=True)
 class Move:
-    """What the paper's phone sends to the card (Section 2).
+    """One command to a body: where each motor ends, and how fast it may turn (Section 2).
 
     Attributes
     ----------
     angles
         (8,) rad, where each motor ends.
     speeds
-        (8,) rad/s, how fast each motor may turn on its way; not negative.
+        (8,) rad/s, the largest speed of each motor; not negative.
 
     Raises
     ------
@@ -38,20 +42,20 @@ class Move:
             raise InputError(f"speeds must not be negative, got {self.speeds!r}.")
 
 
-def synchronised(robot: Robot, start: Array, end: Array, duration: float) -> Move:
-    """Plan one move in which all motors leave together and arrive together.
+def plan_move(robot: Robot, start: Array, end: Array, duration: float) -> Move:
+    """Plan one move in which all motors start together and arrive together.
 
-    With the servo's ramp a at both ends, a motor that has the distance d to go in the time T
+    A motor that travels the distance d in the time T, with the servo's ramp a at both ends,
     cruises at v = (aT − √(a²T² − 4ad)) / 2.
 
     Parameters
     ----------
     robot
-        Gives ramp and fastest speed.
+        Gives the servo's acceleration and largest speed.
     start, end
         (8,) rad.
     duration
-        s, wished for; stretched to what the slowest motor needs.
+        s; a move takes longer if a motor cannot arrive in that time.
 
     Raises
     ------
@@ -61,7 +65,7 @@ def synchronised(robot: Robot, start: Array, end: Array, duration: float) -> Mov
     if not duration > 0:
         raise InputError(f"duration must be more than 0 s, got {duration!r}.")
     ramp, fastest = robot.servo.acceleration, robot.servo.max_speed
-    # Whole steps, as the motors will count them: a fraction must not ask for a speed of its own.
+    # Motors count whole steps: a fraction of a step must not change a speed.
     step = robot.servo.step
     distance = np.abs(np.rint(end / step) - np.rint(start / step)) * step
     needed = np.where(

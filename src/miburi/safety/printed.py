@@ -1,4 +1,9 @@
-"""The paper's rule to the letter (Eqs. 1 and 2), for comparison."""
+"""The contact rule exactly as the paper prints it (Eqs. 1 and 2), for comparison.
+
+:class:`PrintedRule` takes the place of :class:`~miburi.safety.contact.Rule`: at the end of each
+period it compares the speed of each motor with the speed sent. It stops every free move of a real
+servo, because the first window is a ramp.
+"""
 
 import numpy as np
 
@@ -11,14 +16,14 @@ __all__ = ["PrintedRule", "is_slow_as_printed"]
 def is_slow_as_printed(
     travel: Steps, speed: Steps, elapsed: int, ratio: int = PAPER_RATIO
 ) -> Flags:
-    """Eqs. 1 and 2 to the letter: which motors moved slower than 0.9372 of the speed sent.
+    """Return which motors moved slower than 0.9372 of the speed sent (Eqs. 1 and 2).
 
     Parameters
     ----------
     travel
-        (8,) steps moved in the window, in either direction.
+        (8,) steps that each motor moved in the window, in either direction.
     speed
-        (8,) steps/s sent; motors with nothing to do have 0.
+        (8,) steps/s sent; 0 for a motor that has nowhere to go.
     elapsed
         Length of the window in µs.
     ratio
@@ -26,17 +31,17 @@ def is_slow_as_printed(
 
     Returns
     -------
-    (8,) bool. On a ramped servo the first and last windows of every free move say yes.
+    (8,) bool; True in the first and last window of every free move of a ramped servo.
     """
     slow: Flags = np.abs(travel) * 10_000 * SECOND < speed * ratio * elapsed
     return slow
 
 
 class PrintedRule(Rule):
-    """The paper's rule to the letter, for comparison: it stops every free move of a real servo."""
+    """The paper's rule as printed; it stops every free move of a real servo."""
 
     def watch(self, profile: Profile, start: Steps, direction: Steps) -> Watch:
-        """Begin to watch one move as printed."""
+        """Begin to watch one move; see :meth:`miburi.safety.contact.Rule.watch`."""
         return _PrintedWatch(self, profile, start, direction)
 
 
@@ -46,12 +51,12 @@ class _PrintedWatch(Watch):
             return None
         self._period_ends += self.rule.period
         travel = self._travel(positions)
-        did = travel - self._measured
+        moved = travel - self._measured
         self._measured = travel
         # A motor with nowhere to go has been sent no speed.
         sent = np.where(self.profile.distance > 0, self.profile.speed, 0)
-        slow = is_slow_as_printed(did // FINE, sent, self.rule.period, self.rule.ratio)
+        slow = is_slow_as_printed(moved // FINE, sent, self.rule.period, self.rule.ratio)
         due = sent * FINE * self.rule.period // SECOND
         length = np.full_like(due, self.rule.period)
-        self.window = Window(did, due, did, sent > 0, length)
+        self.window = Window(moved, due, moved, sent > 0, length)
         return worst(Sign.SPEED, slow, self.window) if slow.any() else None

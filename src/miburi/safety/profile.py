@@ -1,8 +1,8 @@
-"""What a body is told (``Move``) and the ramped motion that its motors then make (``Profile``).
+"""Profiles: the ramped motion that the servos make of a move.
 
-Motors count: positions are whole encoder steps, times whole microseconds. All arithmetic on
-profiles is integer, so that the firmware, in C++ on an 8-bit card, gets the same numbers to the
-last bit.
+In go start, goal and speed of each motor; out comes a :class:`Profile`, which gives the commanded
+position at any time. Positions are whole encoder steps and times whole µs. All arithmetic is
+integer, so that the firmware, in C++ on an 8-bit card, gets the same numbers to the last bit.
 """
 
 from dataclasses import dataclass
@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from miburi.robot import Array, Robot
 
-__all__ = ["FINE", "SECOND", "Profile", "Steps", "commanded", "to_steps"]
+__all__ = ["FINE", "SECOND", "Profile", "Steps", "plan_profile", "to_steps"]
 
 Steps = NDArray[np.int64]
 
-#: A profile's position is counted in this many parts of an encoder step.
+#: Positions on a profile are counted in parts of an encoder step; this many make a step.
 FINE = 256
 #: Microseconds in a second.
 SECOND = 1_000_000
@@ -31,11 +31,11 @@ def to_steps(robot: Robot, angles: Array) -> Steps:
 
 @dataclass(frozen=True)
 class Profile:
-    """Ramped motion of some motors from rest to rest: speed up, cruise, slow down.
+    """Ramped motion of n motors from rest to rest: speed up, cruise, slow down.
 
-    Distances are steps (not negative: the direction is kept apart), speeds steps/s,
-    accelerations steps/s², times µs since the start; all (n,) int64. A distance too short to
-    reach the cruising speed makes a triangle.
+    All values are (n,) int64: distances in steps, never negative (the direction is separate),
+    speeds in steps/s, accelerations in steps/s², times in µs since the start. A motor that does
+    not get far enough to reach its cruising speed only speeds up and slows down: a triangle.
     """
 
     distance: Steps
@@ -46,9 +46,9 @@ class Profile:
 
     @classmethod
     def plan(cls, distance: Steps, speed: Steps, acceleration: Steps) -> "Profile":
-        """Work out ramp and total time; speeds and accelerations are at least 1."""
+        """Compute ramp and total time; speeds and accelerations must be at least 1."""
         full_ramp = speed * SECOND // acceleration
-        # A triangle's ramp is √(d/a); it is one where that is less than the full ramp.
+        # The ramp of a triangle is √(d/a); a motion is a triangle if that is the shorter ramp.
         short_ramp = np.array(
             [
                 isqrt(int(d) * SECOND * SECOND // int(a))
@@ -64,15 +64,15 @@ class Profile:
 
     @property
     def fastest(self) -> Steps:
-        """The largest speed that each motor comes to, (n,) steps/s; a triangle's is its tip."""
+        """The largest speed that each motor reaches, (n,) steps/s; in a triangle, at its tip."""
         fastest: Steps = np.minimum(self.speed, self.acceleration * self.ramp // SECOND)
         return fastest
 
     def position(self, time: Steps | int) -> Steps:
-        """Travel in 1/256 steps after ``time`` µs, broadcast against the motors."""
+        """Return the travel in 1/256 steps after ``time`` µs, broadcast against the motors."""
         t = np.minimum(np.maximum(time, 0), self.total)
         left = self.total - t
-        # Clipped to the ramp, a t² · 128 stays inside 64 bits for every servo allowed.
+        # With t clipped to the ramp, a t² · 128 fits into 64 bits for every allowed servo.
         risen = np.minimum(t, self.ramp)
         rising = self.acceleration * risen * risen * (FINE // 2) // SECOND**2
         to_go = np.minimum(left, self.ramp)
@@ -83,14 +83,14 @@ class Profile:
         return np.where(t < self.ramp, rising, np.where(left <= self.ramp, falling, cruising))
 
 
-def commanded(robot: Robot, origin: Steps, goal: Steps, speeds: Steps) -> tuple[Profile, Steps]:
-    """Plan the servos' motion from ``origin`` to ``goal`` (8,) steps at ``speeds`` steps/s.
+def plan_profile(robot: Robot, origin: Steps, goal: Steps, speeds: Steps) -> tuple[Profile, Steps]:
+    """Plan the servos' motion from ``origin`` to ``goal``, (8,) steps, at ``speeds`` in steps/s.
 
     Returns
     -------
     The profile, and the direction of each motor: (8,) +1 or −1.
     """
-    way = goal - origin
-    ramp = np.full_like(way, round(robot.servo.acceleration / robot.servo.step))
-    profile = Profile.plan(np.abs(way), np.maximum(speeds, 1), ramp)
-    return profile, np.where(way < 0, -1, 1)
+    distance = goal - origin
+    ramp = np.full_like(distance, round(robot.servo.acceleration / robot.servo.step))
+    profile = Profile.plan(np.abs(distance), np.maximum(speeds, 1), ramp)
+    return profile, np.where(distance < 0, -1, 1)

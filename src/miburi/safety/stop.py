@@ -1,4 +1,4 @@
-"""The phases of a body, and why it stopped."""
+"""The phases of a body, and the record of a stop: its reason, motor and figures."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -7,7 +7,7 @@ __all__ = ["Phase", "Stop", "StopReason"]
 
 
 class Phase(StrEnum):
-    """Where a body is in idle → moving → stopped (latched) → returning → idle."""
+    """What a body is doing: idle → moving → idle, or stopped (latched) → returning → idle."""
 
     IDLE = "idle"
     MOVING = "moving"
@@ -30,7 +30,7 @@ class StopReason(StrEnum):
 
     @property
     def spoken(self) -> str:
-        """The reason in plain letters, for error messages."""
+        """The reason in plain words, for error messages."""
         return self.replace("_", " ")
 
 
@@ -43,11 +43,11 @@ class Stop:
     time
         s, on the body's clock.
     reason
-        A contact, somebody who asked, or what failed.
+        A contact, a request, or what failed.
     motor
         Full name of the motor that met something; None where no single motor did.
     sign
-        For a contact, what gave it away: ``speed``, ``tracking`` or ``arrival``.
+        For a contact, which part of the rule saw it: ``speed``, ``tracking`` or ``arrival``.
     ratio
         For a contact, measured over expected travel.
     """

@@ -8,7 +8,7 @@ import pytest
 from miburi.bodies.simulated import Simulated
 from miburi.robot import Robot
 from miburi.safety.contact import Rule
-from miburi.safety.move import synchronised
+from miburi.safety.move import plan_move
 from miburi.safety.printed import PrintedRule
 from miburi.safety.stop import Phase
 from miburi.studies.trials.conditions import HandKind, draw, varied_servos
@@ -31,7 +31,7 @@ def test_the_trials_robot_is_the_simulated_one(robot: Robot, plant: TrialPlant) 
     plant.rest(np.array(robot.neutral), settle=0.5)
     varied, plain = Simulated(robot, plant=plant), Simulated(robot)
     for body in (varied, plain):
-        body.move(synchronised(robot, robot.neutral, RAISED, 0.8))
+        body.move(plan_move(robot, robot.neutral, RAISED, 0.8))
         body.step(1.0)
     np.testing.assert_array_equal(varied.configuration[0], plain.configuration[0])
     assert varied.state.phase is plain.state.phase is Phase.IDLE
@@ -123,7 +123,7 @@ def test_after_a_persons_stop_the_way_back_is_no_contact(robot: Robot, plant: Tr
 def test_a_grasp_holds_back_and_is_let_go_of(robot: Robot, plant: TrialPlant) -> None:
     plant.begin(RAISED, Variation(), np.random.default_rng(0))
     body = Simulated(robot, plant=plant)
-    body.move(synchronised(robot, RAISED, robot.neutral, 0.8))
+    body.move(plan_move(robot, RAISED, robot.neutral, 0.8))
     body.step(0.4)
     plant.grasp("right_forearm", np.array([0.0, -0.05, 0.0]), Skin(2000.0, 40.0, 0.01, 0.5))
     body.step(0.3)

@@ -9,7 +9,7 @@ from miburi import ik
 from miburi.bodies.simulated import Simulated
 from miburi.gestures import KeyPose
 from miburi.robot import Array, Robot, forward
-from miburi.safety.move import synchronised
+from miburi.safety.move import plan_move
 from miburi.safety.stop import Phase, Stop
 from miburi.studies.gestures.measures import Measures, measure
 
@@ -70,7 +70,7 @@ def rehearse(robot: Robot, performance: Sequence[KeyPose]) -> Rehearsal:
         solution = ik.solve(robot, pose.target, start=present)
         worst = max(worst, float(solution.error.max()))
         began = len(poses)
-        body.move(synchronised(robot, present, solution.angles, pose.duration))
+        body.move(plan_move(robot, present, solution.angles, pose.duration))
         present = solution.angles
         # Where there is no way to go, the time passes all the same.
         while body.state.phase is Phase.MOVING or (len(poses) - began) * PERIOD < pose.duration:

@@ -14,7 +14,7 @@ from miburi.feelings import FEELINGS
 from miburi.gestures import KeyPose, Repertoire, key_poses, shipped
 from miburi.robot import Array, Robot
 from miburi.robot.mjcf import HAND_MASS
-from miburi.safety.move import Move, synchronised
+from miburi.safety.move import Move, plan_move
 from miburi.studies.trials.plant import Skin, Variation
 
 __all__ = ["LINKS", "Conditions", "HandKind", "Person", "draw", "draw_person", "varied_servos"]
@@ -125,7 +125,7 @@ def _moves(
         angles.append(ik.solve(robot, key_pose.target, start=angles[-1]).angles)
     angles = angles[-count - 1 :]
     return angles[0], tuple(
-        (synchronised(robot, before, after, key_pose.duration), min(key_pose.hold, 0.2))
+        (plan_move(robot, before, after, key_pose.duration), min(key_pose.hold, 0.2))
         for (before, after), key_pose in zip(
             pairwise(angles), performance[pose : pose + count], strict=True
         )

@@ -8,7 +8,7 @@ from miburi.robot import Array, Robot
 from miburi.robot.mjcf import HAND_SIZE
 from miburi.robot.shape import extremities, links
 from miburi.safety.move import Move
-from miburi.safety.profile import FINE, SECOND, commanded, to_steps
+from miburi.safety.profile import FINE, SECOND, plan_profile, to_steps
 from miburi.safety.stop import Phase
 from miburi.studies.trials.conditions import HandKind, Person
 from miburi.studies.trials.plant import TrialPlant
@@ -112,7 +112,7 @@ def _spot(robot: Robot, person: Person) -> tuple[str, Array, Array, float]:
 def _when(robot: Robot, start: Array, move: Move, fraction: float) -> tuple[float, float]:
     """Return when the move has come that far, s, and how fast it then goes, 1/s."""
     origin, goal = to_steps(robot, start), to_steps(robot, move.angles)
-    profile, _ = commanded(robot, origin, goal, to_steps(robot, move.speeds))
+    profile, _ = plan_profile(robot, origin, goal, to_steps(robot, move.speeds))
     motor = int(np.argmax(profile.distance))
     every = SECOND // 500
     times = np.arange(0, int(profile.total[motor]) + 2 * every, every)

@@ -14,7 +14,7 @@ from miburi.robot import Array, Robot
 from miburi.robot.mjcf import TIMESTEP
 from miburi.safety.contact import Rule
 from miburi.safety.move import Move
-from miburi.safety.profile import SECOND, Steps, commanded, to_steps
+from miburi.safety.profile import SECOND, Steps, plan_profile, to_steps
 from miburi.safety.stop import Phase, Stop
 from miburi.studies.trials.conditions import Conditions, HandKind, Person, draw, draw_person
 from miburi.studies.trials.meeting import Actor, Meeting, carriers, plan
@@ -263,7 +263,7 @@ def _perform(
 
 def trace_of(robot: Robot, origin: Array, move: Move, readings: list[Steps]) -> Trace:
     """Return a move from ``origin`` (8,) rad with the encoders' regular ``readings`` of it."""
-    profile, direction = commanded(
+    profile, direction = plan_profile(
         robot, to_steps(robot, origin), to_steps(robot, move.angles), to_steps(robot, move.speeds)
     )
     times = np.arange(len(readings), dtype=np.int64) * _READING_US
