@@ -1,6 +1,7 @@
-"""The errors that Miburi raises for what a person can mend.
+"""All errors that Miburi raises for mistakes that a person can mend.
 
-Each message says what was got, what is allowed, and how to mend it.
+Each message says what was got, what is allowed, and how to mend it. Catch :class:`MiburiError` to
+catch them all.
 """
 
 __all__ = [
@@ -14,27 +15,27 @@ __all__ = [
 
 
 class MiburiError(Exception):
-    """Anything that Miburi refuses; the message is meant for people."""
+    """The base of all errors; the message is written for people."""
 
 
 class DescriptionError(MiburiError):
-    """A file (robot, gesture, temperament) does not say what it must."""
+    """A file (robot, gesture, temperament, ...) cannot be read, or its content is wrong."""
 
 
 class InputError(MiburiError, ValueError):
-    """A value from a caller is outside what is allowed."""
+    """A caller passed a value that is not allowed."""
 
 
 class BodyError(MiburiError):
-    """The body cannot do what was asked in the state that it is in."""
+    """The body cannot do this in its present state."""
 
 
 class OutputError(MiburiError):
-    """A result cannot be written where it was asked for."""
+    """A result cannot be written to its place."""
 
 
 def needs_extra(extra: str, error: ModuleNotFoundError) -> MiburiError:
-    """Return the refusal of work for which a library of one of the package's extras is missing."""
+    """Return the error for a missing library, with the extra of the package that installs it."""
     library = str(error.name).partition(".")[0]
     return MiburiError(
         f"this needs {library}, which is not installed: pip install 'miburi[{extra}]'."

@@ -1,4 +1,4 @@
-"""Where compiled code is kept, and when it is compiled anew."""
+"""Where compiled code is kept, and when it is compiled again."""
 
 import re
 import shutil
@@ -13,7 +13,7 @@ ROOT = Path(miburi.__file__).parent
 
 
 def compiled_modules() -> list[str]:
-    """Every module with a compiled function, from the package's root."""
+    """Return every module with a compiled function, relative to the package's root."""
     return [
         path.relative_to(ROOT).as_posix()
         for path in ROOT.rglob("*.py")
@@ -21,7 +21,7 @@ def compiled_modules() -> list[str]:
     ]
 
 
-def test_a_change_in_any_compiled_module_compiles_all_of_them_anew(tmp_path: Path) -> None:
+def test_a_change_in_any_compiled_module_compiles_all_of_them_again(tmp_path: Path) -> None:
     copy = tmp_path / "miburi"
     shutil.copytree(ROOT, copy, ignore=shutil.ignore_patterns("__pycache__", "static"))
     states = [compiled.state_of_sources(copy)]
@@ -37,7 +37,7 @@ def test_a_change_in_any_compiled_module_compiles_all_of_them_anew(tmp_path: Pat
     assert len(set(states)) == len(states)
 
 
-def test_without_a_home_nothing_is_written_where_one_stands(
+def test_without_a_home_folder_nothing_is_written_to_the_current_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def nobody() -> Path:

@@ -1,4 +1,4 @@
-"""Results are whole under their final names, or not there at all."""
+"""Files are complete under their final names, or not there at all."""
 
 import os
 from pathlib import Path
@@ -9,7 +9,7 @@ from miburi.errors import OutputError
 from miburi.ground.files import whole_files
 
 
-def test_files_arrive_whole_and_replace_older_ones(tmp_path: Path) -> None:
+def test_complete_files_replace_older_ones(tmp_path: Path) -> None:
     out = tmp_path / "a" / "b"
     for text in ("first", "second"):
         with whole_files(out) as draft:
@@ -20,20 +20,20 @@ def test_files_arrive_whole_and_replace_older_ones(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", [ValueError, KeyboardInterrupt, SystemExit])
-def test_a_broken_run_leaves_nothing(tmp_path: Path, kind: type[BaseException]) -> None:
+def test_a_failed_run_leaves_no_files(tmp_path: Path, kind: type[BaseException]) -> None:
     with pytest.raises(kind), whole_files(tmp_path) as draft:
         (draft / "x.txt").write_text("half")
         raise kind
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_place_that_is_a_file(tmp_path: Path) -> None:
+def test_a_file_in_place_of_the_folder_is_an_error(tmp_path: Path) -> None:
     (tmp_path / "taken").write_text("")
     with pytest.raises(OutputError, match="cannot write there"), whole_files(tmp_path / "taken"):
         pass
 
 
-def test_a_read_only_place() -> None:
+def test_a_read_only_folder_is_an_error() -> None:
     with (
         pytest.raises(OutputError, match="/proc/miburi: cannot write"),
         whole_files("/proc/miburi"),
@@ -41,7 +41,7 @@ def test_a_read_only_place() -> None:
         pass
 
 
-def test_a_full_disk(tmp_path: Path) -> None:
+def test_a_full_disk_is_an_error(tmp_path: Path) -> None:
     with pytest.raises(OutputError, match="No space left.*--out"), whole_files(tmp_path):
         Path("/dev/full").write_text("x" * 100_000)
     assert list(tmp_path.iterdir()) == []

@@ -1,4 +1,4 @@
-"""What a description works out for itself never gets in the way of comparing or copying it."""
+"""Values that a table derives from its keys do not affect comparing or copying it."""
 
 import copy
 import pickle
@@ -12,7 +12,7 @@ from miburi.robot import Robot, iphonoid
 
 
 def used(table: Table) -> Table:
-    """Return a table that has worked out all its arrays."""
+    """Return the table after it has derived all its arrays."""
     match table:
         case Robot():
             assert table.lower.shape == table.upper.shape == table.neutral.shape == (8,)
@@ -42,7 +42,7 @@ def test_the_order_of_a_mapping_changes_neither_equality_nor_hash() -> None:
     assert (turned == table, hash(turned)) == (True, hash(table))
 
 
-def test_a_changed_copy_works_everything_out_anew(robot: Robot) -> None:
+def test_a_changed_copy_derives_its_values_again(robot: Robot) -> None:
     used(robot)
     waist = robot.joints.waist.model_copy(update={"max": 1.0})
     changed = robot.model_copy(update={"joints": robot.joints.model_copy(update={"waist": waist})})
@@ -50,7 +50,7 @@ def test_a_changed_copy_works_everything_out_anew(robot: Robot) -> None:
     assert robot.upper[0] == 1.744
 
 
-def test_what_a_copy_works_out_cannot_be_changed(robot: Robot) -> None:
+def test_the_derived_arrays_of_a_copy_are_read_only(robot: Robot) -> None:
     used(robot)
     for twin in (copy.deepcopy(robot), pickle.loads(pickle.dumps(robot))):
         np.testing.assert_array_equal(twin.lower, robot.lower)

@@ -12,7 +12,7 @@ def test_html_is_escaped_and_markdown_is_not(tmp_path: Path, name: str, text: st
     assert render(tmp_path / name, value="<b>") == text
 
 
-def test_a_value_that_is_missing_is_an_error(tmp_path: Path) -> None:
+def test_a_missing_value_is_an_error(tmp_path: Path) -> None:
     (tmp_path / "a.md").write_text("{{ vlaue }}")
     with pytest.raises(UndefinedError, match="vlaue"):
         render(tmp_path / "a.md", value=1)

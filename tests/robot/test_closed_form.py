@@ -14,48 +14,48 @@ def random_poses(count: int, seed: int) -> np.ndarray:
     return np.random.default_rng(seed).uniform(ROBOT.lower, ROBOT.upper, (count, 8))
 
 
-def test_it_finds_the_drawn_pose_and_only_valid_ones() -> None:
+def test_it_finds_the_original_pose_and_only_valid_ones() -> None:
     for q in random_poses(500, 1):
         target = forward(ROBOT, q)
-        found = inverse(ROBOT, target)
-        assert np.abs(found - q).max(axis=1).min() < 1e-6
-        assert_allclose(forward(ROBOT, found), np.tile(target, (len(found), 1)), atol=1e-6)
-        assert np.all((found >= ROBOT.lower) & (found <= ROBOT.upper))
+        solutions = inverse(ROBOT, target)
+        assert np.abs(solutions - q).max(axis=1).min() < 1e-6
+        assert_allclose(forward(ROBOT, solutions), np.tile(target, (len(solutions), 1)), atol=1e-6)
+        assert np.all((solutions >= ROBOT.lower) & (solutions <= ROBOT.upper))
 
 
-def test_how_unique_the_solution_is() -> None:
+def test_a_third_of_random_targets_have_several_solutions() -> None:
     """The paper expects one; 31 % of random targets have more, by the mirrored elbow."""
     q = random_poses(2000, 0)
     counts = np.array([len(inverse(ROBOT, forward(ROBOT, pose))) for pose in q])
     assert 0.28 < np.mean(counts > 1) < 0.34
-    # With elbow and fingertip bent inwards only, it is the paper's single one.
+    # With elbow and fingertip bent inwards only, the solution is unique, as the paper expects.
     low, high = ROBOT.lower.copy(), ROBOT.upper.copy()
     low[[1, 4]], low[[2, 3]], high[[5, 6]] = 0.0, 0.18, -0.18
     inwards = np.random.default_rng(0).uniform(low, high, (500, 8))
     assert all(len(inverse(ROBOT, forward(ROBOT, pose))) == 1 for pose in inwards)
 
 
-def test_limits_themselves_are_reached() -> None:
+def test_poses_on_the_limits_are_found() -> None:
     for corner in (ROBOT.lower, ROBOT.upper, ROBOT.neutral):
-        found = inverse(ROBOT, forward(ROBOT, corner))
-        assert np.abs(found - corner).max(axis=1).min() < 1e-6
+        solutions = inverse(ROBOT, forward(ROBOT, corner))
+        assert np.abs(solutions - corner).max(axis=1).min() < 1e-6
 
 
 def test_a_hand_on_the_shoulder_axis_leaves_the_shoulder_free() -> None:
     straight_out = np.array([0, 1.0, 0, 0, 1.0, 0, 0, 0.8])
-    found = inverse(ROBOT, forward(ROBOT, straight_out))
-    assert len(found) > 0
-    assert_allclose(found[:, 1], ROBOT.neutral[1])
+    solutions = inverse(ROBOT, forward(ROBOT, straight_out))
+    assert len(solutions) > 0
+    assert_allclose(solutions[:, 1], ROBOT.neutral[1])
 
 
 @pytest.mark.parametrize("index", [0, 3, 8])
-def test_out_of_reach_gives_no_pose(index: int) -> None:
+def test_a_target_out_of_reach_has_no_pose(index: int) -> None:
     target = forward(ROBOT, ROBOT.neutral)
     target[index] += 1.0
     assert inverse(ROBOT, target).shape == (0, 8)
 
 
-def test_beyond_the_limits_there_is_a_pose_within_them() -> None:
+def test_a_target_beyond_the_limits_gets_a_pose_within_them() -> None:
     inside = random_poses(100, 3)
     for q in inside:
         target = forward(ROBOT, q)
@@ -65,7 +65,7 @@ def test_beyond_the_limits_there_is_a_pose_within_them() -> None:
         assert np.all((bent >= ROBOT.lower) & (bent <= ROBOT.upper))
 
 
-def test_nonsense_is_refused() -> None:
+def test_wrong_targets_are_refused() -> None:
     for wrong in (np.zeros(8), np.full(9, np.nan), np.zeros((2, 9))):
         with pytest.raises(InputError, match="target must"):
             inverse(ROBOT, wrong)

@@ -1,4 +1,4 @@
-"""The description: Table 1 is in it, and a wrong file is refused with file, key and allowed."""
+"""The description: it holds Table 1, and the error for a wrong file names file, key and range."""
 
 from importlib import resources
 
@@ -27,7 +27,7 @@ def test_limits_cannot_be_changed(robot: Robot) -> None:
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "said"),
+    ("old", "new", "parts"),
     [
         ("L34 = 0.08", "L34 = -0.08", ["lengths.L34", "-0.08", "greater than 0"]),
         ("L34 = 0.08", "L34 = nan", ["lengths.L34", "finite"]),
@@ -56,17 +56,19 @@ def test_limits_cannot_be_changed(robot: Robot) -> None:
         ("[lengths]", "[lengths", ["not TOML"]),
     ],
 )
-def test_a_wrong_file_is_refused_in_words(tmp_path, old: str, new: str, said: list[str]) -> None:
+def test_the_error_for_a_wrong_file_names_key_and_range(
+    tmp_path, old: str, new: str, parts: list[str]
+) -> None:
     path = tmp_path / "wrong.toml"
     assert TEXT.count(old) >= 1
     path.write_text(TEXT.replace(old, new, 1))
     with pytest.raises(DescriptionError) as error:
         load_robot(path)
-    for words in [str(path), *said]:
+    for words in [str(path), *parts]:
         assert words in str(error.value)
 
 
-def test_a_missing_file_and_one_that_is_not_text(tmp_path) -> None:
+def test_a_missing_file_and_a_binary_file_are_refused(tmp_path) -> None:
     with pytest.raises(DescriptionError, match="No such file"):
         load_robot(tmp_path / "none.toml")
     (tmp_path / "noise.toml").write_bytes(b"\xff\xfe\x00")

@@ -1,4 +1,4 @@
-"""The geometry that others ask for is that of the kinematics."""
+"""The geometry agrees with the kinematics."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from miburi.robot.shape import extremities, links
 
 
 def with_fingertips(right: tuple[float, float], left: tuple[float, float]) -> Robot:
-    """A robot with arms of another length and with these limits of the fingertip joints."""
+    """Return a robot with other arm lengths and with these limits of the fingertip joints."""
     robot = iphonoid()
     limits = {"right_fingertip": right, "left_fingertip": left}
     joints = {
@@ -41,7 +41,7 @@ def test_a_straight_arm_ends_at_its_reach_from_the_shoulder(robot: Robot) -> Non
 
 
 @pytest.mark.parametrize("robot", ROBOTS)
-def test_hands_come_as_near_to_the_shoulders_as_is_said_and_as_far(robot: Robot) -> None:
+def test_hands_reach_their_least_and_greatest_distance_from_the_shoulders(robot: Robot) -> None:
     angles = np.tile(robot.neutral, (20_001, 1))
     angles[:, 0] = 0.0
     for name in ("right_fingertip", "left_fingertip"):
@@ -53,7 +53,7 @@ def test_hands_come_as_near_to_the_shoulders_as_is_said_and_as_far(robot: Robot)
 
 
 @pytest.mark.parametrize("robot", ROBOTS)
-def test_the_links_lead_to_the_same_places(robot: Robot) -> None:
+def test_the_links_have_the_same_joints(robot: Robot) -> None:
     at = {"base": np.zeros(3)}
     for link in links(robot):
         at[link.name] = at[link.parent] + link.position

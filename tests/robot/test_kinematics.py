@@ -1,4 +1,4 @@
-"""Forward kinematics against three independent truths, and each misprint of the paper."""
+"""Forward kinematics against three independent references, and each misprint of the paper."""
 
 import numpy as np
 import pytest
@@ -66,8 +66,8 @@ def test_forward_equals_mujoco() -> None:
     for q in random_poses(200):
         data.qpos[places] = q
         mujoco.mj_kinematics(model, data)
-        found = np.concatenate([data.site(name).xpos for name in EXTREMITIES])
-        assert_allclose(forward(ROBOT, q), found, atol=1e-9)
+        positions = np.concatenate([data.site(name).xpos for name in EXTREMITIES])
+        assert_allclose(forward(ROBOT, q), positions, atol=1e-9)
 
 
 @given(poses)
@@ -78,7 +78,7 @@ def test_jacobian_equals_numerical_derivatives(q: np.ndarray) -> None:
     assert_allclose(jacobian(ROBOT, q), numerical, atol=1e-9)
 
 
-def test_a_batch_is_the_same_as_one_by_one() -> None:
+def test_a_batch_equals_single_calls() -> None:
     batch = random_poses(50)
     together = forward(ROBOT, batch)
     assert together.shape == (50, 9)
@@ -86,7 +86,7 @@ def test_a_batch_is_the_same_as_one_by_one() -> None:
     assert forward(ROBOT, np.empty((0, 8))).shape == (0, 9)
 
 
-def test_poses_of_the_body_in_words() -> None:
+def test_the_arms_point_where_simple_poses_say() -> None:
     """W = 0, F = 0: sideways, hanging, forward, straight up."""
     arm = SIZE.L23 + SIZE.L34
     for elbow, shoulder, hand in [
@@ -111,7 +111,7 @@ def test_wrong_angles_are_refused(wrong: object) -> None:
 
 
 def differing(q: list[float]) -> set[int]:
-    """Equations (3 to 11) in which printed and corrected kinematics differ."""
+    """Return the equations (3 to 11) in which printed and corrected kinematics differ."""
     apart = np.abs(forward_as_printed(ROBOT, q) - forward(ROBOT, q)) > 1e-9
     return {int(index) + 3 for index in np.flatnonzero(apart)}
 
@@ -119,7 +119,7 @@ def differing(q: list[float]) -> set[int]:
 @pytest.mark.parametrize(
     ("name", "pose", "equations"),
     [
-        # A head at 45° hides Eq. 11's misprint, as cos = sin there; Eq. 8's L01 never hides.
+        # At 45° the head hides the misprint of Eq. 11, as cos = sin; that of Eq. 8 always shows.
         ("Eq. 8: −L01", [0, 0, 0, 0, 0, 0, 0, np.pi / 4], {8}),
         ("Eq. 11: cos H for sin H", [0, 0, 0, 0, 0, 0, 0, 0.3], {8, 11}),
         ("Eq. 3: sign of cos W sin RS sin RE", [0, 1, 1, 0, 0, 0, 0, np.pi / 4], {3, 8}),
@@ -133,7 +133,7 @@ def test_each_misprint_shows(name: str, pose: list[float], equations: set[int]) 
 
 
 def test_misprint_of_eqs_4_and_7_in_the_last_term() -> None:
-    """With F = 90° the outer cosine is gone: what differs is cos W where sin S belongs."""
+    """With F = 90° the outer cosine vanishes, which leaves cos W in place of sin S."""
     q = [0.5, 0.4, 0.2, HALF_PI, 0.4, -0.2, -HALF_PI, np.pi / 4]
     off = forward_as_printed(ROBOT, q) - forward(ROBOT, q)
     expected = SIZE.L34 * np.sin(0.5) * np.cos(0.2) * (np.cos(0.5) - np.sin(0.4))
@@ -144,7 +144,7 @@ def test_misprint_of_eqs_4_and_7_in_the_last_term() -> None:
 def test_printed_left_hand_is_below_the_floor_and_the_last_link_stretches() -> None:
     printed = forward_as_printed(ROBOT, random_poses(2000))
     real = forward(ROBOT, random_poses(2000))
-    # Eq. 8 takes L01 away twice: once missing, once subtracted.
+    # Eq. 8 is too low by L01 twice: it is not added, and it is subtracted.
     assert_allclose(printed[:, 5] - real[:, 5], -2 * SIZE.L01, atol=1e-12)
     q = random_poses(2000)
     elbow = real[:, :3] - last_link(q)
@@ -154,6 +154,6 @@ def test_printed_left_hand_is_below_the_floor_and_the_last_link_stretches() -> N
 
 
 def last_link(q: np.ndarray) -> np.ndarray:
-    """From the right fingertip joint to the hand: the part of the hand that scales with L34."""
+    """Return the vector from the right fingertip joint to the hand, which scales with L34."""
     longer = ROBOT.model_copy(update={"lengths": SIZE.model_copy(update={"L34": 2 * SIZE.L34})})
     return (forward(longer, q) - forward(ROBOT, q))[:, :3]

@@ -1,4 +1,4 @@
-"""The models made from the description: MJCF and URDF say the same as the kinematics."""
+"""MJCF and URDF agree with the kinematics and with the table of parts."""
 
 import xml.etree.ElementTree as ET
 
@@ -21,7 +21,7 @@ CHAINS = {
 
 
 @pytest.mark.filterwarnings("ignore:Link .* is of type 'fixed'")
-def test_the_urdf_puts_hands_and_head_where_we_do(robot: Robot, tmp_path) -> None:
+def test_the_urdf_puts_hands_and_head_where_the_kinematics_does(robot: Robot, tmp_path) -> None:
     path = tmp_path / "robot.urdf"
     path.write_text(to_urdf(robot))
     joints = {joint.find("child").get("link"): joint for joint in ET.parse(path).iter("joint")}
@@ -32,8 +32,8 @@ def test_the_urdf_puts_hands_and_head_where_we_do(robot: Robot, tmp_path) -> Non
         chain = ikpy.chain.Chain.from_urdf_file(str(path), base_elements=elements)
         order = [JOINTS.index(link.name) for link in chain.links[1:-1]]
         for q in np.random.default_rng(4).uniform(robot.lower, robot.upper, (50, 8)):
-            found = chain.forward_kinematics([0, *q[order], 0])[:3, 3]
-            assert_allclose(found, forward(robot, q)[first : first + 3], atol=1e-6)
+            positions = chain.forward_kinematics([0, *q[order], 0])[:3, 3]
+            assert_allclose(positions, forward(robot, q)[first : first + 3], atol=1e-6)
 
 
 def test_the_urdf_carries_limits_and_loads_in_mujoco(robot: Robot) -> None:
@@ -49,7 +49,7 @@ def test_the_urdf_carries_limits_and_loads_in_mujoco(robot: Robot) -> None:
 
 
 def corners(model: mujoco.MjModel, geom: int) -> tuple[np.ndarray, np.ndarray]:
-    """The least and the greatest x, y, z of a solid in the frame of its link."""
+    """Return the least and the greatest x, y, z of a solid in the frame of its link."""
     turn, size = np.zeros(9), model.geom_size[geom]
     mujoco.mju_quat2Mat(turn, model.geom_quat[geom])
     axes = turn.reshape(3, 3)
@@ -70,7 +70,7 @@ def corners(model: mujoco.MjModel, geom: int) -> tuple[np.ndarray, np.ndarray]:
     return model.geom_pos[geom] - half, model.geom_pos[geom] + half
 
 
-def test_the_urdf_draws_every_part_where_it_is_and_as_large_as_it_is(robot: Robot) -> None:
+def test_the_urdf_draws_every_part_in_its_place_and_size(robot: Robot) -> None:
     keep = '<mujoco><compiler discardvisual="false" fusestatic="false"/></mujoco>'
     drawn = mujoco.MjModel.from_xml_string(to_urdf(robot).replace("</robot>", f"{keep}</robot>"))
     model = mujoco.MjModel.from_xml_string(to_mjcf(robot))

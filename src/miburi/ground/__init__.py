@@ -1,1 +1,1 @@
-"""What every room stands on: compiled code, TOML at the door, whole files."""
+"""Helpers for every room: compiled code, TOML files, safe writing, templates."""

@@ -1,7 +1,7 @@
-"""Compilation by Numba: a decorator for functions that must be fast.
+"""``@compiled`` makes a function fast: Numba compiles it when it is first called.
 
-Compiled code is kept on the disk, so that only the first start waits for it; a line on standard
-error announces the wait.
+The compiled code is kept on the disk, so that only the first start has to wait for it. A line on
+standard error announces the wait.
 """
 
 import os
@@ -22,8 +22,8 @@ __all__ = ["CACHE", "FOLDERS", "announcement", "cache_folder", "compiled", "stat
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-# Division by zero gives infinity, which costs nothing to allow, in place of an exception. NaN and
-# infinity keep their meaning; a product and a sum may become one instruction.
+# Division by zero gives infinity instead of an exception, which is faster. NaN and infinity keep
+# their meaning; a product and a sum may become one instruction.
 _OPTIONS: dict[str, Any] = {
     "nogil": True,
     "error_model": "numpy",
@@ -34,10 +34,10 @@ FOLDERS = ("bma", "ik")
 
 
 def state_of_sources(root: Path) -> str:
-    """Return a name for what the modules in ``FOLDERS`` below ``root``, and this one, contain.
+    """Return a hash of this file and of all modules in ``FOLDERS`` below ``root``.
 
-    A compiled function contains those that it calls, and Numba watches a function's own file
-    only: after a change in another file it would go on with old code.
+    Numba only watches the file of a function, but the compiled code includes the functions that
+    it calls. Without the hash, a change in another file would leave old code in use.
     """
     digest = sha256(Path(__file__).read_bytes())
     for folder in FOLDERS:
@@ -55,7 +55,7 @@ def cache_folder(root: Path) -> Path | None:
     chosen = os.environ.get("NUMBA_CACHE_DIR")
     bases = [Path(chosen)] if chosen else [root / "__pycache__"]
     if not chosen:
-        with suppress(RuntimeError):  # there is no home
+        with suppress(RuntimeError):  # there is no home folder
             bases.append(
                 Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "miburi"
             )
@@ -75,32 +75,32 @@ CACHE = cache_folder(Path(miburi.__file__).parent)
 
 
 def compiled(function: Function) -> Function:
-    """Compile a function at its first call, and keep the result on the disk where that can be.
+    """Compile a function when it is first called, and keep the result on the disk.
 
-    The place is ``NUMBA_CACHE_DIR`` where that is set, else a folder beside the sources, else the
-    user's cache folder. If none of them can be written, every process compiles anew and says so.
+    The code goes to ``NUMBA_CACHE_DIR`` if that is set, else to a folder beside the sources, else
+    to the user's cache folder. If no folder is writable, every process compiles again and says so.
     """
     config: Any = numba.config
-    usual = config.CACHE_DIR
+    default = config.CACHE_DIR
     try:
         if CACHE is not None:
             config.CACHE_DIR = str(CACHE)
         # Numba's decorator is untyped, and so are its events below.
         return numba.njit(cache=CACHE is not None, **_OPTIONS)(function)  # type: ignore[no-any-return]
     finally:
-        config.CACHE_DIR = usual
+        config.CACHE_DIR = default
 
 
 class _Announcer(event.Listener):
-    """Says on standard error, once, that Miburi's functions are being compiled."""
+    """Say once on standard error that Miburi's functions are being compiled."""
 
-    said = False
+    announced = False
 
     def on_start(self, what: Any) -> None:
         name = getattr(what.data["dispatcher"], "__module__", "") or ""
-        if self.said or not name.startswith("miburi."):
+        if self.announced or not name.startswith("miburi."):
             return
-        self.said = True
+        self.announced = True
         print(announcement(), file=sys.stderr, flush=True)
 
     def on_end(self, what: Any) -> None:

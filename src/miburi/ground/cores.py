@@ -1,4 +1,4 @@
-"""How many processor cores there are to work on."""
+"""Count the processor cores that this process may use."""
 
 import os
 
@@ -8,6 +8,6 @@ __all__ = ["available_cores"]
 def available_cores() -> int:
     """Return the number of cores that this process may use, at least 1."""
     try:
-        return len(os.sched_getaffinity(0))  # only Linux tells those
+        return len(os.sched_getaffinity(0))  # Linux only
     except AttributeError:
         return os.cpu_count() or 1

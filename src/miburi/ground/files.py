@@ -1,4 +1,4 @@
-"""Results on disk: whole under their final names, or not there at all."""
+"""Write files so that each is either complete under its final name or not there at all."""
 
 import os
 import shutil
@@ -14,16 +14,16 @@ __all__ = ["whole_files", "write_whole"]
 
 @contextmanager
 def whole_files(folder: Path | str) -> Iterator[Path]:
-    """Collect files in a hidden folder beside their place; move them there when all are whole.
+    """Yield a hidden draft folder; when the block ends, move its files to their place.
 
     Parameters
     ----------
     folder
-        Where the files end; made if missing. Files of the same names are replaced one by one.
+        Where the files go; created if missing. Files of the same names are replaced one by one.
 
     Yields
     ------
-    The folder to write into. If the block raises, its files are deleted.
+    The draft folder to write into. If the block raises, its files are deleted.
 
     Raises
     ------
@@ -35,7 +35,7 @@ def whole_files(folder: Path | str) -> Iterator[Path]:
         folder.mkdir(parents=True, exist_ok=True)
         draft = Path(tempfile.mkdtemp(prefix=".unfinished-", dir=folder))
     except OSError as error:
-        raise _refused(folder, error) from error
+        raise _write_error(folder, error) from error
     try:
         yield draft
         for file in sorted(draft.iterdir()):
@@ -43,18 +43,18 @@ def whole_files(folder: Path | str) -> Iterator[Path]:
                 os.fsync(written.fileno())
             file.replace(folder / file.name)
     except OSError as error:
-        raise _refused(folder, error) from error
+        raise _write_error(folder, error) from error
     finally:
         shutil.rmtree(draft, ignore_errors=True)
 
 
 def write_whole(path: Path, text: str) -> None:
-    """Write a text beside its place, and move it there when it is on the disk.
+    """Write a text to a draft beside ``path``, and move it there once it is on the disk.
 
     Raises
     ------
     OSError
-        The place cannot be written to, or is full; what was there before still is.
+        The place cannot be written to, or is full; the file that was there is unchanged.
     """
     draft = path.with_name(f".{path.name}.new")
     try:
@@ -69,7 +69,7 @@ def write_whole(path: Path, text: str) -> None:
         raise
 
 
-def _refused(folder: Path, error: OSError) -> OutputError:
+def _write_error(folder: Path, error: OSError) -> OutputError:
     return OutputError(
         f"{folder}: cannot write there: {error.strerror or error}. "
         "Choose another folder with --out, or make room."

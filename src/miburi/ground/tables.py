@@ -1,4 +1,8 @@
-"""TOML files at the door: read, checked once by a strict pydantic model, refused in words."""
+"""Read TOML files into strict pydantic models.
+
+In go a subclass of :class:`Table` and a path; out comes a checked, immutable object, or a
+:class:`~miburi.errors.DescriptionError` that names every wrong key.
+"""
 
 import tomllib
 from collections.abc import Sequence
@@ -16,8 +20,8 @@ __all__ = ["AnyTable", "Table", "load_table"]
 class Table(BaseModel):
     """A table of a TOML file: immutable, no unknown keys, no NaN, no silent conversions.
 
-    A table may work values out of its keys with ``functools.cached_property``. Only its keys are
-    compared, hashed, copied and pickled; a copy works the other values out anew.
+    A subclass may derive values from its keys with ``functools.cached_property``. Only the keys
+    are compared, hashed, copied and pickled; a copy derives the other values again.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
@@ -31,10 +35,10 @@ class Table(BaseModel):
         return hash(_hashable(_keys_and_values(self)))
 
     def __copy__(self) -> Self:
-        return _without_the_rest(super().__copy__())
+        return _drop_derived(super().__copy__())
 
     def __deepcopy__(self, memo: dict[int, Any] | None = None) -> Self:
-        return _without_the_rest(super().__deepcopy__(memo))
+        return _drop_derived(super().__deepcopy__(memo))
 
     def __getstate__(self) -> dict[Any, Any]:
         return super().__getstate__() | {"__dict__": _keys_and_values(self)}
@@ -47,7 +51,7 @@ def _keys_and_values(table: Table) -> dict[str, object]:
     return {name: table.__dict__[name] for name in type(table).model_fields}
 
 
-def _without_the_rest(copied: AnyTable) -> AnyTable:
+def _drop_derived(copied: AnyTable) -> AnyTable:
     for name in copied.__dict__.keys() - type(copied).model_fields.keys():
         del copied.__dict__[name]
     return copied
@@ -90,7 +94,7 @@ def load_table(model: type[AnyTable], path: Path | str) -> AnyTable:
 def _in_words(error: ValidationError, model: type[Table]) -> str:
     lines = []
     for item in error.errors(include_url=False):
-        # pydantic marks a mistake in a mapping's key, rather than its value, with "[key]".
+        # pydantic adds "[key]" where the key of a mapping is wrong, not its value.
         path = [part for part in item["loc"] if part != "[key]"]
         key = ".".join(str(part) for part in path) or "the file"
         got = repr(item["input"])
@@ -99,8 +103,8 @@ def _in_words(error: ValidationError, model: type[Table]) -> str:
             case "missing":
                 lines.append(f"{key} is missing; add it.")
             case "extra_forbidden" | "unexpected_keyword_argument":
-                known = ", ".join(_keys(model, path[:-1]))
-                lines.append(f"{key} = {got}: not a known key here; allowed are {known}.")
+                allowed = ", ".join(_keys(model, path[:-1]))
+                lines.append(f"{key} = {got}: not a known key here; allowed are {allowed}.")
             case "value_error":
                 lines.append(f"{key}: {item['msg'].removeprefix('Value error, ')}.")
             case _:
@@ -109,7 +113,7 @@ def _in_words(error: ValidationError, model: type[Table]) -> str:
 
 
 def _keys(model: type[BaseModel], path: Sequence[object]) -> list[str]:
-    """Return the keys that the table at ``path`` knows, through lists of tables too."""
+    """Return the keys that are allowed in the table at ``path``; follows lists of tables too."""
     for part in path:
         if isinstance(part, str):
             inner = model.model_fields[part].annotation

@@ -1,4 +1,4 @@
-"""Pages and reports from templates beside their modules: values go in, text comes out."""
+"""Fill in the templates of pages and reports: values go in, text comes out."""
 
 from functools import cache
 from pathlib import Path
@@ -9,12 +9,12 @@ __all__ = ["render"]
 
 
 def render(path: Path, **values: object) -> str:
-    """Fill in a template (Jinja2's language); in ``.html`` every value is escaped.
+    """Fill in a Jinja2 template; in an ``.html`` file every value is escaped.
 
     Raises
     ------
     jinja2.UndefinedError
-        The template names a value that is not given.
+        The template uses a value that was not passed.
     """
     return _template(path).render(values)
 

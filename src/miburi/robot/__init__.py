@@ -1,4 +1,4 @@
-"""The body on paper: its description, forward kinematics and closed-form inverse."""
+"""The robot: its description, forward kinematics and closed-form inverse."""
 
 from miburi.robot.closed_form import inverse, inverse_within_limits
 from miburi.robot.description import EXTREMITIES, JOINTS, Array, Robot, iphonoid, load_robot

@@ -1,8 +1,8 @@
-"""The closed-form inverse: every joint solution for a reachable target, exactly.
+"""Closed-form inverse kinematics: in goes a target, out come all exact solutions.
 
-It uses the structure of this body (the head alone fixes the waist; each arm is then a planar
-two-link chain that swings about its shoulder), so it is the truth that tests compare with and
-the limit of speed. The Bacterial Memetic Algorithm needs no such structure.
+It relies on the structure of this body: the head alone fixes the waist, and each arm is then a
+planar two-link chain that swings about its shoulder. Tests use it as the truth, and benchmarks as
+the fastest possible solver. The Bacterial Memetic Algorithm needs no such structure.
 """
 
 from itertools import product
@@ -12,15 +12,15 @@ from numpy.typing import ArrayLike
 
 from miburi.errors import InputError
 from miburi.robot.description import Array, Robot
-from miburi.robot.kinematics import checked, forward
+from miburi.robot.kinematics import finite_array, forward
 
 __all__ = ["inverse", "inverse_within_limits"]
 
-_ANGLE_TOLERANCE = 1e-7  # rad; a solution this far outside a limit is put on the limit
+_ANGLE_TOLERANCE = 1e-7  # rad; a solution this little outside a limit is moved onto it
 
 
 def inverse(robot: Robot, target: ArrayLike, tolerance: float = 1e-6) -> Array:
-    """All poses inside the limits that put hands and head on ``target``.
+    """Return all poses inside the limits that put hands and head on ``target``.
 
     Parameters
     ----------
@@ -33,9 +33,9 @@ def inverse(robot: Robot, target: ArrayLike, tolerance: float = 1e-6) -> Array:
 
     Returns
     -------
-    (k, 8) rad, k from 0 (out of reach) to 16. The paper expects a single solution; with a
-    fingertip angle below 0.174 rad the elbow-mirrored arm is inside the limits too. Where a
-    hand lies on the shoulder axis any shoulder angle will do: the neutral one is given.
+    (k, 8) rad, k from 0 (out of reach) to 16. The paper expects a single solution, but with a
+    fingertip angle below 0.174 rad the arm with the mirrored elbow is inside the limits too. If a
+    hand lies on the shoulder axis, any shoulder angle solves it; the neutral one is returned.
 
     Raises
     ------
@@ -53,10 +53,10 @@ def inverse(robot: Robot, target: ArrayLike, tolerance: float = 1e-6) -> Array:
 
 
 def inverse_within_limits(robot: Robot, target: ArrayLike) -> Array:
-    """One pose inside the limits, (8,) rad, near a target that the limits do not allow (ours).
+    """Return one pose inside the limits, (8,) rad, near a target that they do not allow (ours).
 
-    Each joint of the closed-form solutions is put on the limit that it passes; the pose whose
-    extremities then miss the target least is given. :func:`miburi.ik.solve` finds a nearer one.
+    Each closed-form solution is clipped to the limits, and the pose that then misses the target
+    least is returned. :func:`miburi.ik.solve` finds a nearer one.
 
     Raises
     ------
@@ -76,8 +76,8 @@ def _misses(robot: Robot, poses: Array, goal: Array) -> Array:
 
 
 def _poses(robot: Robot, target: ArrayLike) -> tuple[Array, Array]:
-    """Return the checked target, (9,) m, and all solutions, (16, 8) rad, limits not applied."""
-    goal = checked(target, 9, "target")
+    """Check the target; return it, (9,) m, and all solutions, (16, 8) rad, without limits."""
+    goal = finite_array(target, 9, "target")
     if goal.ndim != 1:
         raise InputError(f"target must have the shape (9,), got {goal.shape}.")
     size = robot.lengths
@@ -101,7 +101,7 @@ def _poses(robot: Robot, target: ArrayLike) -> tuple[Array, Array]:
 def _arm_solutions(
     robot: Robot, hand: Array, lat: Array, fwd: Array, free_shoulder: float
 ) -> list[tuple[float, float, float]]:
-    """(S, E, F) of an arm whose E and F are positive inwards, limits not applied."""
+    """Return the angles (S, E, F) of an arm; E and F are positive inwards, limits not applied."""
     size = robot.lengths
     along = hand @ lat - size.L12
     ahead, height = hand @ fwd, hand[2] - size.L01
@@ -116,9 +116,9 @@ def _arm_solutions(
         e = np.arctan2(out, along) - np.arctan2(
             size.L34 * np.sin(f), size.L23 + size.L34 * np.cos(f)
         )
-        solutions.append((_wrapped(s), _wrapped(e), f))
+        solutions.append((_wrap(s), _wrap(e), f))
     return solutions
 
 
-def _wrapped(angle: float) -> float:
+def _wrap(angle: float) -> float:
     return float((angle + np.pi) % (2 * np.pi) - np.pi)

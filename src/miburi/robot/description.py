@@ -1,4 +1,8 @@
-"""The robot's description: one TOML file, checked once, into one immutable ``Robot``."""
+"""Read a robot's description: in goes one TOML file, out comes one immutable :class:`Robot`.
+
+The file holds the lengths, joint limits, servo, guards, masses and outer shape. Everything that
+Miburi knows of a robot is derived from it.
+"""
 
 from functools import cached_property, lru_cache
 from importlib import resources
@@ -32,7 +36,7 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-#: The paper's order of the eight joints (Table 1); every array of eight follows it.
+#: The eight joints in the paper's order (Table 1); every array of eight follows it.
 JOINTS = (
     "waist",
     "right_shoulder",
@@ -94,7 +98,7 @@ class Joints(Table):
 
 
 class ServoTable(Table):
-    """One kind of motor for all joints: steps a turn, rad/s, rad/s², N·m, kg·m²."""
+    """The servo that drives every joint: encoder steps a turn, rad/s, rad/s², N·m, kg·m²."""
 
     name: str
     steps_per_turn: Annotated[int, Field(ge=256, le=1 << 16)]
@@ -119,7 +123,7 @@ GuardsTable: TypeAlias = Guards[Annotated[list[_Grant], Field(min_length=8, max_
 
 
 class Masses(Table):
-    """Masses in kg; arm parts are for one arm."""
+    """Masses in kg; those of arm parts are for one arm."""
 
     torso: Positive
     upper_arm: Positive
@@ -129,7 +133,7 @@ class Masses(Table):
 
 
 class Shape(Table):
-    """Outer dimensions in m, and the head angle of an upright screen in rad."""
+    """Outer dimensions in m, and the head angle at which the screen is upright, in rad."""
 
     pedestal_height: Positive
     pedestal_radius: Positive
@@ -143,7 +147,7 @@ class Shape(Table):
 
 
 class Robot(Table):
-    """A robot of the iphonoid's kind: a waist, two three-joint arms and a head."""
+    """A robot like the iphonoid: a waist, two arms of three joints and a head."""
 
     name: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$")]
     lengths: Lengths

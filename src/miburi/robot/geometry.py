@@ -1,7 +1,7 @@
-"""Where the joints of a robot are, and how far its arms reach.
+"""Positions of a robot's joints, and the reach of its arms.
 
-In: a :class:`~miburi.robot.Robot`. Out: places in the base frame (x forward, y to the robot's
-left, z up) with the waist at 0, and distances, in m.
+In goes a :class:`~miburi.robot.Robot`; out come positions in the base frame (x forward, y to the
+robot's left, z up, the waist at 0) and distances, in m.
 """
 
 import numpy as np
@@ -12,13 +12,13 @@ __all__ = ["arm_reach", "hand_distances", "head_joint", "shoulders"]
 
 
 def shoulders(robot: Robot) -> Array:
-    """Return the right and the left shoulder, (2, 3) m."""
+    """Return the positions of the right and the left shoulder, (2, 3) m."""
     size = robot.lengths
     return np.array([[0.0, -size.L12, size.L01], [0.0, size.L12, size.L01]])
 
 
 def head_joint(robot: Robot) -> Array:
-    """Return the joint that nods the head, (3,) m."""
+    """Return the position of the joint that nods the head, (3,) m."""
     return np.array([0.0, 0.0, robot.lengths.L01 + robot.lengths.LH1])
 
 
@@ -30,7 +30,7 @@ def arm_reach(robot: Robot) -> float:
 def hand_distances(robot: Robot) -> Array:
     """Return the least and greatest distance of each hand from its shoulder, (2, 2) m.
 
-    The rows are right and left; the limits of the fingertip joints decide.
+    The rows are right and left. The distances follow from the limits of the fingertip joints.
     """
     size = robot.lengths
     fingertips = [JOINTS.index("right_fingertip"), JOINTS.index("left_fingertip")]

@@ -1,12 +1,13 @@
-"""The guards of the contact rule: each stands here once, as a field of :class:`Guards`.
+"""The guards of the contact rule: names, order, units and ranges, all in one table.
 
-A guard is what the rule grants a motor beyond the paper's ratio, because no servo follows its
-command exactly. The robot's description, the rule, the card's settings, the calibration file and
-the wire take the guards' names, order, units and ranges from here.
+No servo follows its command exactly. A guard is the deviation that the rule allows a motor beyond
+the paper's ratio; :mod:`miburi.safety.contact` says what each does. The robot's description, the
+rule, the card's settings, the calibration file and the wire are all derived from
+:class:`Guards`.
 
-A new guard is a row here, its use in ``contact.py`` and ``calibration.py``, its twin in the
-firmware (``contact.h``, ``settings.h``: a test compares them with the rows), and its eight values
-in a robot's TOML.
+To add a guard, add a field to :class:`Guards`, use it in ``safety/contact.py`` and
+``calibration/free_motion.py``, add it to the firmware (``contact.h`` and ``settings.h``; a test
+compares them with this table), and give its eight values in the robots' TOML files.
 """
 
 from collections.abc import Callable
@@ -26,7 +27,7 @@ _Integers = NDArray[np.int64]
 
 
 class Unit(NamedTuple):
-    """SI in files and on the wire; whole in the rule and on the card, with the ``struct`` code."""
+    """A unit: SI for files and the wire, whole for rule and card, with its ``struct`` code."""
 
     si: str
     whole: str
@@ -42,20 +43,22 @@ TIME, ANGLE = Unit("s", "µs", "i"), Unit("rad", "steps", "h")
 
 @dataclass(frozen=True)
 class Guard:
-    """One row; all numbers are ours.
+    """One guard's meaning and ranges; all numbers are ours.
 
     Attributes
     ----------
     grants
-        What it grants, in words.
+        What it allows, in words.
+    unit
+        Its unit.
     low, high
-        The range that the card takes, in whole units.
+        The range that the card accepts, in whole units.
     generous
-        What the card grants while its servos are not known, in whole units: all these together
-        let any lag up to 50 ms pass.
+        The value for a card whose servos have not been measured, in whole units. All generous
+        values together let a lag of up to 50 ms pass.
     floor
-        The least that a calibration grants, rad, as few moves do not show all that a servo
-        needs; 0 for a guard that is not measured as a need of free motion.
+        The least value that a calibration gives, rad, because a few moves do not show everything
+        that a servo needs; 0 if the guard is not measured in free motion.
     """
 
     grants: str
@@ -75,10 +78,11 @@ class Guard:
 @with_config(ConfigDict(extra="forbid", allow_inf_nan=False))
 @dataclass(frozen=True)
 class Guards(Generic[Value]):
-    """A value for each guard, in the card's order; ``miburi.safety.contact`` says what it does.
+    """A value for each guard, in the card's order.
 
-    ``Guards[Steps]`` is what the rule grants the eight motors, (8,) µs or steps each; a motor's
-    own guards are ``Guards[int]`` on the card and ``Guards[float]``, in SI units, on the wire.
+    ``Guards[Steps]`` holds the guards of all eight motors for the rule, (8,) µs or steps each.
+    The guards of one motor are ``Guards[int]`` on the card and ``Guards[float]``, in SI units, on
+    the wire.
     """
 
     lag: Annotated[Value, Guard("Delay behind its profile", TIME, 0, 100_000, 30_000)]
@@ -89,21 +93,21 @@ class Guards(Generic[Value]):
     arrival: Annotated[Value, Guard("Farthest from its goal at last", ANGLE, 1, 150, 60, 0.0092)]
 
     def map(self, change: Callable[[Guard, Value], Other]) -> "Guards[Other]":
-        """Return what ``change`` makes of each row and its value."""
+        """Return these guards with each value replaced by ``change(guard, value)``."""
         return Guards(*map(change, GUARDS.values(), vars(self).values()))
 
 
-#: The rows by their names, in the card's order.
+#: All guards by name, in the card's order.
 GUARDS: dict[str, Guard] = {field.name: get_args(field.type)[1] for field in fields(Guards)}
 
 
 def in_whole_units(guards: Guards[list[float]], step: float) -> Guards[_Integers]:
-    """Return guards in SI units as the rule counts them; ``step`` is an encoder step, rad."""
+    """Convert guards from SI units to the rule's; ``step`` is the angle of an encoder step, rad."""
     return guards.map(
         lambda guard, values: np.rint(np.divide(values, guard.unit.size(step))).astype(np.int64)
     )
 
 
 def by_motor(guards: Guards[_Integers]) -> list[Guards[int]]:
-    """Return each motor's own guards."""
+    """Return the guards of each motor."""
     return [Guards(*own) for own in np.transpose(list(vars(guards).values())).tolist()]

@@ -1,14 +1,15 @@
-"""Forward kinematics of the body that Figs. 2 and 3 describe, and its Jacobian.
+"""Forward kinematics and Jacobian of the body in Figs. 2 and 3.
 
-The base frame has x forward, y to the robot's left, z up. With lat the direction out of a
-shoulder, fwd the direction that the chest faces and d(S) = sin S · fwd − cos S · up:
+In go the eight joint angles; out come the positions of hands and head in the base frame, which
+has x forward, y to the robot's left and z up. With lat the direction out of a shoulder, fwd the
+direction that the chest faces and d(S) = sin S · fwd − cos S · up:
 
     right hand = L01 up + L12 lat + L23 (cos RE lat + sin RE d(RS))
                  + L34 (cos(RE+RF) lat + sin(RE+RF) d(RS))
     left hand  = the same with its own lat, and with −LE, −LF for RE, RF
     head       = (L01 + LH1) up + LH2 (cos H fwd + sin H up)
 
-These are Eqs. 3–11 without their misprints, which :mod:`miburi.robot.printed` keeps.
+These are Eqs. 3–11 with their misprints corrected; :mod:`miburi.robot.printed` keeps those.
 """
 
 import numpy as np
@@ -17,13 +18,13 @@ from numpy.typing import ArrayLike
 from miburi.errors import InputError
 from miburi.robot.description import Array, Robot
 
-__all__ = ["checked", "forward", "jacobian"]
+__all__ = ["finite_array", "forward", "jacobian"]
 
 _UP = np.array([0.0, 0.0, 1.0])
 
 
 def forward(robot: Robot, angles: ArrayLike) -> Array:
-    """Positions of the two hands and the head centre (Eqs. 3–11, corrected).
+    """Return the positions of the two hands and the head centre (Eqs. 3–11, corrected).
 
     Parameters
     ----------
@@ -39,12 +40,12 @@ def forward(robot: Robot, angles: ArrayLike) -> Array:
     Raises
     ------
     InputError
-        The shape is another, or a value is not finite.
+        The shape is wrong, or a value is not finite.
     """
-    q = checked(angles, 8, "angles")
+    q = finite_array(angles, 8, "angles")
     size = robot.lengths
     waist, rs, re, rf, ls, le, lf, head = np.moveaxis(q, -1, 0)
-    left, fwd = _turned(waist)
+    left, fwd = _directions(waist)
     shoulder_height = size.L01 * _UP
     right_hand = shoulder_height + _arm(robot, -left, fwd, rs, re, rf)
     left_hand = shoulder_height + _arm(robot, left, fwd, ls, -le, -lf)
@@ -73,12 +74,12 @@ def jacobian(robot: Robot, angles: ArrayLike) -> Array:
     InputError
         The shape is not (8,), or a value is not finite.
     """
-    q = checked(angles, 8, "angles")
+    q = finite_array(angles, 8, "angles")
     if q.ndim != 1:
         raise InputError(f"angles must have the shape (8,), got {q.shape}.")
     size = robot.lengths
     waist, rs, re, rf, ls, le, lf, head = q
-    left, fwd = _turned(waist)
+    left, fwd = _directions(waist)
     rows = np.zeros((9, 8))
     rows[:, 0] = np.cross(_UP, forward(robot, q).reshape(3, 3)).ravel()
     rows[0:3, 1:4] = _arm_derivatives(robot, -left, fwd, rs, re, rf)
@@ -87,8 +88,8 @@ def jacobian(robot: Robot, angles: ArrayLike) -> Array:
     return rows
 
 
-def _turned(waist: Array) -> tuple[Array, Array]:
-    """Return the directions left and forward, each (..., 3), after turning the waist."""
+def _directions(waist: Array) -> tuple[Array, Array]:
+    """Return left and forward of the turned chest, each (..., 3)."""
     cos, sin, zero = np.cos(waist), np.sin(waist), np.zeros_like(waist)
     return np.stack([-sin, cos, zero], axis=-1), np.stack([cos, sin, zero], axis=-1)
 
@@ -112,13 +113,13 @@ def _arm_derivatives(robot: Robot, lat: Array, fwd: Array, s: Array, e: Array, f
     return np.column_stack([by_shoulder, by_elbow, by_fingertip])
 
 
-def checked(values: ArrayLike, width: int, name: str) -> Array:
+def finite_array(values: ArrayLike, width: int, name: str) -> Array:
     """Return ``values`` as finite float64 of shape (width,) or (n, width).
 
     Raises
     ------
     InputError
-        They are not; the message says what was got.
+        The shape is wrong, or a value is not a finite number.
     """
     try:
         array = np.asarray(values, dtype=np.float64)

@@ -1,4 +1,4 @@
-"""The physical model: MJCF for MuJoCo, made from the description."""
+"""Make the physical model: in goes the description, out comes MJCF for MuJoCo."""
 
 import xml.etree.ElementTree as ET
 from dataclasses import replace
@@ -12,13 +12,13 @@ __all__ = ["FACE_PIXELS", "HAND_AWAY", "HAND_MASS", "HAND_SIZE", "TIMESTEP", "to
 
 #: Physics runs at 500 Hz.
 TIMESTEP = 0.002
-#: Side of the face that can be drawn on the screen, in pixels.
+#: Side length of the face on the screen, in pixels.
 FACE_PIXELS = 192
-#: Where the human hand waits while nobody reaches for the robot, m.
+#: Position of the human hand while nobody reaches for the robot, m.
 HAND_AWAY = (0.45, -0.35, 0.10)
 #: The human hand is a capsule of this radius and half length (a finger or two), m.
 HAND_SIZE = (0.016, 0.045)
-#: Its mass where it is moved by what it meets, kg: the hand's in ISO/TS 15066's body model.
+#: Mass of the sprung hand, kg: that of a hand in ISO/TS 15066's body model.
 HAND_MASS = 0.6
 #: The wall behind the table: warm and light.
 _WALL = (0.93, 0.90, 0.86, 1.0)
@@ -27,12 +27,13 @@ _WALL = (0.93, 0.90, 0.86, 1.0)
 def to_mjcf(robot: Robot, *, face: bool = False, sprung_hand: bool = False) -> str:
     """Return the robot on a table, with position servos and a movable human hand, as MJCF.
 
-    Joints, actuators and the free indices follow ``JOINTS``' names; sites ``right``, ``left``
-    and ``head`` mark the extremities. Every pair of parts that a joint does not join can
-    collide. The mocap body ``hand`` collides with the robot only; a ``sprung_hand`` has mass,
-    hangs on a spring along each axis (joints ``hand_x``, ``hand_y``, ``hand_z``) and can grasp,
-    by the equality ``grasp``. With ``face`` the screen carries a square of the material
-    ``face``, whose texture can be drawn on.
+    Joints and actuators have the names in ``JOINTS``; the sites ``right``, ``left`` and ``head``
+    mark the extremities. All pairs of parts can collide, except those that a joint connects.
+
+    The mocap body ``hand`` collides with the robot only. A ``sprung_hand`` has mass, hangs on a
+    spring along each axis (joints ``hand_x``, ``hand_y``, ``hand_z``) and can grasp, by the
+    equality ``grasp``. With ``face`` the screen carries a square of the material ``face``, whose
+    texture can be drawn on.
     """
     root = ET.Element("mujoco", model=robot.name)
     ET.SubElement(root, "compiler", angle="radian", autolimits="true")
@@ -45,7 +46,7 @@ def to_mjcf(robot: Robot, *, face: bool = False, sprung_hand: bool = False) -> s
     ET.SubElement(
         visual, "headlight", ambient="0.42 0.41 0.40", diffuse="0.25 0.25 0.25", specular="0 0 0"
     )
-    # The table fades into the wall: nothing but the robot draws the eye.
+    # The table fades into the wall, so that only the robot stands out.
     ET.SubElement(visual, "map", znear="0.01", zfar="30", haze="0.85", shadowscale="0.5")
     ET.SubElement(visual, "rgba", haze=_text(_WALL))
     asset = ET.SubElement(root, "asset")
@@ -90,7 +91,7 @@ def to_mjcf(robot: Robot, *, face: bool = False, sprung_hand: bool = False) -> s
         _hand(world)
     if face:
         _face(robot, asset, bodies["head"])
-    # MuJoCo leaves out the pairs that a joint joins, except at the world.
+    # MuJoCo itself excludes pairs that a joint connects, but not for bodies fixed to the world.
     ET.SubElement(ET.SubElement(root, "contact"), "exclude", body1="base", body2="torso")
     actuator = ET.SubElement(root, "actuator")
     servo = robot.servo
@@ -131,13 +132,13 @@ def _geom(body: ET.Element, part: Part) -> None:
 
 
 def _hand(world: ET.Element) -> None:
-    """Add the human hand where somebody puts it."""
+    """Add the human hand as a body that the program places."""
     hand = ET.SubElement(world, "body", name="hand", mocap="true", pos=_text(HAND_AWAY))
     _fingers(hand, {})
 
 
 def _sprung_hand(root: ET.Element, world: ET.Element) -> None:
-    """Add the human hand on springs, as an arm holds it; its joints' positions are the world's."""
+    """Add the human hand on springs, as an arm holds it; its joints measure world positions."""
     hand = ET.SubElement(world, "body", name="hand", gravcomp="1", pos=_text(HAND_AWAY))
     for name, axis, away in zip("xyz", np.eye(3), HAND_AWAY, strict=True):
         ET.SubElement(
@@ -152,7 +153,7 @@ def _sprung_hand(root: ET.Element, world: ET.Element) -> None:
 
 
 def _fingers(hand: ET.Element, attributes: dict[str, str]) -> None:
-    """Add what of a hand can touch."""
+    """Add the part of the hand that can touch."""
     radius, half = HAND_SIZE
     ET.SubElement(
         hand, "geom", attributes, name="hand", type="capsule", material="skin",
@@ -161,14 +162,14 @@ def _fingers(hand: ET.Element, attributes: dict[str, str]) -> None:
 
 
 def _face(robot: Robot, asset: ET.Element, head: ET.Element) -> None:
-    """Add a square on the phone's screen, as wide as it, and textures for it and the screen."""
+    """Add a square as wide as the phone's screen, and the textures of square and screen."""
     for name, pixels in (("face", str(FACE_PIXELS)), ("tint", "4")):
         ET.SubElement(
             asset, "texture", name=name, type="cube", builtin="flat", rgb1="1 1 1",
             width=pixels, height=pixels,
         )  # fmt: skip
-    # Both take their colour from a texture alone, so that light changes them alike; as much of it
-    # as leaves a lit colour what it is.
+    # Both take their colour from a texture, so that light changes both in the same way. At 0.8 a
+    # lit texture keeps its colour.
     for material in asset.findall("material[@name='screen']"):
         material.attrib |= {"texture": "tint", "rgba": "0.8 0.8 0.8 1"}
         ET.SubElement(asset, "material", material.attrib | {"name": "face", "texture": "face"})

@@ -1,4 +1,7 @@
-"""The one door to MuJoCo: it reads how to draw, once, when it is first loaded."""
+"""Import MuJoCo from here, and only from here.
+
+MuJoCo reads how to draw when it is first loaded; this module chooses that before.
+"""
 
 import os
 

@@ -1,26 +1,27 @@
-"""Eqs. 3–11 exactly as the paper prints them, misprints and all, for reproduction.
+"""Eqs. 3–11 exactly as the paper prints them, misprints included, for reproduction.
 
-Where they differ from the body of Figs. 2 and 3 (and so from :func:`miburi.robot.forward`):
+They differ from the body of Figs. 2 and 3, and so from :func:`miburi.robot.forward`, in these
+places:
 
 - Eqs. 3, 4, 6, 7: in the last link, the sign between cos E · (waist) and (waist) · sin S · sin E
-  is turned; as printed, the link changes its length with the pose.
-- Eqs. 4, 7: the last link has cos W where sin S belongs.
-- Eq. 8: the base height L01 is subtracted.
-- Eq. 11: the head's height uses cos H beside the cos H of Eqs. 9 and 10, so that the head's
-  centre does not move on a circle.
+  is inverted, so that the length of the link depends on the pose.
+- Eqs. 4, 7: the last link has cos W instead of sin S.
+- Eq. 8: the base height L01 is subtracted instead of added.
+- Eq. 11: the head's height uses cos H instead of sin H, so that the head's centre does not move
+  on a circle.
 """
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from miburi.robot.description import Array, Robot
-from miburi.robot.kinematics import checked
+from miburi.robot.kinematics import finite_array
 
 __all__ = ["forward_as_printed"]
 
 
 def forward_as_printed(robot: Robot, angles: ArrayLike) -> Array:
-    """Eqs. 3–11 as printed; use :func:`miburi.robot.forward` for the real body.
+    """Evaluate Eqs. 3–11 as printed; use :func:`miburi.robot.forward` for the real body.
 
     Parameters
     ----------
@@ -36,9 +37,9 @@ def forward_as_printed(robot: Robot, angles: ArrayLike) -> Array:
     Raises
     ------
     InputError
-        The shape is another, or a value is not finite.
+        The shape is wrong, or a value is not finite.
     """
-    q = checked(angles, 8, "angles")
+    q = finite_array(angles, 8, "angles")
     size = robot.lengths
     (sw, srs, sre, srf, sls, sle, slf, _) = np.moveaxis(np.sin(q), -1, 0)
     (cw, crs, cre, crf, cls, cle, clf, ch) = np.moveaxis(np.cos(q), -1, 0)

@@ -1,7 +1,8 @@
-"""Links and parts: what turns about which joint, and what it is made of.
+"""Links and parts: which link turns about which joint, and which solids it consists of.
 
-The physical model, the URDF file and the pages that draw the robot are all made from these two
-tables. At zero angles the arms point straight out sideways and the head link points forward.
+In goes a robot's description; out come two tables, from which the physical model, the URDF file
+and the pages draw the robot. At zero angles the arms point straight out to the sides and the head
+link points forward.
 """
 
 from dataclasses import dataclass
@@ -27,7 +28,7 @@ COLOURS = {
 
 @dataclass(frozen=True)
 class Link:
-    """A rigid link: its parent, the joint that moves it, where and about which axis."""
+    """A rigid link: its parent, the joint that moves it, and that joint's position and axis."""
 
     name: str
     parent: str
@@ -50,7 +51,7 @@ class Part:
     tilt
         Turn about the link's −y axis, in rad; boxes only.
     mass
-        kg; 0 for what is only seen.
+        kg; 0 for a part that is only drawn.
     """
 
     link: str
@@ -65,7 +66,7 @@ class Part:
 
 
 def links(robot: Robot) -> list[Link]:
-    """Return the links from the base outwards; each joint name is the paper's order's."""
+    """Return the links from the base outwards; their joints have the names in ``JOINTS``."""
     size = robot.lengths
     down_the_side: Point = (0.0, -1.0, 0.0)  # shoulders and head nod about the robot's right
     along: Point = (1.0, 0.0, 0.0)
@@ -91,7 +92,7 @@ def _point(place: Array) -> Point:
 
 
 def extremities(robot: Robot) -> dict[str, tuple[str, Point]]:
-    """Return where the nine coordinates are measured: link and point for right, left and head."""
+    """Return the link and the point on it at which right, left and head are measured."""
     size = robot.lengths
     return {
         "right": ("right_forearm", (0, -size.L34, 0)),
@@ -178,9 +179,10 @@ def _phone(robot: Robot) -> list[Part]:
 def _slab(
     robot: Robot, name: str, half: Point, ahead: float, corner: float, colour: str, mass: float
 ) -> list[Part]:
-    """Return a box with round corners, tilted as the phone: two crossing boxes, four discs.
+    """Return a box with round corners, tilted like the phone: two crossing boxes and four discs.
 
-    ``ahead`` is how far its middle is in front of the phone's, ``corner`` the corners' radius.
+    ``ahead`` is the distance of its middle in front of the phone's, ``corner`` the radius of the
+    corners.
     """
     tilt = -robot.shape.phone_level
     deep, wide, high = half
@@ -193,7 +195,7 @@ def _slab(
             depth * normal[1] + height * up[1],
         )
 
-    # Faces in one plane would flicker: what lies beside the upright box is a little thinner.
+    # Two faces in one plane would flicker, so the other solids are a little thinner.
     thin = 0.95 * deep
     boxes = {name: (deep, wide - corner, high), f"{name}_sides": (thin, wide, high - corner)}
     discs = {

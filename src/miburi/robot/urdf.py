@@ -1,4 +1,4 @@
-"""The robot as URDF, made from the description, for tools that read that format."""
+"""Export the robot as URDF: in goes the description, out comes the text of a URDF file."""
 
 import xml.etree.ElementTree as ET
 from dataclasses import replace
@@ -16,8 +16,8 @@ __all__ = ["to_urdf"]
 def to_urdf(robot: Robot) -> str:
     """Return the robot as URDF.
 
-    Joints carry the limits of Table 1, the servo's speed and torque. Fixed links ``right``,
-    ``left`` and ``head_centre`` mark the extremities. URDF has neither capsules nor ellipsoids: a
+    Joints have the limits of Table 1 and the servo's speed and torque. Fixed links ``right``,
+    ``left`` and ``head_centre`` mark the extremities. URDF has no capsules and no ellipsoids: a
     capsule becomes a cylinder with a sphere at each end, an ellipsoid the upright cylinder around
     it. Masses and inertias are those of the physical model.
     """
@@ -25,9 +25,9 @@ def to_urdf(robot: Robot) -> str:
     for name, colour in COLOURS.items():
         ET.SubElement(ET.SubElement(root, "material", name=name), "color", rgba=_text(colour))
     model = mujoco.MjModel.from_xml_string(to_mjcf(robot))
-    made = {"base": ET.SubElement(root, "link", name="base")}
+    elements = {"base": ET.SubElement(root, "link", name="base")}
     for link in links(robot):
-        made[link.name] = ET.SubElement(root, "link", name=link.name)
+        elements[link.name] = ET.SubElement(root, "link", name=link.name)
         joint = ET.SubElement(root, "joint", name=link.joint, type="revolute")
         ET.SubElement(joint, "origin", xyz=_text(link.position), rpy="0 0 0")
         ET.SubElement(joint, "parent", link=link.parent)
@@ -38,13 +38,13 @@ def to_urdf(robot: Robot) -> str:
             joint, "limit", lower=_text((robot.lower[index],)), upper=_text((robot.upper[index],)),
             velocity=_text((robot.servo.max_speed,)), effort=_text((robot.servo.stall_torque,)),
         )  # fmt: skip
-    for name, link_element in made.items():
+    for name, link_element in elements.items():
         _inertial(link_element, model, name)
     for part in parts(robot):
         for piece in _pieces(part):
-            _shape(made[part.link], "visual", piece)
+            _shape(elements[part.link], "visual", piece)
             if part.mass:
-                _shape(made[part.link], "collision", piece)
+                _shape(elements[part.link], "collision", piece)
     for name, (parent, point) in extremities(robot).items():
         child = "head_centre" if name == "head" else name
         ET.SubElement(root, "link", name=child)
@@ -77,7 +77,7 @@ def _inertial(link: ET.Element, model: mujoco.MjModel, name: str) -> None:
 
 
 def _pieces(part: Part) -> list[Part]:
-    """Return the same solid in shapes that URDF knows, each with a name of its own."""
+    """Split a solid into shapes that URDF has, each with its own name."""
     match part.kind:
         case "capsule":
             ends = {"start": part.position, "end": part.end or part.position}
@@ -93,7 +93,7 @@ def _pieces(part: Part) -> list[Part]:
 
 
 def _shape(link: ET.Element, use: str, piece: Part) -> None:
-    """Add a sphere, a box or a cylinder to what is seen or what collides."""
+    """Add a sphere, a box or a cylinder as ``visual`` or ``collision``, according to ``use``."""
     element = ET.SubElement(link, use)
     start, turn = np.array(piece.position, dtype=np.float64), (0.0, -piece.tilt, 0.0)
     match piece.kind:
