@@ -1,4 +1,4 @@
-"""Calibration: what free motion needs is granted, with a margin, and no more."""
+"""Calibration: the guards let free motion pass, with a margin, and nothing more."""
 
 import inspect
 from dataclasses import replace
@@ -10,7 +10,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from miburi.calibration.file import Mounting, read_calibration, write_calibration
-from miburi.calibration.free_motion import MARGIN, Trace, calibrate, measured_lag, need, response
+from miburi.calibration.free_motion import (
+    MARGIN,
+    Trace,
+    calibrate,
+    measure_lag,
+    measure_need,
+    measure_response,
+)
 from miburi.cli import trials as cli
 from miburi.errors import DescriptionError, InputError
 from miburi.robot import Robot
@@ -26,7 +33,7 @@ STEP = 2 * np.pi / 4096
 def trace(
     lag: int = 25_000, missing: int = 0, distance: int = 800, times: Steps | None = None
 ) -> Trace:
-    """All motors follow their profile ``lag`` µs late; the head loses steps half way."""
+    """Return a move that all motors follow ``lag`` µs late; the head loses steps half way."""
     profile = Profile.plan(distance * EIGHT, 1000 * EIGHT, 13_000 * EIGHT)
     if times is None:
         times = np.arange(0, int(profile.total[0]) + 300_000, 10_000)
@@ -36,16 +43,16 @@ def trace(
 
 
 def irregular(rng: np.random.Generator) -> Steps:
-    """Readings as a card has them: every 20 ms or so, now and then one left out."""
+    """Return times of readings like a card's: about every 20 ms, with one missing now and then."""
     return np.cumsum(rng.choice([19_000, 20_000, 20_300, 40_100], 80, p=[0.1, 0.5, 0.3, 0.1]))
 
 
 @pytest.mark.parametrize("lag", [0, 17_000, 60_000])
 def test_the_lag_is_found_to_the_millisecond(lag: int) -> None:
-    np.testing.assert_allclose(measured_lag([trace(lag)]), lag, atol=1000)
+    np.testing.assert_allclose(measure_lag([trace(lag)]), lag, atol=1000)
 
 
-def test_a_motor_that_never_moved_is_taken_for_the_others() -> None:
+def test_a_motor_that_never_moved_gets_the_lag_of_the_others() -> None:
     still = trace(30_000)
     distance = still.profile.distance.copy()
     distance[0] = 0
@@ -53,18 +60,18 @@ def test_a_motor_that_never_moved_is_taken_for_the_others() -> None:
     positions = still.positions.copy()
     positions[:, 0] = 0
     quiet = Trace(profile, still.start, still.direction, still.times, positions)
-    lag = measured_lag([quiet])
-    assert np.isnan(response([quiet]).noise).tolist() == [True] + [False] * 7
+    lag = measure_lag([quiet])
+    assert np.isnan(measure_response([quiet]).noise).tolist() == [True] + [False] * 7
     assert abs(int(lag[0]) - 30_000) <= 1000
 
 
-def test_what_is_missing_is_needed() -> None:
-    found = need([trace(missing=9)], 25_000 * EIGHT, 8 * EIGHT, PAPER_PERIOD, PAPER_RATIO)
-    clean = need([trace()], 25_000 * EIGHT, 8 * EIGHT, PAPER_PERIOD, PAPER_RATIO)
+def test_missing_travel_is_needed_as_a_guard() -> None:
+    found = measure_need([trace(missing=9)], 25_000 * EIGHT, 8 * EIGHT, PAPER_PERIOD, PAPER_RATIO)
+    clean = measure_need([trace()], 25_000 * EIGHT, 8 * EIGHT, PAPER_PERIOD, PAPER_RATIO)
     assert (clean.slack <= FINE).all()
-    # Of 100 steps 6.28 may be missing by the ratio.
+    # The ratio itself allows 6.28 of 100 steps to be missing.
     assert 2 * FINE <= found.slack[7] <= 9 * FINE
-    # The lag's doubt, 2 ms at 1000 steps/s, covers two of the nine.
+    # The lag doubt, 2 ms at 1000 steps/s, covers two of the nine.
     assert 7 * FINE <= found.behind[7] <= 8 * FINE
     assert (found.ahead == clean.ahead).all()
     assert found.arrival[7] == 9 * FINE
@@ -85,14 +92,14 @@ def test_calibrated_guards_let_their_own_traces_pass_and_notice_a_block() -> Non
 
 
 @given(seed=st.integers(0, 1 << 30), period=st.sampled_from([40_000, 100_000, 130_000]))
-def test_what_is_needed_is_what_a_watch_would_stop_for(seed: int, period: int) -> None:
-    """At irregular readings too: with so much granted it lets all pass, with less it stops."""
+def test_a_watch_stops_for_less_than_the_measured_need(seed: int, period: int) -> None:
+    """With exactly these guards it lets the move pass, with one step less it stops."""
     rng = np.random.default_rng(seed)
     distance = int(rng.integers(60, 900))
     one = trace(int(rng.integers(10_000, 40_000)), distance=distance, times=irregular(rng))
     one.positions[:] += rng.integers(-2, 3, one.positions.shape)
     lag, least = 25_000 * EIGHT, 8 * EIGHT
-    found = need([one], lag, least, period, PAPER_RATIO)
+    found = measure_need([one], lag, least, period, PAPER_RATIO)
     needs = [np.max(getattr(found, name)) for name in ("slack", "behind", "ahead", "arrival")]
     enough = [-(-int(value) // FINE) for value in needs]
 
@@ -117,11 +124,11 @@ def test_lag_ramp_and_noise_are_measured(regular: bool) -> None:
     for distance in (800, 400, 150, 80):
         one = trace(31_000, distance=distance, times=None if regular else irregular(rng))
         one.positions[:, 2] += np.rint(rng.normal(0, 3.0, len(one.times))).astype(np.int64)
-        # The waist's servo speeds up more gently than it was told to.
+        # The waist's servo speeds up more gently than commanded.
         gentle = Profile.plan(one.profile.distance, one.profile.speed, 10_400 * EIGHT)
         one.positions[:, 0] = gentle.position(one.times[:, None] - 31_000)[:, 0] // FINE
         traces.append(one)
-    found = response(traces)
+    found = measure_response(traces)
     assert np.abs(found.lag[1:] - 31_000).max() <= 2000
     assert found.ramp[0] == pytest.approx(0.8, abs=0.051)
     assert found.ramp[1:] == pytest.approx(1.0, abs=0.11)
@@ -136,13 +143,13 @@ def test_a_larger_margin_grants_more() -> None:
 
 
 def test_the_command_and_the_trials_calibrate_alike() -> None:
-    """The command's defaults stand in its help, where the slow imports of trials do not."""
+    """The command repeats the defaults, because importing the trials is slow."""
     offered = inspect.signature(cli.calibrate).parameters
     assert offered["moves"].default == CALIBRATION_MOVES
     assert offered["margin"].default == MARGIN
 
 
-def test_nothing_cannot_be_calibrated() -> None:
+def test_a_calibration_without_traces_is_refused() -> None:
     with pytest.raises(InputError, match="traces"):
         calibrate([], STEP)
 
@@ -169,14 +176,14 @@ def test_the_file_keeps_how_a_cards_servos_are_mounted(robot: Robot, tmp_path: P
     write_calibration(robot, Rule.of(robot), path, "", mounting)
     assert read_calibration(robot, path).servos == mounting
     good = path.read_text()
-    for wrong, right, said in [
+    for wrong, right, words in [
         ("zero = [4096,", "zero = [0,", r"servos\.zero\.0"),
         ("direction = [0,", "direction = [1,", r"servos\.direction\.0"),
         ("id = [7,", "id = [8,", "each servo needs an id of its own"),
         ("id = [1, ", "id = [", "8"),
     ]:
         path.write_text(good.replace(right, wrong))
-        with pytest.raises(DescriptionError, match=said):
+        with pytest.raises(DescriptionError, match=words):
             read_calibration(robot, path)
 
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from miburi.bodies.simulated import Simulated
 from miburi.calibration.free_motion import Trace
-from miburi.card.calibration import free_moves, granted
+from miburi.card.calibration import free_moves, grant_guards
 from miburi.card.settings import CardSettings
 from miburi.robot import Robot
 from miburi.safety.stop import Phase
@@ -12,10 +12,10 @@ from miburi.studies.trials.plant import TrialPlant, Variation
 from miburi.studies.trials.trial import Kind, trace_of, trial
 
 
-def made(robot: Robot, plant: TrialPlant) -> list[Trace]:
-    """Make a calibration's moves, and look for what must not happen meanwhile.
+def make_moves(robot: Robot, plant: TrialPlant) -> list[Trace]:
+    """Make the moves of a calibration, and return their traces.
 
-    The rule does not stop them, with the guards that it has while the servos are unknown.
+    The rule, with the generous guards of a card that is not calibrated, must not stop them.
     """
     settings = CardSettings.of(robot)
     body = Simulated(robot, settings.generous.rule, plant=plant)
@@ -39,14 +39,14 @@ def made(robot: Robot, plant: TrialPlant) -> list[Trace]:
 def test_a_calibrations_moves_meet_nothing_and_end_where_they_began(robot: Robot) -> None:
     plant = TrialPlant(robot)
     plant.begin(robot.neutral, Variation(), np.random.default_rng(0))
-    made(robot, plant)
+    make_moves(robot, plant)
     assert plant.itself is None
 
 
-def test_a_robot_calibrated_at_one_time_is_not_stopped_for_nothing_at_others(robot: Robot) -> None:
-    """Other states of the battery, other loads, other gestures; and people are still noticed."""
+def test_a_calibrated_robot_has_no_false_stops_in_other_conditions(robot: Robot) -> None:
+    """With another battery, other loads and other gestures, and it still notices people."""
     plant = TrialPlant(robot)
     plant.begin(robot.neutral, Variation(noise=0.15, delay=1), np.random.default_rng(1))
-    rule = granted(robot, CardSettings.of(robot), made(robot, plant)).rule
+    rule = grant_guards(robot, CardSettings.of(robot), make_moves(robot, plant)).rule
     assert not any(trial(plant, rule, 9, Kind.FREE, index).stopped for index in range(60))
     assert all(trial(plant, rule, 9, Kind.BLOCKED, index).stopped for index in range(30))

@@ -1,4 +1,4 @@
-"""Frames: what goes in comes out, and nothing else does."""
+"""Frames: what is encoded is decoded, and nothing else."""
 
 import pytest
 from hypothesis import given
@@ -21,7 +21,7 @@ def test_check_sum_is_the_published_one() -> None:
 
 
 @given(FRAMES)
-def test_a_frame_comes_back(frame: Frame) -> None:
+def test_decoding_returns_the_encoded_frame(frame: Frame) -> None:
     data = encode(frame)
     assert data.index(0) == len(data) - 1
     assert decode(data[:-1]) == frame

@@ -1,4 +1,4 @@
-"""What a card is told of a robot, and for which robots it is told nothing."""
+"""The settings of a card, and the robots that it refuses."""
 
 import pytest
 
@@ -11,18 +11,18 @@ from miburi.robot import Robot
 
 @pytest.fixture
 def coarse(robot: Robot) -> Robot:
-    """The robot with the encoders of another servo."""
+    """Return the robot with the encoders of another servo."""
     servo = robot.servo.model_copy(update={"steps_per_turn": 1024})
     return robot.model_copy(update={"servo": servo})
 
 
-def test_a_robot_with_other_encoders_is_refused_in_words(coarse: Robot) -> None:
+def test_the_error_for_other_encoders_says_what_to_do(coarse: Robot) -> None:
     with pytest.raises(BodyError, match="count 1024 steps a turn; .* count 4096 .*description"):
         CardSettings.of(coarse)
 
 
-def test_a_card_is_not_even_reached_for_it(robot: Robot, coarse: Robot) -> None:
-    """Settings that are given fit another robot."""
+def test_other_encoders_are_refused_before_the_line_is_opened(robot: Robot, coarse: Robot) -> None:
+    """Even with settings that fit another robot."""
 
     def reach() -> Line:
         pytest.fail("the card was reached")

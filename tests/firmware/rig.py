@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from miburi.card.calibration import free_moves, granted, record
+from miburi.card.calibration import free_moves, grant_guards, record
 from miburi.card.card import Card
 from miburi.card.link import Kind, Report
 from miburi.card.settings import CardSettings, real_acceleration, real_speed
@@ -207,4 +207,4 @@ def calibrated(firmware: Path) -> CardSettings:
         rig.shake()
         traces += record(rig.body, [move])
     rig.close()
-    return granted(rig.robot, settings, traces)
+    return grant_guards(rig.robot, settings, traces)

@@ -12,7 +12,7 @@ import pytest
 from tests.firmware.rig import Rig
 
 from miburi.calibration.file import Calibration, read_calibration, write_calibration
-from miburi.card.calibration import changes, free_moves, in_words, loaded, measure
+from miburi.card.calibration import apply_calibration, changes, free_moves, in_words, measure
 from miburi.card.card import Card
 from miburi.card.line import SerialLine
 from miburi.card.settings import ALLOWED, CardSettings
@@ -57,7 +57,7 @@ def test_calibration_finds_lags_and_stores_guards_that_hold(firmware: Path, tmp_
     path = tmp_path / "calibration.toml"
     settings = found.settings
     write_calibration(rig.robot, settings.rule, path, "by hand", settings.mounting)
-    assert loaded(rig.settings, read_calibration(rig.robot, path)) == settings
+    assert apply_calibration(rig.settings, read_calibration(rig.robot, path)) == settings
     rig.body.wake()
     for _ in range(5):
         rig.body.move(rig.random_move())
@@ -99,7 +99,7 @@ def test_a_rule_is_loaded_whole_or_not_at_all(rig: Rig) -> None:
     rig.body.stop()
     rule = Rule(rig.settings.rule.guards, 80_000, 9100)
     calibration = Calibration(rig.robot, rule, None)
-    settings = loaded(rig.settings, calibration)
+    settings = apply_calibration(rig.settings, calibration)
     rig.body.configure(settings)
     assert changes(rig.settings, settings) == [
         "     all joints: period 100 ms → 80 ms, ratio 0.9372 → 0.91"

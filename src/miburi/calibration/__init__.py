@@ -1,1 +1,1 @@
-"""From free motion to the contact rule's guards, and their file."""
+"""Derive the guards of the contact rule from free motion, and keep them in a file."""

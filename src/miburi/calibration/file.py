@@ -1,6 +1,6 @@
-"""A calibration on disk: period, ratio and guards of the contact rule for one robot's servos.
+"""Read and write calibration files: the contact rule's period, ratio and guards for one robot.
 
-A card's calibration also says how its servos are mounted; all others leave that out.
+The calibration of a card also says how its servos are mounted. That of a simulated robot does not.
 """
 
 from dataclasses import dataclass
@@ -27,7 +27,7 @@ __all__ = [
 
 
 class RuleTable(Table):
-    """Eqs. 1 and 2: the period in s, a whole number of 10 ms readings, and the ratio."""
+    """The period in s, a multiple of 10 ms, and the ratio (Eqs. 1 and 2)."""
 
     period: Annotated[float, Field(ge=0.02, le=1.0, multiple_of=0.01)]
     ratio: Annotated[float, Field(ge=0, le=1)]
@@ -42,11 +42,11 @@ class Mounting(Table):
     Attributes
     ----------
     id
-        Each servo's number on the bus.
+        The number of each servo on the bus.
     direction
-        The sign of the joint's angle against the servo's: 1 or −1.
+        1 if joint and servo turn the same way, −1 if they turn opposite ways.
     zero
-        The servo's position at joint angle 0, in its steps.
+        The position of each servo at joint angle 0, in steps.
     """
 
     id: Annotated[list[Annotated[int, Field(ge=0, le=252)]], _Eight]
@@ -61,7 +61,7 @@ class Mounting(Table):
 
 
 class CalibrationFile(Table):
-    """The file: ``guards`` are the table of the robot's description."""
+    """The content of a calibration file; ``guards`` is the same table as in a description."""
 
     rule: RuleTable
     guards: GuardsTable
@@ -70,7 +70,10 @@ class CalibrationFile(Table):
 
 @dataclass(frozen=True)
 class Calibration:
-    """What a file says: the robot with its guards, the rule, and a card's mounting if any."""
+    """What a file contains: the robot with its guards, the rule, and the mounting of the servos.
+
+    ``servos`` is None in a calibration that is not of a card.
+    """
 
     robot: Robot
     rule: Rule
@@ -80,15 +83,15 @@ class Calibration:
 def write_calibration(
     robot: Robot, rule: Rule, path: Path, note: str, servos: Mounting | None = None
 ) -> None:
-    """Write a calibration as TOML, angles in rad and times in s; ``note`` heads the file."""
+    """Write a calibration as TOML, angles in rad and times in s, below ``note`` as a comment."""
     step = robot.servo.step
     lines = [f"# {line}".rstrip() for line in note.splitlines()]
     lines += ["", "[rule]", f"period = {rule.period / SECOND:g} # s"]
     lines += [f"ratio = {rule.ratio / 10_000:g}", "", "[guards]"]
     for name, values in vars(rule.guards).items():
         unit = GUARDS[name].unit
-        shown = ", ".join(f"{value:.6f}" for value in values * unit.size(step))
-        lines.append(f"{name} = [{shown}] # {unit.si}")
+        numbers = ", ".join(f"{value:.6f}" for value in values * unit.size(step))
+        lines.append(f"{name} = [{numbers}] # {unit.si}")
     if servos is not None:
         lines += ["", "[servos]"]
         lines += [f"{name} = {values}" for name, values in servos.model_dump().items()]
@@ -96,15 +99,15 @@ def write_calibration(
 
 
 def read_calibration(robot: Robot, path: Path) -> Calibration:
-    """Read a calibration of ``robot``; angles are rounded to its servo's steps.
+    """Read a calibration of ``robot``; angles are rounded to the steps of its servo.
 
     Raises
     ------
     DescriptionError
-        The file cannot be read, or is not a calibration; the message says what is wrong.
+        The file cannot be read, or it is not a calibration; the message says what is wrong.
     """
-    found = load_table(CalibrationFile, path)
-    robot = robot.model_copy(update={"guards": found.guards})
-    period, ratio = round(found.rule.period * SECOND), round(found.rule.ratio * 10_000)
-    guards = in_whole_units(found.guards, robot.servo.step)
-    return Calibration(robot, Rule(guards, period, ratio), found.servos)
+    table = load_table(CalibrationFile, path)
+    robot = robot.model_copy(update={"guards": table.guards})
+    period, ratio = round(table.rule.period * SECOND), round(table.rule.ratio * 10_000)
+    guards = in_whole_units(table.guards, robot.servo.step)
+    return Calibration(robot, Rule(guards, period, ratio), table.servos)

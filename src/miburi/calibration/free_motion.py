@@ -1,7 +1,9 @@
-"""From free motion to guards: what the contact rule must grant the servos of one robot (ours).
+"""Derive guards from free motion: how much the contact rule must allow these servos (ours).
 
-A calibration needs only what a card sees: encoder readings beside the commanded profile of each
-move. So the same code serves the simulated servos and those of a built robot.
+In go :class:`Trace` objects, each the encoder readings of one free move beside its commanded
+profile; out come the :class:`~miburi.robot.guards.Guards` that would have let all of them pass,
+with a margin. A trace holds only what a card sees, so the same code calibrates simulated servos
+and those of a real robot.
 """
 
 from collections.abc import Iterable, Sequence
@@ -22,17 +24,17 @@ __all__ = [
     "Response",
     "Trace",
     "calibrate",
-    "measured_lag",
-    "need",
-    "response",
+    "measure_lag",
+    "measure_need",
+    "measure_response",
 ]
 
-#: Guards are so many times what free motion needed (ours).
+#: Guards are this many times what free motion needed (ours).
 MARGIN = 1.2
-#: Windows in which a motor should have moved less than this, rad, are judged later (ours).
+#: The guard ``least``, rad: windows with less expected travel are judged later (ours).
 LEAST = 0.0125
 _LONGEST_LAG = 120_000  # µs
-#: Ramps that are tried, as parts of the commanded one; and lags with each, µs about the one found.
+#: Ramps to try, as shares of the commanded one, and lags to try with each, µs from the measured.
 _RAMPS = np.linspace(0.6, 1.2, 13)
 _OTHER_LAGS = np.arange(-26_000, 26_001, 2000)
 _WORTH_MEASURING = 50  # steps
@@ -40,17 +42,17 @@ _WORTH_MEASURING = 50  # steps
 
 @dataclass(frozen=True)
 class Trace:
-    """One move as the card saw it.
+    """One move as a card sees it.
 
     Attributes
     ----------
     profile, start, direction
-        As :class:`miburi.safety.contact.Watch` takes them.
+        As in :class:`miburi.safety.contact.Watch`.
     times
-        (n,) µs since the move began, in order; they need not be regular.
+        (n,) µs since the move began, ascending; they need not be regular.
     positions
-        (n, 8) steps, the encoders at these times. A reading in which a motor was not heard is
-        left out: the card does not judge it either.
+        (n, 8) steps, the encoders at these times. Readings that a motor did not answer are left
+        out, since the card does not judge them either.
     """
 
     profile: Profile
@@ -61,22 +63,29 @@ class Trace:
 
     @property
     def travel(self) -> Steps:
-        """Travel of each motor at each reading, (n, 8) in 1/256 steps."""
+        """The travel of each motor at each reading, (n, 8) in 1/256 steps."""
         travel: Steps = (self.positions - self.start) * self.direction * FINE
         return travel
 
     def expected(self, lag: Steps) -> Steps:
-        """Travel that the profile, ``lag`` (8,) µs late, commanded at each reading, (n, 8)."""
+        """Return the travel of the profile, delayed by ``lag`` (8,) µs, at each reading, (n, 8)."""
         return self.profile.position(self.times[:, None] - lag)
 
 
 @dataclass(frozen=True)
 class Need:
-    """What free motion needed of the rule: the largest over all traces, (8,) in 1/256 steps.
+    """The deviations that free motion needs the rule to allow, (8,) in 1/256 steps.
 
-    ``slack``: travel that was missing beyond the ratio in a window; ``behind`` and ``ahead``:
-    distance from the delayed profile, without what the doubt of the lag grants; ``arrival``:
-    distance from the goal one period after the profile ended.
+    Each is the largest over all traces.
+
+    Attributes
+    ----------
+    slack
+        Travel that was missing from a window, beyond the ratio.
+    behind, ahead
+        Distance from the delayed profile, less the ``lag_doubt`` that the rule adds itself.
+    arrival
+        Distance from the goal one period after the profile ended.
     """
 
     slack: Steps
@@ -85,8 +94,10 @@ class Need:
     arrival: Steps
 
 
-def need(traces: Iterable[Trace], lag: Steps, least: Steps, period: int, ratio: int) -> Need:
-    """Look at free motion as :class:`miburi.safety.contact.Watch` does, and grant nothing."""
+def measure_need(
+    traces: Iterable[Trace], lag: Steps, least: Steps, period: int, ratio: int
+) -> Need:
+    """Apply the rule of :class:`miburi.safety.contact.Watch` to free motion with guards of zero."""
     zero = np.zeros(len(JOINTS), dtype=np.int64)
     slack, behind, ahead, arrival = zero, zero, zero, zero
     for trace in traces:
@@ -101,7 +112,7 @@ def need(traces: Iterable[Trace], lag: Steps, least: Steps, period: int, ratio: 
         for row, time in enumerate(trace.times.tolist()):
             should, did = expected[row] - judged_expected, travel[row] - judged_travel
             judged = should >= least * FINE
-            # Rounded up: so much, in whole parts, would have been enough.
+            # Rounded up, so that a slack of this size lets the window pass.
             missing = -((did * 10_000 - should * ratio) // 10_000)
             slack = np.where(judged, np.maximum(slack, missing), slack)
             if time >= period_ends:
@@ -111,11 +122,11 @@ def need(traces: Iterable[Trace], lag: Steps, least: Steps, period: int, ratio: 
     return Need(slack, behind, ahead, arrival)
 
 
-def measured_lag(traces: Sequence[Trace]) -> Steps:
-    """Return by how much each motor follows its profile late, (8,) µs, to the millisecond.
+def measure_lag(traces: Sequence[Trace]) -> Steps:
+    """Measure the lag of each motor behind its profile, (8,) µs, to the millisecond.
 
-    It is the delay at which the profile is nearest to the motion, in the sum of squares; a motor
-    that never moved is given the others' median.
+    The lag is the delay that minimises the sum of squares between profile and motion. A motor
+    that never moved gets the median of the others.
     """
     candidates = np.arange(0, _LONGEST_LAG + 1, 1000)
     errors = np.zeros((len(candidates), len(JOINTS)))
@@ -133,16 +144,19 @@ def measured_lag(traces: Sequence[Trace]) -> Steps:
 
 @dataclass(frozen=True)
 class Response:
-    """How servos answer their commands, (8,): NaN for a ramp or noise of one that never moved.
+    """How the servos follow their commands, (8,) each.
+
+    Ramp and noise of a motor that never moved are NaN.
 
     Attributes
     ----------
     lag
-        µs.
+        Delay behind the profile, µs.
     ramp
-        Acceleration over the commanded one.
+        Acceleration divided by the commanded one.
     noise
-        Steps, the root mean square of what lag alone does not explain while a profile runs.
+        Root mean square, while a profile runs, of the deviation that the lag does not explain,
+        steps.
     """
 
     lag: Steps
@@ -150,10 +164,10 @@ class Response:
     noise: Array
 
 
-def response(traces: Sequence[Trace]) -> Response:
-    """Measure how servos answer, from free motion: to be read by people, as a check."""
-    lag = measured_lag(traces)
-    # A gentle ramp at both ends looks like a longer lag: both are fitted together.
+def measure_response(traces: Sequence[Trace]) -> Response:
+    """Measure how servos follow their commands in free motion, for people to check."""
+    lag = measure_lag(traces)
+    # A gentle ramp at both ends looks like a longer lag, so both are fitted together.
     errors = np.zeros((len(_RAMPS), len(_OTHER_LAGS), len(JOINTS)))
     squares, count = np.zeros(len(JOINTS)), np.zeros(len(JOINTS))
     for trace in traces:
@@ -183,20 +197,20 @@ def calibrate(
     period: int = PAPER_PERIOD,
     ratio: int = PAPER_RATIO,
 ) -> Guards[Steps]:
-    """Return the guards that free motion needs, with a margin.
+    """Return the guards that let free motion pass, with a margin.
 
     Parameters
     ----------
     traces
-        Free moves, many and fast enough: nobody may have touched the robot.
+        Many free moves, some of them fast, during which nobody touched the robot.
     step
         Angle of one encoder step, rad.
     lag
-        (8,) µs; by default :func:`measured_lag` of the traces.
+        (8,) µs; by default :func:`measure_lag` of the traces.
     least
-        Steps that a motor should have moved in a window that is judged; by default ``LEAST``.
+        The guard ``least``, in steps; by default ``LEAST``.
     margin
-        Times what was needed, 1 or more.
+        Factor between what was needed and the guards, 1 or more.
 
     Raises
     ------
@@ -204,15 +218,15 @@ def calibrate(
         There is no trace.
     """
     if not traces:
-        raise InputError("a calibration needs the traces of some free moves, got none.")
-    lag = measured_lag(traces) if lag is None else lag
+        raise InputError("A calibration needs the traces of some free moves, got none.")
+    lag = measure_lag(traces) if lag is None else lag
     judged = np.full(len(JOINTS), max(round(LEAST / step), 4) if least is None else least)
 
-    # Rounded up: with coarse encoders a step more or less is much.
-    def granted(needed: Steps, floor: float) -> Steps:
+    # Rounded up: with coarse encoders one step matters.
+    def widen(needed: Steps, floor: float) -> Steps:
         steps = np.ceil(needed * margin / FINE).astype(np.int64)
         return np.maximum(steps, round(floor / step))
 
-    needs = vars(need(traces, lag, judged, period, ratio))
-    measured = {name: granted(needed, GUARDS[name].floor) for name, needed in needs.items()}
+    needs = vars(measure_need(traces, lag, judged, period, ratio))
+    measured = {name: widen(needed, GUARDS[name].floor) for name, needed in needs.items()}
     return Guards(lag=lag, least=judged, **measured)

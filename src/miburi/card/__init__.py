@@ -1,1 +1,1 @@
-"""The robot on a card: an Arduino at the end of a serial line."""
+"""The real robot: an Arduino with the firmware, at the end of a serial line."""

@@ -1,8 +1,8 @@
-"""Finds out what a card's servos are like, from free motion, and derives their guards for the rule.
+"""Calibrate a card: measure how its servos move freely, and derive the guards of the rule.
 
-The card makes moves while nobody touches the robot, and tells every reading of its encoders; what
-follows from those is :mod:`miburi.calibration.free_motion`'s, for this card as for the simulated
-servos.
+In goes a connected :class:`~miburi.card.card.Card` whose robot nobody touches; out come settings
+with new guards. :func:`measure` makes the moves and records every reading of the encoders;
+:mod:`miburi.calibration.free_motion` computes the guards, as it does for simulated servos.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -12,15 +12,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from miburi.calibration.file import Calibration
-from miburi.calibration.free_motion import Response, Trace, calibrate, response
+from miburi.calibration.free_motion import Response, Trace, calibrate, measure_response
 from miburi.card.card import Card
 from miburi.card.settings import (
     ALLOWED,
     STEPS_PER_TURN,
     CardSettings,
+    format_value,
     real_acceleration,
     real_speed,
-    shown,
 )
 from miburi.errors import BodyError
 from miburi.robot import JOINTS, Array, Robot
@@ -31,35 +31,35 @@ from miburi.safety.profile import Profile, Steps, to_steps
 from miburi.safety.stop import Phase
 
 __all__ = [
-    "Measured",
+    "Measurement",
+    "apply_calibration",
     "changes",
     "find_zero",
     "free_moves",
-    "granted",
+    "grant_guards",
     "in_words",
-    "loaded",
     "measure",
     "record",
 ]
 
-#: Where a joint goes: so much of half its range, to both sides of the middle (ours).
+#: How far a joint moves to both sides of the middle, as a share of half its range (ours).
 _REACH = 0.35
-#: How fast, in rad/s; the last is above every servo's speed (ours).
+#: Speeds of single joints, rad/s; the last is above that of every servo (ours).
 _SPEEDS = (0.8, 2.5, np.inf)
-#: How long a move of all joints takes, s; the last is shorter than any servo can (ours).
+#: Durations of moves of all joints, s; the last is too short for every servo (ours).
 _DURATIONS = (1.5, 0.8, 0.1)
-#: Slow speeds, over so many rad: where an encoder's step is a large part of what is judged (ours).
+#: Slow speeds, rad/s, and their distance, rad: here one encoder step matters most (ours).
 _SLOWLY, _BIT = (0.05, 0.1, 0.2, 0.4), 0.15
-#: s for which the servos are watched after each move: longer than the rule waits for them.
+#: Recording time after each move, s; longer than the rule waits for a motor to arrive.
 _AFTER = 0.3
 _DEGREES = 360 / STEPS_PER_TURN
-#: Motors that all answered a reading.
+#: ``Report.heard`` where all motors answered.
 _ALL = 0xFF
 
 
 @dataclass(frozen=True)
-class Measured:
-    """A card's servos: how they answer, how many moves told so, and settings with their guards."""
+class Measurement:
+    """The result of a calibration: how the servos respond, the number of moves, new settings."""
 
     response: Response
     moves: int
@@ -67,10 +67,11 @@ class Measured:
 
 
 def free_moves(robot: Robot) -> Iterator[tuple[str, Move]]:
-    """Yield what is moved and the move: each joint to and fro; then all at once, slow to fast.
+    """Yield the moves of a calibration, each with the name of the joint that moves.
 
-    They begin and end at neutral. Between, joints that rest are in the middle of their ranges,
-    where the arms are off the body and off each other.
+    First each joint moves to and fro, then all move at once, slow to fast. The moves begin and end
+    at neutral. A resting joint is in the middle of its range, where the arms touch neither the
+    body nor each other.
     """
     middle, half = (robot.lower + robot.upper) / 2, (robot.upper - robot.lower) / 2 * _REACH
     yield "all joints", _move(robot, middle, _SPEEDS[0])
@@ -80,12 +81,12 @@ def free_moves(robot: Robot) -> Iterator[tuple[str, Move]]:
             for side in (-1.0, 1.0):
                 yield name, _move(robot, middle + side * half * only, speed)
         yield name, _move(robot, middle, _SPEEDS[1])
-    # Both arms do the same, so that they do not meet: the left one's lower joints count backwards.
+    # Both arms do the same, so that they do not meet; the left one's lower joints are mirrored.
     alike = np.where([name in ("left_elbow", "left_fingertip") for name in JOINTS], -1.0, 1.0)
     for speed in _SLOWLY:
         for bit in (_BIT, 0.0):
             yield "all joints", _move(robot, middle + alike * bit, speed)
-    # As in gestures: they leave together and arrive together.
+    # As in gestures, all joints start together and arrive together.
     here = middle
     for duration in _DURATIONS:
         for side in (-1.0, 1.0):
@@ -100,7 +101,7 @@ def _move(robot: Robot, angles: Array, speed: float) -> Move:
 
 
 def record(card: Card, moves: Iterable[Move]) -> list[Trace]:
-    """Let an idle card make free moves, and return what it saw of them.
+    """Let an idle card make free moves, and return a trace of each.
 
     Raises
     ------
@@ -112,7 +113,7 @@ def record(card: Card, moves: Iterable[Move]) -> list[Trace]:
 
 def _record_one(card: Card, move: Move) -> Trace:
     origin, reports = np.array(card.goals), [card.report]
-    told, card.on_report = card.on_report, reports.append
+    previous, card.on_report = card.on_report, reports.append
     try:
         card.move(move)
         while card.step(0.02).phase is Phase.MOVING:
@@ -120,27 +121,27 @@ def _record_one(card: Card, move: Move) -> Trace:
         stop = card.state.stop
         if stop is not None:
             where = "" if stop.motor is None else f" ({stop.motor})"
-            hint = "Give the robot room, keep hands away, and" if stop.sign else "Mend that, and"
+            hint = "Give the robot room, keep hands away, and" if stop.sign else "Mend that, then"
             raise BodyError(f"Stopped: {stop.reason.spoken}{where}. {hint} calibrate again.")
         card.step(_AFTER)
     finally:
-        card.on_report = told
+        card.on_report = previous
     way = np.array(card.goals) - origin
     profile = _profile(card, np.abs(way), move)
     before = [report for report in reports if report.time <= card.move_began]
-    # The card judges no reading in which a motor was missing.
-    seen = [r for r in reports if r.time > card.move_began and r.heard == _ALL]
+    # The card does not judge readings that a motor did not answer.
+    complete = [r for r in reports if r.time > card.move_began and r.heard == _ALL]
     return Trace(
         profile,
         start=np.array(before[-1].positions),
         direction=np.where(way < 0, -1, 1),
-        times=np.array([report.time - card.move_began for report in seen]),
-        positions=np.array([report.positions for report in seen]),
+        times=np.array([report.time - card.move_began for report in complete]),
+        positions=np.array([report.positions for report in complete]),
     )
 
 
 def _profile(card: Card, distance: Steps, move: Move) -> Profile:
-    """Return what the card commands for a move, in the servos' own units."""
+    """Return the profile that the card commands for a move, rounded to the servos' units."""
     general = card.settings.general
     speeds = np.minimum(to_steps(card.robot, move.speeds), general.max_speed)
     return Profile.plan(
@@ -150,15 +151,16 @@ def _profile(card: Card, distance: Steps, move: Move) -> Profile:
     )
 
 
-def measure(card: Card, tell: Callable[[str], None] = lambda _: None) -> Measured:
-    """Move an awake or stopped card's joints freely, and give it the guards that they need.
+def measure(card: Card, tell: Callable[[str], None] = lambda _: None) -> Measurement:
+    """Move every joint of a card freely, and configure the card with the guards that it needs.
 
-    Meanwhile the rule is on with generous guards. In the end the card is stopped.
+    The contact rule stays on, with generous guards. The card may be idle or stopped before, and
+    is stopped afterwards. ``tell`` is called with a line about each stage.
 
     Raises
     ------
     BodyError
-        A move was stopped, or a servo needs more than the card grants; the card has then the
+        A move was stopped, or a servo needs more than the card allows. The card then has the
         guards that it had before.
     """
     settings, moves = card.settings, list(free_moves(card.robot))
@@ -171,7 +173,7 @@ def measure(card: Card, tell: Callable[[str], None] = lambda _: None) -> Measure
             if index == 0 or name != moves[index - 1][0]:
                 tell(f"moving {name.replace('_', ' ')}")
             traces += record(card, [move])
-        calibrated = granted(card.robot, settings, traces)
+        calibrated = grant_guards(card.robot, settings, traces)
         _check(calibrated)
     except BaseException:
         with suppress(BodyError):
@@ -180,14 +182,14 @@ def measure(card: Card, tell: Callable[[str], None] = lambda _: None) -> Measure
         raise
     card.stop()
     card.configure(calibrated)
-    return Measured(response(traces), len(moves), calibrated)
+    return Measurement(measure_response(traces), len(moves), calibrated)
 
 
-def granted(robot: Robot, settings: CardSettings, traces: list[Trace]) -> CardSettings:
-    """Return a card's settings with the guards that its servos need, after a few free moves.
+def grant_guards(robot: Robot, settings: CardSettings, traces: list[Trace]) -> CardSettings:
+    """Return a card's settings with the guards that its servos need in these traces.
 
-    They are never less than the description's: fifty moves, at one state of the battery and under
-    one load, do not show all that such servos do.
+    No guard becomes less than in the robot's description: fifty moves, with one state of the
+    battery and one load, do not show everything that such servos do.
     """
     general = settings.general
     guards = calibrate(
@@ -196,9 +198,9 @@ def granted(robot: Robot, settings: CardSettings, traces: list[Trace]) -> CardSe
         period=general.period,
         ratio=general.ratio,
     )
-    shipped = vars(Rule.of(robot).guards)
+    least = vars(Rule.of(robot).guards)
     enough = {
-        name: np.maximum(values, shipped[name])
+        name: np.maximum(values, least[name])
         for name, values in vars(guards).items()
         if GUARDS[name].floor
     }
@@ -212,68 +214,69 @@ def _check(settings: CardSettings) -> None:
             most = ALLOWED[guard][1]
             if needed > most:
                 raise BodyError(
-                    f"{name} would need a {guard} of {shown(guard, needed)}, and the card grants "
-                    f"no more than {shown(guard, most)}. Look for a loose horn or screw, a cable "
+                    f"{name} needs a {guard} of {format_value(guard, needed)}; the card allows at "
+                    f"most {format_value(guard, most)}. Look for a loose horn or screw, a cable "
                     "that pulls, or a hand in the way; then calibrate again."
                 )
 
 
-def in_words(measured: Measured) -> list[str]:
-    """Say a line for each joint: lag, ramp and noise, and what follows from them."""
-    found = measured.response
+def in_words(measured: Measurement) -> list[str]:
+    """Return a line of text for each joint: lag, ramp and noise, and the guards."""
+    response = measured.response
     return [
-        f"{name:>15}: lag {found.lag[i] / 1000:.0f} ms, ramp × {found.ramp[i]:.2f}, "
-        f"noise {found.noise[i]:.1f} steps; guards: "
-        + ", ".join(f"{guard} {shown(guard, n)}" for guard, n in vars(joint.guards).items())
+        f"{name:>15}: lag {response.lag[i] / 1000:.0f} ms, ramp × {response.ramp[i]:.2f}, "
+        f"noise {response.noise[i]:.1f} steps; guards: "
+        + ", ".join(f"{guard} {format_value(guard, n)}" for guard, n in vars(joint.guards).items())
         for i, (name, joint) in enumerate(zip(JOINTS, measured.settings.joints, strict=True))
     ]
 
 
-def loaded(settings: CardSettings, calibration: Calibration) -> CardSettings:
-    """Return a card's settings with those of a calibration; without a mounting, its own stays."""
+def apply_calibration(settings: CardSettings, calibration: Calibration) -> CardSettings:
+    """Return a card's settings with a calibration's rule and, if it has one, its mounting."""
     settings = settings.with_rule(calibration.rule)
     return settings if calibration.servos is None else settings.with_mounting(calibration.servos)
 
 
 def changes(before: CardSettings, after: CardSettings) -> list[str]:
-    """Say in words how two cards' calibrations differ, a line for all joints and one for each."""
+    """Return a line of text for all joints, and one for each joint, whose settings differ."""
     names = ("all joints", *JOINTS)
     olds, news = (
         [vars(settings.general), *(joint.values for joint in settings.joints)]
         for settings in (before, after)
     )
-    said = []
+    lines = []
     for name, old, new in zip(names, olds, news, strict=True):
         parts = [
-            f"{field} {shown(field, value)} → {shown(field, new[field])}"
+            f"{field} {format_value(field, value)} → {format_value(field, new[field])}"
             for field, value in old.items()
             if value != new[field]
         ]
         if parts:
-            said.append(f"{name:>15}: {', '.join(parts)}")
-    return said
+            lines.append(f"{name:>15}: {', '.join(parts)}")
+    return lines
 
 
 def find_zero(
     settings: CardSettings, motor: int, at_zero: int, turned: int, angle: int
 ) -> CardSettings:
-    """Return settings with a joint's zero and direction found by hand.
+    """Return settings with the zero and direction of a joint that somebody turned by hand.
 
     Parameters
     ----------
     at_zero, turned
-        The servo's own position at joint angle 0, and after the joint was turned the positive way.
+        The servo's position at joint angle 0, and after the joint was turned in its positive
+        direction.
     angle
-        Steps that it should have turned at least, to be sure.
+        The least turn, in steps, that shows the direction reliably.
 
     Raises
     ------
     BodyError
-        It was turned too little.
+        The joint was turned by less than ``angle``.
     """
     if abs(turned - at_zero) < angle:
         raise BodyError(
-            f"{JOINTS[motor]} was turned by {abs(turned - at_zero) * _DEGREES:.1f}° only; turn it "
+            f"{JOINTS[motor]} was turned by only {abs(turned - at_zero) * _DEGREES:.1f}°; turn it "
             f"by at least {angle * _DEGREES:.1f}°."
         )
     joints = list(settings.joints)

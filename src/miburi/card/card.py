@@ -1,7 +1,17 @@
-"""The robot on a card: an Arduino with the firmware, at the end of a serial line.
+"""The real robot as a body: it talks to an Arduino with the firmware, over a serial line.
 
-The card decides all that is about safety; this side asks, listens, and says in words what the
-card said. It never resumes a motion by itself: after any loss the body is stopped, until released.
+In go the calls of :class:`~miburi.bodies.Body`: move, stop, release, step. Out come its states,
+stops and motor readings, and errors in words. A conversation::
+
+    the host sends                         the card answers
+    HELLO                            ───▶  version, check sum of its settings
+    STOP; settings, if they differ   ───▶
+    STATUS                           ───▶  from now on a REPORT after each reading of the servos
+    MOVE, STOP or RELEASE            ───▶  OK, or why not
+
+The card alone decides about safety: it checks every move, judges the motors by the contact rule
+and stops them. A card that sends no report for 1 s is lost: the body counts as stopped, and the
+card is looked for every second. No motion resumes by itself; a stop lasts until its release.
 """
 
 import struct
@@ -37,19 +47,19 @@ from miburi.safety.stop import Phase, Stop, StopReason
 
 __all__ = ["Card"]
 
-#: Seconds to wait for an answer, and how often to ask.
+#: Seconds to wait for an answer, and number of attempts.
 _PATIENCE, _TRIES = 0.25, 3
-#: Seconds until a card that has just been reset by the opened line answers.
+#: Opening the line resets a card; it answers within this time, s.
 _START_UP = 4.0
-#: Seconds without a report after which the card is lost; a busy computer may pause almost as long.
+#: Seconds without a report after which the card is lost; a busy computer may pause for nearly 1 s.
 _SILENCE = 1.0
 #: Seconds between two attempts to reach a lost card.
 _RETRY = 1.0
-#: Least ms between two reports: less than between two readings of the servos, so all are told.
+#: Least time between two reports, ms; shorter than that between readings, so that all are sent.
 _REPORT_PERIOD = 10
-#: Seconds in which several reports come.
+#: Seconds within which several reports arrive.
 _LOOK = 0.1
-#: Reports over which velocities are measured: 60 ms.
+#: Number of reports over which velocities are measured: 60 ms.
 _VELOCITY_REPORTS = 4
 _SETTINGS_PIECE = len(JOINTS)
 
@@ -64,14 +74,14 @@ class Card:
     robot
         The description. Its limits and speeds are the card's.
     settings
-        What the card is to know; by default its calibration is the one that the card has, or else
-        :meth:`CardSettings.of` the robot.
+        The settings for the card. By default those of the robot, with the calibration that is
+        stored on the card, if there is one.
 
     Raises
     ------
     BodyError
-        No card answers, it speaks another version of the link, or the robot's encoders are not
-        those of the card's servos.
+        No card answers, its firmware has another version of the link, or the robot's encoders
+        are not those of the card's servos.
     """
 
     def __init__(
@@ -85,26 +95,26 @@ class Card:
         )
         self._robot = robot
         check_encoder(robot)
-        self._asked_settings = settings
+        self._requested_settings = settings
         self._receiver = Receiver()
         self._sequence = 0
         self._answers: list[Frame] = []
         self._history: deque[Report] = deque(maxlen=_VELOCITY_REPORTS)
         self._own_stop: Stop | None = None
         self._offset = 0.0
-        #: Where the latest move or return goes, steps, and when it began, µs on the card's clock.
+        #: Goals of the latest move or return, steps, and its start, µs on the card's clock.
         self.goals: tuple[int, ...] = ()
         self.move_began = 0
         self._connected = self._fresh = False
         self._settings = settings or CardSettings.of(self._robot)
-        #: Called with every report, for recorders and tests.
+        #: A function that is called with every report, for recorders and tests.
         self.on_report: Callable[[Report], None] = lambda _: None
         try:
             self._line = self._open()
             self._began = self._due = self._heard = self._line.now()
         except OSError as error:
-            said = error.strerror or error
-            raise BodyError(f"The card cannot be reached: {said}.") from error
+            cause = error.strerror or error
+            raise BodyError(f"The card cannot be reached: {cause}.") from error
         try:
             self._greet(_START_UP)
         except BaseException:
@@ -118,7 +128,7 @@ class Card:
 
     @property
     def settings(self) -> CardSettings:
-        """What the card knows of the body."""
+        """The settings that the card has."""
         return self._settings
 
     @property
@@ -128,21 +138,21 @@ class Card:
 
     @property
     def touchable(self) -> Touchable | None:
-        """None: what a hand does to a real robot, the robot alone feels."""
+        """None: only a simulated body can be touched by a program."""
         return None
 
     def motors(self) -> Motors:
-        """Return how the motors are, as the latest report says; of a lost card nothing is known."""
+        """Return the state of the motors from the latest report; unknown while the card is lost."""
         return motors_of(self.report if self._connected else None, self._settings)
 
     @property
     def window(self) -> Window | None:
-        """What the rule compared when it saw the contact that holds now; of its motor alone."""
+        """What the rule compared at the contact that holds now, for its motor only."""
         return None if self._own_stop else window_of(self.report, self._settings)
 
     @property
     def state(self) -> BodyState:
-        """The latest state; a card that cannot be reached is a stopped body."""
+        """The latest state; while the card is lost, the body counts as stopped."""
         latest, first = self._history[-1], self._history[0]
         step = self._robot.servo.step
         span = (latest.time - first.time) / SECOND
@@ -178,20 +188,20 @@ class Card:
             self._await_phase()
 
     def release(self) -> None:
-        """End a stop; see :meth:`miburi.bodies.Body.release`. Torque goes on here, if it was off.
+        """End a stop; see :meth:`miburi.bodies.Body.release`. Torque comes on if it was off.
 
         Raises
         ------
         BodyError
-            The body is not stopped, the card is not there, or a servo is not ready.
+            The body is not stopped, the card is lost, or a servo is not ready.
         """
         phase = self.state.phase
         if phase is not Phase.STOPPED:
             raise BodyError(f"The body is {phase}; only a stopped body can be released.")
         if not self._connected:
             raise BodyError(
-                "The card cannot be reached. Look at its cable and power; it is looked for again "
-                "every second, and stays stopped until you release it."
+                "The card cannot be reached. Check its cable and power; Miburi looks for it every "
+                "second. It stays stopped until you release it."
             )
         answer = self._ask(Kind.RELEASE)
         self._own_stop = None
@@ -205,28 +215,30 @@ class Card:
         Raises
         ------
         BodyError
-            It did not get there; the message says why.
+            It did not reach neutral; the message says why.
         """
         self.release()
         while self.state.phase is Phase.RETURNING:
             self.step(0.02)
         if self.state.phase is not Phase.IDLE:
             stop = self.state.stop
-            said = (
+            reason = (
                 "" if stop is None else f": {stop.reason.spoken}, {stop.motor or 'no single motor'}"
             )
-            raise BodyError(f"The body did not reach neutral{said}. Look what is in its way.")
+            raise BodyError(
+                f"The body did not reach neutral{reason}. Clear its way, then try again."
+            )
 
     def relax(self) -> None:
-        """Take torque off a stopped body, to move it by hand."""
+        """Switch the torque of a stopped body off, so that it can be moved by hand."""
         self._ask(Kind.RELAX)
 
     def identify(self, old: int, new: int) -> None:
-        """Give the only servo on the bus another id, and the bus's speed and mode."""
+        """Set id, speed and mode of the only servo on the bus; ``old`` is its id until now."""
         self._ask(Kind.IDENTIFY, bytes((old, new)), patience=1.0)
 
     def configure(self, settings: CardSettings) -> None:
-        """Tell a stopped card what it must know: all of it, or what it knew before.
+        """Send settings to a stopped card; if it refuses them, send the previous ones again.
 
         Raises
         ------
@@ -234,16 +246,16 @@ class Card:
             The card is not stopped, or a value is outside its safe range.
         """
         try:
-            self._tell(settings)
+            self._send(settings)
         except BodyError:
             with suppress(BodyError):
-                self._tell(self._settings)
+                self._send(self._settings)
             raise
         self._settings = settings
 
-    def _tell(self, settings: CardSettings) -> None:
+    def _send(self, settings: CardSettings) -> None:
         pieces: list[JointSettings | General] = [*settings.joints, settings.general]
-        # Ids may change places: send the joints twice where the first time two were alike.
+        # While two servos swap ids, both have the same one: send the joints a second time.
         for _ in range(2):
             for piece, value in enumerate(pieces):
                 index = b"" if isinstance(value, General) else bytes((piece,))
@@ -255,15 +267,15 @@ class Card:
             crc, complete, _ = self._hello()
             if complete and crc == settings.crc:
                 return
-        raise BodyError("The card did not keep its settings: each servo needs an id of its own.")
+        raise BodyError("The card did not keep its settings; give each servo an id of its own.")
 
     @property
     def stored(self) -> bool:
-        """Whether the card would still know its settings after a loss of power."""
+        """Whether the card's settings are stored and survive a loss of power."""
         return self._hello()[2]
 
     def save(self) -> None:
-        """Store the settings in the card's EEPROM; takes about 4 s."""
+        """Store the settings in the card's EEPROM; this takes about 4 s."""
         self._ask(Kind.SAVE)
         for _ in range(50):
             self.step(0.2)
@@ -272,8 +284,8 @@ class Card:
         raise BodyError("The card did not store its settings; try again.")
 
     def step(self, dt: float) -> BodyState:
-        """Wait ``dt`` seconds, listening; a lost card is looked for again."""
-        # Time that a conversation took is made up for; a long sleep is not.
+        """Listen for ``dt`` seconds; if the card is lost, look for it."""
+        # Time that requests took counts towards the step; a long sleep before it does not.
         now = self._line.now()
         self._due = (self._due if now - self._due < _SILENCE else now) + dt
         if self._connected:
@@ -282,16 +294,16 @@ class Card:
             if self._connected:
                 self._hear(self._due)
             else:
-                self._find_again()
+                self._reconnect()
         return self.state
 
     def look(self) -> BodyState:
-        """Return the state as it is now, however long nobody listened."""
+        """Return the present state, even if nobody has listened for a long time."""
         self._due = self._line.now()
         return self.step(_LOOK)
 
     def close(self) -> None:
-        """Stop, if the card is there, and let go of the line."""
+        """Stop the card if it can be reached, and close the line."""
         with suppress(BodyError):
             self.stop()
         self._line.close()
@@ -299,7 +311,7 @@ class Card:
     # --- the conversation ------------------------------------------------------------------------
 
     def _greet(self, patience: float) -> None:
-        """Say hello, make sure that the card knows the body, and that it is stopped."""
+        """Connect: stop the card, send settings if it needs them, and ask for reports."""
         self._receiver = Receiver()
         until = self._line.now() + patience
         while True:
@@ -310,7 +322,7 @@ class Card:
                 if self._line.now() >= until:
                     raise
         self._ask(Kind.STOP)
-        wanted = self._asked_settings or self._wanted_settings(complete)
+        wanted = self._requested_settings or self._default_settings(complete)
         self._settings = wanted
         if crc != wanted.crc or not complete:
             self.configure(wanted)
@@ -319,7 +331,7 @@ class Card:
         self._heard = self._line.now()
         self._await_phase()
 
-    def _wanted_settings(self, complete: bool) -> CardSettings:
+    def _default_settings(self, complete: bool) -> CardSettings:
         of_robot = CardSettings.of(self._robot)
         if not complete:
             return of_robot
@@ -331,19 +343,19 @@ class Card:
         return self._ask(Kind.READ, bytes((piece,)))
 
     def _hello(self) -> tuple[int, bool, bool]:
-        """Return the check sum of the card's settings, whether complete, whether stored."""
+        """Return the check sum of the card's settings, and whether they are complete and stored."""
         answer = self._ask(Kind.HELLO)
         version, *_, motors, complete, stored, crc = struct.unpack("<7BH", answer)
         if version != VERSION or motors != len(JOINTS):
             raise BodyError(
                 f"The card's firmware speaks version {version} of the link and has {motors} "
-                f"motors; {VERSION} and {len(JOINTS)} are needed. Upload this version's firmware "
-                "(miburi card upload)."
+                f"motors; {VERSION} and {len(JOINTS)} are needed. Upload the firmware of this "
+                "Miburi (miburi card upload)."
             )
         return crc, bool(complete), bool(stored)
 
     def _ask(self, kind: Kind, payload: bytes = b"", patience: float = _PATIENCE) -> bytes:
-        """Send a request until it is answered; return the answer, or raise what it says."""
+        """Send a request until the card answers; return the answer, or raise the error in it."""
         self._sequence = self._sequence % 255 + 1
         data = encode(Frame(kind, self._sequence, payload))
         for _ in range(_TRIES):
@@ -384,17 +396,17 @@ class Card:
             case Result.RANGE:
                 raise _OutOfRangeError(kind, detail[0])
             case Result.SETTINGS:
-                raise BodyError("The card has not been told all that it must know of the body.")
+                raise BodyError("The card does not have all its settings; connect to it again.")
             case Result.VERSION:
                 raise BodyError(
-                    f"The card's firmware speaks version {detail[0]} of the link, this side "
-                    f"{VERSION}. Upload this version's firmware (miburi card upload)."
+                    f"The card's firmware speaks version {detail[0]} of the link; {VERSION} is "
+                    "needed. Upload the firmware of this Miburi (miburi card upload)."
                 )
             case _:
                 raise BodyError(f"The card did not understand {kind.name.lower()} ({result}).")
 
     def _listen(self, until: float) -> None:
-        """Take in what the card says next; reports are noted, answers kept. May raise OSError."""
+        """Read what the card sends next, and keep reports and answers. May raise OSError."""
         for frame in self._receiver.add(self._line.read(until)):
             if frame.kind != Kind.REPORT:
                 self._answers.append(frame)
@@ -405,7 +417,7 @@ class Card:
                 continue
             self._heard = self._line.now()
             if self._fresh:
-                # Its clock may have begun anew: the body's goes on.
+                # The card's clock may have started again; the body's clock goes on.
                 self._fresh = False
                 self._history.clear()
                 self._offset = self._heard - self._began - report.time / SECOND
@@ -413,7 +425,7 @@ class Card:
             self.on_report(report)
 
     def _hear(self, until: float) -> None:
-        """Listen; a broken line, or a long silence, is a lost card."""
+        """Listen; after a broken line or a long silence, the card is lost."""
         try:
             self._listen(until)
         except OSError:
@@ -422,7 +434,7 @@ class Card:
             self._lose()
 
     def _await_phase(self) -> None:
-        """Wait for a report from after the latest answer."""
+        """Wait for the first report after the latest answer."""
         before = self._history[-1].time if self._history else None
         until = self._line.now() + _SILENCE
         while self._connected and self._line.now() < until:
@@ -440,8 +452,8 @@ class Card:
             self._retry_at = self._line.now()
             self._own_stop = Stop(self._line.now() - self._began, StopReason.LINE_LOST)
 
-    def _find_again(self) -> None:
-        """Try once in a while to reach the card; then it is stopped, and says so."""
+    def _reconnect(self) -> None:
+        """Try to reach the card, at most once a second; when it answers, it is stopped."""
         if self._line.now() < self._retry_at:
             self._line.wait(min(self._retry_at, self._due))
             return
@@ -449,7 +461,7 @@ class Card:
         try:
             self._greet(0.0)
             if self.report.reason == Reason.STARTED:
-                self._own_stop = None  # the card says so itself
+                self._own_stop = None  # the card reports its own stop
         except BodyError:
             try:
                 self._line.close()
@@ -458,14 +470,14 @@ class Card:
                 pass
 
     def _begin_clock(self) -> None:
-        """Let the body's clock begin at 0 now."""
+        """Start the body's clock at 0 now."""
         now = self._line.now()
         self._offset -= now - self._began
         self._began = self._due = now
 
     @property
     def _epoch(self) -> float:
-        """The line's time at which the body's clock began, s."""
+        """The time on the line's clock at which the body's clock began, s."""
         return self._began
 
     def _time_of(self, micros: int) -> float:
@@ -473,7 +485,7 @@ class Card:
 
 
 class _NoAnswerError(BodyError):
-    """Nothing came back."""
+    """The card did not answer."""
 
 
 class _OutOfRangeError(BodyError):
@@ -484,4 +496,4 @@ class _OutOfRangeError(BodyError):
         motor = JOINTS[index % len(JOINTS)]
         what = f"the {'goal' if index < len(JOINTS) else 'speed'} of {motor}"
         named = what if kind is Kind.MOVE else f"value {index} of {kind.name.lower()}"
-        super().__init__(f"The card refuses {named}: out of range.")
+        super().__init__(f"The card refuses {named}: it is out of range.")

@@ -1,4 +1,8 @@
-"""Serial lines to a card: what carries bytes, and tells the time."""
+"""Serial lines: they carry bytes between host and card, and give the time.
+
+:class:`Line` is the interface, :class:`SerialLine` a real port. An emulated card is a line of its
+own.
+"""
 
 import errno
 from time import monotonic, sleep
@@ -10,22 +14,22 @@ BAUD = 115_200
 
 
 class Line(Protocol):
-    """A serial line to a card; it raises OSError when it is broken."""
+    """A serial line to a card; reading or writing raises OSError when it is broken."""
 
     def now(self) -> float:
         """Return the time in s, on the line's clock."""
 
     def read(self, until: float) -> bytes:
-        """Return what has come, as soon as something has, or nothing at the time ``until``."""
+        """Return bytes as soon as some arrive, or none when it is ``until``."""
 
     def write(self, data: bytes) -> None:
-        """Send."""
+        """Send bytes."""
 
     def wait(self, until: float) -> None:
-        """Let time pass until ``until``, even on a broken line."""
+        """Wait until ``until``, even on a broken line."""
 
     def close(self) -> None:
-        """Let go of the line."""
+        """Close the line."""
 
 
 class SerialLine:
@@ -34,47 +38,47 @@ class SerialLine:
     def __init__(self, port: str) -> None:
         import serial
 
-        # exclusive: two programs that command one robot would be one too many.
+        # exclusive: two programs must not command one robot.
         try:
             self._port = serial.Serial(port, BAUD, timeout=0, write_timeout=1, exclusive=True)
         except OSError as error:
             raise OSError(error.errno, _in_words(port, error)) from error
         except ValueError as error:
-            raise OSError(f"{port!r} is no name of a port") from error
+            raise OSError(f"{port!r} is not the name of a port") from error
 
     def now(self) -> float:
         """Return the time in s."""
         return monotonic()
 
     def read(self, until: float) -> bytes:
-        """Return what has come; see :class:`Line`."""
+        """Return bytes as soon as some arrive; see :meth:`Line.read`."""
         self._port.timeout = max(until - monotonic(), 0.0)
         first = self._port.read(1)
         return bytes(first + self._port.read(self._port.in_waiting)) if first else b""
 
     def write(self, data: bytes) -> None:
-        """Send."""
+        """Send bytes."""
         self._port.write(data)
 
     def wait(self, until: float) -> None:
-        """Sleep until then."""
+        """Sleep until ``until``."""
         sleep(max(until - monotonic(), 0.0))
 
     def close(self) -> None:
-        """Let go of the port."""
+        """Close the port."""
         self._port.close()
 
 
 def _in_words(port: str, error: OSError) -> str:
     match error.errno:
         case errno.ENOENT:
-            return f"there is no port {port}; `miburi card list` names those that are there"
+            return f"there is no port {port}; `miburi card list` names the ports that exist"
         case errno.EACCES | errno.EPERM:
             return (
-                f"you are not allowed to use {port}; on Debian and its kin, run "
+                f"you are not allowed to use {port}; on Debian or Ubuntu, run "
                 "`sudo adduser $USER dialout`, then log out and in again"
             )
         case errno.EAGAIN | errno.EBUSY:
             return f"another program uses {port}; close it first"
         case _:
-            return f"{port} is no serial port that can be used ({error})"
+            return f"{port} cannot be used as a serial port ({error})"

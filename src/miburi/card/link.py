@@ -1,4 +1,4 @@
-"""The host's side of the link to the card: frames, and what they say.
+"""The link between host and card: bytes to frames, frames to bytes, and the report's payload.
 
 A frame is COBS(version | kind | sequence | payload | CRC-16) and a zero byte; numbers are
 little-endian. ``firmware/miburi/link.h`` is the other side.
@@ -26,7 +26,7 @@ __all__ = [
 ]
 
 VERSION = 3
-#: Kind of an answer: the request's, plus this.
+#: The kind of an answer is that of its request plus this.
 ANSWER = 0x80
 _MAX_FRAME = 128
 
@@ -50,7 +50,7 @@ class Kind(IntEnum):
 
 
 class Result(IntEnum):
-    """How the card took a frame."""
+    """How the card answers a request."""
 
     OK = 0
     DAMAGED = 1
@@ -64,7 +64,7 @@ class Result(IntEnum):
 
 
 class Reason(IntEnum):
-    """Why the card stopped, or will not start."""
+    """Why the card stopped, or why it refuses a release."""
 
     NONE = 0
     STARTED = 1
@@ -78,14 +78,14 @@ class Reason(IntEnum):
 
 
 class FrameError(MiburiError):
-    """Bytes that are not a frame; the link passes over them."""
+    """Bytes are not a valid frame; the link skips them."""
 
 
 @dataclass(frozen=True)
 class Frame:
     """One message: kind, sequence number (0–255), payload (at most 96 bytes).
 
-    The version is never 0: a frame of zeros would have a good check sum.
+    The version is never 0, because a frame of zeros would have a valid check sum.
     """
 
     kind: int
@@ -95,7 +95,7 @@ class Frame:
 
 
 def crc16(data: bytes) -> int:
-    """CRC-16 with the polynomial 0x8005 from 0, as in DYNAMIXEL's protocol 2.0."""
+    """Return the CRC-16 of DYNAMIXEL's protocol 2.0: polynomial 0x8005, starting at 0."""
     crc = 0
     for byte in data:
         crc = (crc << 8 & 0xFFFF) ^ _CRC_TABLE[crc >> 8 ^ byte]
@@ -113,21 +113,21 @@ _CRC_TABLE = [_crc_of_byte(byte) for byte in range(256)]
 
 
 def encode(frame: Frame) -> bytes:
-    """Return the frame's bytes, with the delimiter."""
+    """Return the bytes of a frame, with the delimiter."""
     body = bytes((frame.version, frame.kind, frame.sequence)) + frame.payload
     body += struct.pack("<H", crc16(body))
-    # A frame is shorter than 254 bytes, so COBS is no more than this.
+    # This is all of COBS for a frame shorter than 254 bytes.
     blocks = body.split(b"\0")
     return b"".join(bytes((len(block) + 1,)) + block for block in blocks) + b"\0"
 
 
 def decode(data: bytes) -> Frame:
-    """Return the frame in ``data``, which is without its delimiter.
+    """Return the frame in ``data``, which has no delimiter.
 
     Raises
     ------
     FrameError
-        The bytes are not a whole frame.
+        The bytes are not a complete, undamaged frame.
     """
     blocks, at = [], 0
     while at < len(data):
@@ -145,12 +145,12 @@ def decode(data: bytes) -> Frame:
 
 
 class Receiver:
-    """Turns a stream of bytes into frames, passing over what is damaged.
+    """Turn a stream of bytes into frames, and skip damaged ones.
 
     Attributes
     ----------
     damaged
-        How many pieces were not frames.
+        The number of skipped pieces.
     """
 
     def __init__(self) -> None:
@@ -158,7 +158,7 @@ class Receiver:
         self.damaged = 0
 
     def add(self, data: bytes) -> list[Frame]:
-        """Take in bytes; return the frames that they completed."""
+        """Add bytes from the stream; return the frames that they complete."""
         self._bytes += data
         *pieces, rest = self._bytes.split(b"\0")
         self._bytes = rest[-_MAX_FRAME:]
@@ -183,11 +183,11 @@ class Report:
     Attributes
     ----------
     measured, expected, length
-        What the rule compared when a motor met something, and over which time.
+        What the rule compared when a motor met something: travels and their duration.
     heard
-        A bit per motor that answered the latest reading.
+        A bit for each motor that answered the latest reading.
     held, limp
-        The servos are known to hold a stop; torque was taken off.
+        Whether the servos confirmed that they hold a stop; whether their torque is off.
     """
 
     time: int
@@ -209,12 +209,12 @@ class Report:
 
     @classmethod
     def of(cls, payload: bytes) -> "Report":
-        """Read a report's payload.
+        """Read the payload of a report.
 
         Raises
         ------
         FrameError
-            Its length is another.
+            The length is wrong.
         """
         if len(payload) != _REPORT.size:
             raise FrameError(f"a report has {_REPORT.size} bytes, got {len(payload)}")

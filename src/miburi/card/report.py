@@ -1,4 +1,4 @@
-"""What a card's report says, in a body's own terms: phase, stop, window and motors."""
+"""Translate a card's report into the terms of a body: phase, stop, window and motors."""
 
 import numpy as np
 
@@ -14,13 +14,13 @@ __all__ = ["PHASES", "UNREADY", "motors_of", "stop_of", "window_of"]
 
 #: The card's phases, by their numbers.
 PHASES = (Phase.IDLE, Phase.MOVING, Phase.STOPPED, Phase.RETURNING)
-#: Why a card refuses a release, and what to do about it.
+#: Messages for what keeps a card from a release, with what to do about it.
 UNREADY = {
-    Reason.SILENT: "servo does not answer; look at its plug, its id and the supply",
+    Reason.SILENT: "servo does not answer; check its plug, its id and the supply",
     Reason.DEAF: "servo does not take orders; switch the servos off and on",
-    Reason.FAULTY: "servo reports a hardware error and was restarted; let it cool",
+    Reason.FAULTY: "servo reported a hardware error and was restarted; let it cool",
     Reason.HOT: "servo is too hot; let it cool",
-    Reason.LOW_VOLTAGE: "supply voltage is too low; take a stronger supply or thicker wires",
+    Reason.LOW_VOLTAGE: "supply voltage is too low; use a stronger supply or thicker wires",
 }
 _REASONS = {
     Reason.STARTED: StopReason.CARD_STARTED,
@@ -36,7 +36,7 @@ _SIGNS = (Sign.SPEED, Sign.TRACKING, Sign.ARRIVAL)
 
 
 def stop_of(report: Report, time: float) -> Stop | None:
-    """Return the stop that holds the card since ``time`` s on the body's clock, if one does."""
+    """Return the stop that holds the card, if any; ``time`` is when it began, s, body's clock."""
     if not report.reason:
         return None
     contact = _contact_of(report)
@@ -50,22 +50,22 @@ def stop_of(report: Report, time: float) -> Stop | None:
 
 
 def window_of(report: Report, settings: CardSettings) -> Window | None:
-    """Return what the rule compared at the contact that holds the card: of its motor alone."""
+    """Return what the rule compared at the contact that holds the card, for its motor only."""
     contact = _contact_of(report)
     if contact is None:
         return None
     judged = np.arange(len(JOINTS)) == contact.motor
     slack = settings.joints[contact.motor].guards.slack * FINE
-    counted = contact.measured + (slack if contact.sign is Sign.SPEED else 0)
+    with_slack = contact.measured + (slack if contact.sign is Sign.SPEED else 0)
     measured, expected, granted, length = (
         np.where(judged, value, 0)
-        for value in (contact.measured, contact.expected, counted, contact.length)
+        for value in (contact.measured, contact.expected, with_slack, contact.length)
     )
     return Window(measured, expected, granted, judged, length)
 
 
 def motors_of(report: Report | None, settings: CardSettings) -> Motors:
-    """Return how the motors are; without a report, of a card that is lost."""
+    """Return the state of the motors; ``report`` is None for a lost card."""
     return Motors(
         tuple(_motor(report, index, joint.servo) for index, joint in enumerate(settings.joints)),
         settings.rule,
@@ -79,14 +79,14 @@ def _motor(report: Report | None, index: int, servo: int) -> Motor:
     if report is None:
         return Motor(servo, answers=False)
     answers = bool(report.heard >> index & 1)
-    # Until it has looked at a servo's health, a card reports 0 °C and 0 V.
+    # A card reports 0 °C and 0 V until it has read a servo's temperature and voltage.
     if not report.voltages[index]:
         return Motor(servo, answers)
     return Motor(servo, answers, report.temperatures[index], report.voltages[index] / 10)
 
 
 def _contact_of(report: Report) -> Contact | None:
-    """Return the contact that holds the card stopped, if one does."""
+    """Return the contact that holds the card, if any."""
     if report.reason != Reason.CONTACT or report.motor >= len(JOINTS):
         return None
     sign = _SIGNS[report.sign - 1]

@@ -1,6 +1,8 @@
-"""What the card must know of the body: the rule's figures, limits, and each joint's servo.
+"""The settings that a card needs: period and ratio of the rule, and limits and servo of each joint.
 
-``firmware/miburi/settings.h`` is the other side; it refuses values outside its safe ranges.
+In goes a robot's description, with a calibration if there is one; out come the bytes that the card
+takes. ``firmware/miburi/settings.h`` is the other side. It refuses values outside the ranges in
+``ALLOWED``.
 """
 
 import struct
@@ -27,23 +29,24 @@ __all__ = [
     "General",
     "JointSettings",
     "check_encoder",
+    "format_value",
     "real_acceleration",
     "real_speed",
     "refusal",
-    "shown",
 ]
 
 _GENERAL = struct.Struct("<i6H2B")
 _JOINT = struct.Struct("<BbHhhh" + "".join(guard.unit.code for guard in GUARDS.values()))
-#: Current of an XL330-M288 for each N·m, from its stall at 5 V: 1.47 A, 0.52 N·m.
+#: Current per torque of an XL330-M288, from its stall at 5 V: 1.47 A and 0.52 N·m.
 MILLIAMPERES_PER_NM = 1470 / 0.52
-#: Servos hotter than this, in °C, or with a lower supply, in 0.1 V, stop the body (ours).
+#: A servo hotter than this, °C, or a lower supply voltage, 0.1 V, stops the body (ours).
 HOTTEST, LOWEST = 65, 42
-#: Encoder steps in a turn of the servos that a card drives, XL330; as in ``settings.h``.
+#: Encoder steps in a turn of the XL330 servos that a card drives; as in ``settings.h``.
 STEPS_PER_TURN = 4096
 #: The servo's middle position.
 _MIDDLE = STEPS_PER_TURN // 2
-#: What the card takes (``settings.h``), with its unit; it takes no range that crosses the seam.
+#: Least and greatest value that the card accepts (``settings.h``), and the unit. The card also
+#: refuses a joint range that crosses the servo's seam.
 ALLOWED = {
     "period": (20_000, 200_000, "µs"),
     "ratio": (8000, 10_000, "parts of 10 000"),
@@ -62,12 +65,12 @@ ALLOWED = {
 
 
 def check_encoder(robot: Robot) -> None:
-    """Refuse a robot whose steps are not those of the servos that a card drives.
+    """Refuse a robot whose encoder steps are not those of the servos that a card drives.
 
     Raises
     ------
     BodyError
-        Its servo has another encoder: every angle and guard would be another on the card.
+        The encoders differ, so that the card would misread every angle and guard.
     """
     steps = robot.servo.steps_per_turn
     if steps != STEPS_PER_TURN:
@@ -79,18 +82,18 @@ def check_encoder(robot: Robot) -> None:
 
 
 def real_speed(speed: int) -> int:
-    """Return what an XL330 does when asked for steps/s: whole units of 0.229 turns/min."""
+    """Round a speed, steps/s, to what an XL330 can do: whole units of 0.229 turns/min."""
     return (max((speed * 1000 + 7816) // 15_633, 1) * 15_633 + 500) // 1000
 
 
 def real_acceleration(acceleration: int) -> int:
-    """Return the same for steps/s², in units of 214.577 turns/min²."""
+    """Round an acceleration, steps/s², to what an XL330 can do: units of 214.577 turns/min²."""
     return (max((acceleration * 1000 + 122_070) // 244_141, 1) * 244_141 + 500) // 1000
 
 
 @dataclass(frozen=True)
 class General:
-    """Figures for all joints: µs, 1/10 000, steps/s², steps/s, mA, °C, 0.1 V, in this order."""
+    """The settings for all joints, in the order of their bytes; ``ALLOWED`` has the units."""
 
     period: int
     ratio: int
@@ -103,12 +106,12 @@ class General:
     lowest: int = LOWEST
 
     def pack(self) -> bytes:
-        """Return the bytes that the card takes."""
+        """Return the bytes to send to the card."""
         return _GENERAL.pack(*astuple(self))
 
     @classmethod
     def unpack(cls, data: bytes) -> "General":
-        """Read the card's bytes."""
+        """Read the bytes that a card sent."""
         return cls(*_GENERAL.unpack(data))
 
 
@@ -121,7 +124,7 @@ class JointSettings:
     servo
         The servo's id on the bus.
     direction
-        +1 or −1: the sign of the joint's angle against the servo's.
+        +1 if joint and servo turn the same way, −1 if they turn opposite ways.
     zero
         The servo's position, 0–4095, at joint angle 0.
     """
@@ -136,25 +139,25 @@ class JointSettings:
 
     @property
     def values(self) -> dict[str, int]:
-        """All values by name, in the order in which the card takes and counts them."""
+        """All values by name, in the order of their bytes, by which the card numbers them."""
         own = dict(vars(self))
         guards: Guards[int] = own.pop("guards")
         return own | vars(guards)
 
     def pack(self) -> bytes:
-        """Return the bytes that the card takes."""
+        """Return the bytes to send to the card."""
         return _JOINT.pack(*self.values.values())
 
     @classmethod
     def unpack(cls, data: bytes) -> "JointSettings":
-        """Read the card's bytes."""
+        """Read the bytes that a card sent."""
         servo, direction, zero, low, high, neutral, *guards = _JOINT.unpack(data)
         return cls(servo, direction, zero, low, high, neutral, Guards(*guards))
 
 
 @dataclass(frozen=True)
 class CardSettings:
-    """All that the card must be told, in the order of ``JOINTS``."""
+    """All settings of a card; the joints are in the order of ``JOINTS``."""
 
     general: General
     joints: tuple[JointSettings, ...]
@@ -163,8 +166,8 @@ class CardSettings:
     def of(cls, robot: Robot, rule: Rule | None = None) -> "CardSettings":
         """Return settings for a robot whose card has not been calibrated.
 
-        The rule is the robot's own by default. Servos have the ids 1–8, and are mounted so that
-        the middle of each joint's range is the servo's middle.
+        The rule is the robot's by default. Servos have the ids 1–8, and the middle of each joint's
+        range is at the middle of its servo.
 
         Raises
         ------
@@ -227,7 +230,7 @@ class CardSettings:
 
     @property
     def generous(self) -> "CardSettings":
-        """These settings with guards for the time in which the servos are not known yet."""
+        """These settings with wide guards, for a card whose servos have not been measured."""
         guards = Guards(*(guard.generous for guard in GUARDS.values()))
         return replace(self, joints=tuple(replace(joint, guards=guards) for joint in self.joints))
 
@@ -248,33 +251,33 @@ class CardSettings:
 
     @property
     def crc(self) -> int:
-        """The check sum by which the card names the settings that it has."""
+        """The check sum by which host and card compare their settings."""
         return crc16(self.general.pack() + b"".join(joint.pack() for joint in self.joints))
 
 
 def refusal(settings: CardSettings, piece: int, index: int) -> str:
-    """Say in words which value the card refused: of joint ``piece``, or of all (8)."""
+    """Return the message for a value that the card refused, of joint ``piece`` or of all (8)."""
     of_joint = piece < len(JOINTS)
     values = settings.joints[piece].values if of_joint else vars(settings.general)
     name, value = list(values.items())[index]
     if name in ("min", "max"):
         joint = settings.joints[piece]
         return (
-            f"The card refuses {JOINTS[piece]}: from {joint.min} to {joint.max} steps about its "
-            f"zero at {joint.zero} it would cross the servo's seam between 4095 and 0. Mount the "
-            "horn a quarter turn further, and find the zero again."
+            f"The card refuses {JOINTS[piece]}: its range from {joint.min} to {joint.max} steps "
+            f"about its zero at {joint.zero} crosses the servo's seam between 4095 and 0. Mount "
+            "the horn a quarter turn further, and find the zero again."
         )
     joint_range = (settings.joints[piece].min, settings.joints[piece].max) if of_joint else (0, 0)
     low, high = ALLOWED[name][:2] if name in ALLOWED else joint_range
     whose = f"{JOINTS[piece]}'s {name}" if of_joint else name
     return (
-        f"The card refuses {whose} {shown(name, value)}: allowed is {shown(name, low)} to "
-        f"{shown(name, high)}."
+        f"The card refuses {whose} {format_value(name, value)}: allowed is "
+        f"{format_value(name, low)} to {format_value(name, high)}."
     )
 
 
-def shown(name: str, value: int) -> str:
-    """Say a value of the settings as people and files do."""
+def format_value(name: str, value: int) -> str:
+    """Return a value of the settings as text with its unit."""
     unit = ALLOWED[name][2] if name in ALLOWED else "steps"
     if unit == "µs":
         return f"{value / 1000:g} ms"

@@ -174,13 +174,13 @@ def load(
 ) -> None:
     """Load a calibration file onto the card, and store it there; nothing moves."""
     from miburi.calibration.file import read_calibration
-    from miburi.card.calibration import changes, loaded
+    from miburi.card.calibration import apply_calibration, changes
 
     description = robot_of(robot)
     calibration = read_calibration(description, file)
     with _connected(port, description) as card:
         before = card.settings
-        after = loaded(before, calibration)
+        after = apply_calibration(before, calibration)
         card.configure(after)
         said = changes(before, after)
         print("\n".join(said or ["The card had the same figures already."]))

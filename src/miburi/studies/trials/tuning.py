@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from miburi import bma
-from miburi.calibration.free_motion import calibrate, measured_lag
+from miburi.calibration.free_motion import calibrate, measure_lag
 from miburi.errors import InputError
 from miburi.robot import Array
 from miburi.safety.contact import Rule
@@ -114,7 +114,7 @@ def tune(
     if len(free) < 2 or not blocked:
         raise InputError("tuning needs recorded runs: two free ones and a blocked one at least.")
     traces = [trace for run in free[::2] for trace in run.traces]
-    judges, lag = free[1::2] + blocked, measured_lag(traces)
+    judges, lag = free[1::2] + blocked, measure_lag(traces)
     known: dict[tuple[int, int, int, int], Tuned] = {}
 
     def candidate(point: Array) -> Tuned:
