@@ -28,7 +28,7 @@ def run(body: Simulated, seconds: float) -> float:
 
 
 def block(body: Simulated, arm: int, part: float = 0.5) -> None:
-    """Put the hand into the way of an arm (0 right, 1 left) that is about to be raised."""
+    """Put the hand in the way of an arm (0 right, 1 left) that will be raised."""
     robot = body.robot
     start = body.state.angles
     here, ahead = (forward(robot, start + f * (RAISED - start)) for f in (part, part + 0.05))
@@ -41,15 +41,15 @@ def raise_arms(body: Simulated, duration: float = 0.8) -> None:
     body.move(plan_move(body.robot, body.state.angles, RAISED, duration))
 
 
-def test_it_is_a_body_at_rest(robot: Robot) -> None:
+def test_a_new_body_rests_at_neutral(robot: Robot) -> None:
     body: Body = Simulated(robot)
     state = body.state
     assert (state.time, state.phase, state.stop) == (0.0, Phase.IDLE, None)
-    # Gravity pulls: a soft servo sags by a few steps.
+    # A soft servo sags by a few steps under gravity.
     assert np.abs(state.angles - robot.neutral).max() < 0.03
 
 
-def test_it_tells_the_rule_that_runs_and_has_no_servos_to_tell_of(robot: Robot) -> None:
+def test_motors_have_the_rule_but_no_servo_data(robot: Robot) -> None:
     rule = replace(Rule.of(robot), period=50_000, ratio=9000)
     motors = Simulated(robot, rule).motors()
     assert motors.rule == rule
@@ -92,14 +92,14 @@ def test_a_hand_in_the_way_stops_the_body_gently(robot: Robot, arm: int, duratio
     assert stop.motor == JOINTS[LIFT[arm]]
     assert 0 < stop.time - began <= 0.3
     assert force < 20.0
-    # It lets go: only the arm's weight may rest on the hand.
+    # The motors give way, so that only the weight of the arm rests on the hand.
     run(body, 0.3)
     assert run(body, 0.5) < 0.5
     assert body.state.phase is Phase.STOPPED
 
 
 def test_without_the_rule_the_arm_would_push_on(robot: Robot) -> None:
-    """The mutation that shows that the test above can fail: limit 0, no backstops."""
+    """This mutation, a ratio of 0 and no backstops, shows that the test above can fail."""
     rule = Rule.of(robot)
     far = np.full(8, 10**6)
     guards = replace(rule.guards, slack=far, behind=far, ahead=far, arrival=far)
@@ -111,7 +111,7 @@ def test_without_the_rule_the_arm_would_push_on(robot: Robot) -> None:
     assert run(body, 0.5) > 2.0
 
 
-def test_the_way_back(robot: Robot) -> None:
+def test_a_release_returns_the_body_to_neutral(robot: Robot) -> None:
     body = Simulated(robot)
     block(body, 0)
     raise_arms(body)
@@ -151,7 +151,7 @@ def test_crossed_arms_meet_and_stop(robot: Robot) -> None:
     assert body.state.phase is Phase.STOPPED
 
 
-def test_time_adds_up_whatever_the_steps_are(robot: Robot) -> None:
+def test_time_adds_up_over_steps_of_any_length(robot: Robot) -> None:
     coarse, fine = Simulated(robot), Simulated(robot)
     for body in (coarse, fine):
         raise_arms(body)
@@ -163,7 +163,7 @@ def test_time_adds_up_whatever_the_steps_are(robot: Robot) -> None:
     np.testing.assert_array_equal(coarse.configuration[0], fine.configuration[0])
 
 
-def test_a_hand_must_be_somewhere(robot: Robot) -> None:
+def test_a_hand_without_a_place_or_direction_is_refused(robot: Robot) -> None:
     body = Simulated(robot)
     for place, along in [([np.nan, 0, 0], [1, 0, 0]), ([0, 0, 0], [0, 0, 0])]:
         with pytest.raises(InputError, match="hand needs"):

@@ -1,4 +1,4 @@
-"""The emulated card's time, on a processor that stops exactly where it is told to."""
+"""The time of an emulated card, on a processor that stops exactly when it should."""
 
 from math import ceil
 
@@ -12,7 +12,7 @@ from miburi.emulation.servos import Bus
 
 
 class Asleep:
-    """An idle processor of 16 MHz: nothing delays it by a part of an instruction."""
+    """An idle processor of 16 MHz; it stops without the delay of an unfinished instruction."""
 
     def __init__(self, *_files: object) -> None:
         self.time = 0.0
@@ -25,13 +25,13 @@ class Asleep:
         return b""
 
 
-@given(steps=st.integers(1, 200), way=st.sampled_from(["read", "wait"]))
-def test_a_time_that_is_waited_for_comes(steps: int, way: str) -> None:
-    """Not a rounding before it: who waits for it would wait for ever."""
+@given(steps=st.integers(1, 200), method=st.sampled_from(["read", "wait"]))
+def test_waiting_for_a_time_ends(steps: int, method: str) -> None:
+    """Even a rounding error before that time would let a caller wait for ever."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(emulated, "Mega", Asleep)
-        patch.setattr(emulated, "built", lambda name: name)
+        patch.setattr(emulated, "firmware_file", lambda name: name)
         card = EmulatedCard(Bus([]))
     until = steps * 0.02  # 0.9400000000000001 s is 940000.0 µs, and that is 0.94 s
-    getattr(card, way)(until)
+    getattr(card, method)(until)
     assert card.now() >= until

@@ -13,24 +13,24 @@ from miburi.emulation.servos import MODEL, SPEED_UNIT, Bus, Servo
 
 
 class Port:
-    """What the SDK takes for a serial port, with the emulated bus at its end."""
+    """A serial port for the SDK, with the emulated bus at its other end."""
 
     is_using = False
 
     def __init__(self, bus: Bus) -> None:
-        self.bus, self.time, self._said = bus, 0.0, b""
+        self.bus, self.time, self._received = bus, 0.0, b""
 
     def clearPort(self) -> None:  # noqa: N802
-        self._said = b""
+        self._received = b""
 
     def writePort(self, data: list[int]) -> int:  # noqa: N802
         self.time += 1000
-        self._said += b"".join(said for _, said in self.bus.answer(bytes(data), self.time))
+        self._received += b"".join(reply for _, reply in self.bus.answer(bytes(data), self.time))
         return len(data)
 
     def readPort(self, count: int) -> bytes:  # noqa: N802
-        said, self._said = self._said[:count], self._said[count:]
-        return said
+        data, self._received = self._received[:count], self._received[count:]
+        return data
 
     def setPacketTimeout(self, _length: int) -> None:  # noqa: N802
         pass
@@ -39,7 +39,7 @@ class Port:
         pass
 
     def isPacketTimeout(self) -> bool:  # noqa: N802
-        return not self._said
+        return not self._received
 
 
 @pytest.fixture
@@ -56,13 +56,13 @@ def test_sdk_pings_reads_and_writes(port: Port) -> None:
     assert sdk.write1ByteTxRx(port, 3, 11, 5) == (COMM_SUCCESS, 0)
     assert sdk.write1ByteTxRx(port, 3, 64, 1) == (COMM_SUCCESS, 0)
     assert sdk.read1ByteTxRx(port, 3, 64) == (1, COMM_SUCCESS, 0)
-    # The EEPROM area is closed while torque is on: access error.
+    # While torque is on, writing to the EEPROM area is an access error.
     assert sdk.write1ByteTxRx(port, 3, 11, 3) == (COMM_SUCCESS, 7)
     assert sdk.reboot(port, 3)[0] == COMM_SUCCESS
     assert sdk.read1ByteTxRx(port, 3, 64)[0] == 0
 
 
-def test_sdk_reads_what_needs_stuffing(port: Port) -> None:
+def test_sdk_reads_values_that_need_byte_stuffing(port: Port) -> None:
     sdk = PacketHandler(2.0)
     for place in (-3, -1, 0x00FDFFFF, -65_539):
         port.bus.servos[0].shaft.place = place
@@ -114,6 +114,6 @@ def test_bus_watchdog_stops_a_servo_that_hears_nothing() -> None:
     there = servo.setpoint(250_000)
     assert there == servo.setpoint(3e6) < 100
     assert servo.get("bus_watchdog") == -1
-    assert servo.write(116, bytes(4), 3e6) == 4  # closed until the watchdog is cleared
+    assert servo.write(116, bytes(4), 3e6) == 4  # refused until the watchdog is cleared
     assert servo.write(98, bytes(1), 3e6) == 0
     assert servo.write(116, bytes(4), 3e6) == 0

@@ -1,4 +1,4 @@
-"""Bodies: what the partner moves, all behind one interface."""
+"""Bodies: the interface of everything that the partner can move, and the simulated body."""
 
 from miburi.bodies.base import Body, BodyState, Motor, Motors, Touch, Touchable
 

@@ -1,4 +1,8 @@
-"""What every body takes and tells, whatever moves it: physics, or motors on a card."""
+"""The interface of every body, whether physics moves it or motors on a card.
+
+In go moves, stops and releases; out come states. :class:`Touchable` is what a simulated body
+offers besides.
+"""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -13,7 +17,7 @@ __all__ = ["Body", "BodyState", "Motor", "Motors", "Touch", "Touchable"]
 
 @dataclass(frozen=True)
 class BodyState:
-    """What the motors say.
+    """The state of a body, as its motors measure it.
 
     Attributes
     ----------
@@ -36,16 +40,16 @@ class BodyState:
 
 @dataclass(frozen=True)
 class Motor:
-    """How one motor is; None is what the body cannot know.
+    """The condition of one motor; None where the body cannot know it.
 
     Attributes
     ----------
     servo
-        Its servo's id on the bus.
+        The id of its servo on the bus.
     answers
         Whether it answered the latest reading.
     temperature, voltage
-        °C, and V at the servo.
+        °C, and V, measured at the servo.
     """
 
     servo: int | None = None
@@ -56,7 +60,7 @@ class Motor:
 
 @dataclass(frozen=True)
 class Motors:
-    """How the motors are, and the rule that watches them.
+    """The condition of the motors, and the rule that watches them.
 
     Attributes
     ----------
@@ -65,9 +69,10 @@ class Motors:
     rule
         The contact rule that runs, with its guards.
     settings
-        The check sum of what a card knows of the body, four hexadecimal digits; None without one.
+        Check sum of a card's settings, four hexadecimal digits; None without a card.
     hottest, lowest
-        °C at which, and V below which, a card stops the body; None without one.
+        A card stops the body above this temperature, °C, and below this voltage, V; None without
+        a card.
     """
 
     each: tuple[Motor, ...]
@@ -79,18 +84,18 @@ class Motors:
 
 @dataclass(frozen=True)
 class Touch:
-    """What happened to the body during the latest step; known to a simulation alone.
+    """What touched the body during the latest step; only a simulation knows it.
 
     Attributes
     ----------
     force
         Largest force between human hand and robot, N.
     began
-        First moment of that contact in the step, s; None without one.
+        When the contact began in this step, s; None without a contact.
     part
-        The robot's part that was touched last; None without a contact.
+        The part of the robot that was touched last; None without a contact.
     itself
-        Two parts of the robot that met, or None.
+        Two parts of the robot that touched each other, or None.
     """
 
     force: float = 0.0
@@ -99,7 +104,7 @@ class Touch:
     itself: tuple[str, str] | None = None
 
     def then(self, later: "Touch") -> "Touch":
-        """Return this and a later step's touch as one."""
+        """Return this touch and that of a later step as one."""
         return Touch(
             max(self.force, later.force),
             later.began if self.began is None else self.began,
@@ -109,25 +114,25 @@ class Touch:
 
 
 class Touchable(Protocol):
-    """What only a simulated body has: a human hand to put in its way, and the truth about it."""
+    """What only a simulated body offers: a human hand to put in its way, and its true pose."""
 
     @property
     def touch(self) -> Touch:
-        """What happened to the body during the latest step."""
+        """What touched the body during the latest step."""
 
     @property
     def configuration(self) -> tuple[Array, Array]:
         """True joint angles (8,) rad, and the human hand's pose (7,): m and quaternion."""
 
     def place_hand(self, position: Array, along: Array) -> None:
-        """Put the human hand somewhere; move it there in small steps or through free space.
+        """Put the human hand somewhere. Move it in small steps, or through free space.
 
         Parameters
         ----------
         position
-            (3,) m, its middle.
+            (3,) m, the middle of the hand.
         along
-            (3,), the direction of the fingers; any length but zero.
+            (3,), the direction of the fingers; any length except zero.
 
         Raises
         ------
@@ -140,14 +145,14 @@ class Touchable(Protocol):
 
 
 class Body(Protocol):
-    """The one interface that the partner moves.
+    """Whatever the partner moves.
 
-    The contact rule is part of the body and cannot be switched off through it.
+    The contact rule is part of the body; nothing in this interface can switch it off.
     """
 
     @property
     def robot(self) -> Robot:
-        """The description that the body was built from."""
+        """The robot's description."""
 
     @property
     def state(self) -> BodyState:
@@ -155,18 +160,18 @@ class Body(Protocol):
 
     @property
     def window(self) -> Window | None:
-        """What the contact rule compared at its latest look; None where the body does not know.
+        """What the contact rule compared at its latest reading; None if the body does not know.
 
-        A card tells it of the contact that holds now, and judges in it the motor that met
-        something alone.
+        A card reports it only for the contact that holds now, and only for the motor that met
+        something.
         """
 
     @property
     def touchable(self) -> Touchable | None:
-        """The human hand, and what it does to the body; None for a body that is no simulation."""
+        """The human hand and what it does to the body; None for a body that is not simulated."""
 
     def motors(self) -> Motors:
-        """Return how the motors are; the card asks its servos for it twice a second."""
+        """Return the condition of the motors; a card updates it twice a second."""
 
     def move(self, move: Move) -> None:
         """Start a move to final positions; only an idle body takes one.
@@ -174,7 +179,7 @@ class Body(Protocol):
         Raises
         ------
         BodyError
-            The body is not idle, or the move leaves the limits.
+            The body is not idle, or the move goes outside the limits.
         """
 
     def stop(self) -> None:
@@ -190,7 +195,7 @@ class Body(Protocol):
         """
 
     def step(self, dt: float) -> BodyState:
-        """Let ``dt`` seconds pass and return the state after them."""
+        """Let ``dt`` seconds pass, and return the state at their end."""
 
     def close(self) -> None:
-        """Stop, and let go of what the body holds; it cannot be moved any more."""
+        """Stop, and free the body's resources; it cannot be moved any more."""

@@ -1,9 +1,9 @@
-"""A physical body for everyone: MuJoCo under the card's own logic.
+"""The simulated body: MuJoCo's physics below, the logic of the card above.
 
-The servos follow their commanded profile with a lag, limited torque and encoder steps; every
-part can touch every other, and a human hand can be put in the way. Stops are decided by the
-:class:`~miburi.safety.controller.Controller` from encoder positions alone: it never sees the
-physics, which is the :class:`~miburi.bodies.plant.Plant`'s.
+The servos follow their commanded profile with a lag, limited torque and encoder steps. All parts
+of the robot can collide, and a human hand can be put in the way. The
+:class:`~miburi.safety.controller.Controller` decides about stops from encoder positions alone; it
+does not see the physics in :class:`~miburi.bodies.plant.Plant`.
 """
 
 from collections import deque
@@ -22,13 +22,13 @@ from miburi.safety.stop import Phase
 
 __all__ = ["READING", "Simulated"]
 
-#: Physics steps between two readings of the encoders: 10 ms, as a servo bus allows.
+#: Physics steps between two readings of the encoders: 10 ms, as fast as a servo bus allows.
 _SUBSTEPS = 5
 #: Period of the encoders' readings, s.
 READING = TIMESTEP * _SUBSTEPS
-#: Readings over which velocities are measured: 50 ms.
+#: Number of readings over which velocities are measured: 50 ms.
 _VELOCITY_READINGS = 5
-#: Readings for which setpoints are worked out at once.
+#: Number of readings for which setpoints are computed at once.
 _AHEAD = 20
 
 
@@ -42,8 +42,8 @@ class Simulated:
     rule
         Period, ratio and guards of the contact rule; by default the robot's own.
     plant
-        What the body moves, at rest in the pose at which it is held; by default a new one, at
-        rest in neutral.
+        The physics, at rest in the pose that the servos hold; by default a new plant, at rest in
+        neutral.
     """
 
     def __init__(
@@ -62,12 +62,12 @@ class Simulated:
 
     @property
     def robot(self) -> Robot:
-        """The description that the body was built from."""
+        """The robot's description."""
         return self._robot
 
     @property
     def state(self) -> BodyState:
-        """The latest state, as the encoders tell it."""
+        """The latest state, as the encoders measure it."""
         span = (len(self._history) - 1) * READING
         step = self._robot.servo.step
         moved = np.multiply(self._history[-1] - self._history[0], step, dtype=np.float64)
@@ -81,7 +81,7 @@ class Simulated:
 
     @property
     def phase(self) -> Phase:
-        """What the body is doing; alone, it is told faster than the whole state."""
+        """What the body is doing; faster to read than the whole state."""
         return self._controller.phase
 
     @property
@@ -91,16 +91,16 @@ class Simulated:
 
     @property
     def window(self) -> Window | None:
-        """What the contact rule compared at its latest look, or None before the first."""
+        """What the contact rule compared at its latest reading; None before the first."""
         return self._controller.window
 
     @property
     def touchable(self) -> "Simulated":
-        """The body itself: a hand can be put in its way."""
+        """The body itself."""
         return self
 
     def motors(self) -> Motors:
-        """Return the rule; simulated motors have no temperature, no supply and no servo's id."""
+        """Return the rule; simulated motors have no temperature, no voltage and no id."""
         return Motors(tuple(Motor() for _ in JOINTS), self._controller.rule)
 
     @property
@@ -129,7 +129,7 @@ class Simulated:
         self._plant.remove_hand()
 
     def step(self, dt: float) -> BodyState:
-        """Let ``dt`` seconds pass; encoders are read every 10 ms, and remainders add up."""
+        """Let ``dt`` seconds pass; encoders are read every 10 ms, and remainders are kept."""
         self._wanted += dt
         self.touch = Touch()
         while (self._readings + 1) * READING <= self._wanted + 1e-9:
@@ -137,11 +137,11 @@ class Simulated:
         return self.state
 
     def close(self) -> None:
-        """Stop; there is nothing to let go of."""
+        """Stop; there are no resources to free."""
         self.stop()
 
     def read(self) -> None:
-        """Let the time of one reading pass: :meth:`step` for who needs neither state nor touch."""
+        """Let the time of one reading pass; a faster :meth:`step`, without state and touch."""
         self._wanted += READING
         self._next_reading()
 

@@ -94,9 +94,9 @@ def upload(
     ] = None,
 ) -> None:
     """Write the firmware to an Arduino Mega 2560, with avrdude."""
-    from miburi.emulation.card import built
+    from miburi.emulation.card import firmware_file
 
-    image = firmware or built("miburi.hex")
+    image = firmware or firmware_file("miburi.hex")
     if not image.is_file():
         raise BodyError(f"There is no file {image}.")
     if shutil.which("avrdude") is None:

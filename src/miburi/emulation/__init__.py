@@ -1,1 +1,1 @@
-"""The card's processor and its servos in virtual time."""
+"""An emulated card: its processor runs the real firmware, and emulated servos are on its bus."""

@@ -1,8 +1,11 @@
-"""The paper's body with the real firmware in the loop, without hardware.
+"""A simulated body with the real firmware in the loop, without hardware.
 
-Host → link → the card's binary → servo bus → emulated servos → physics, and back.
-:class:`EmulatedBody` stands beside :class:`~miburi.bodies.simulated.Simulated` and can be touched
-as that can; the card in it is an :class:`miburi.emulation.card.EmulatedCard`.
+The chain is::
+
+    host ◀─ link ─▶ the card's binary ◀─ servo bus ─▶ emulated servos ◀─▶ physics
+
+:class:`EmulatedBody` is used like :class:`~miburi.bodies.simulated.Simulated`, and a hand can be
+put in its way, too. Its card is a :class:`miburi.emulation.card.EmulatedCard`.
 """
 
 import numpy as np
@@ -28,16 +31,16 @@ class _Joint(Shaft):
         self._plant, self._motor, self._settings, self._step = plant, motor, settings, step
 
     def position(self, servo: Servo, time: float) -> float:  # noqa: ARG002  (as Shaft has it)
-        """Where the joint is now, in the servo's steps."""
+        """Return the present position of the joint, in the servo's steps."""
         angle = float(self._plant.angles[self._motor])
         return self._settings.zero + self._settings.direction * angle / self._step
 
     def speed(self, servo: Servo, time: float) -> float:  # noqa: ARG002  (as Shaft has it)
-        """How fast it turns now, in steps/s."""
+        """Return the present speed, in steps/s."""
         return self._settings.direction * float(self._plant.velocities[self._motor]) / self._step
 
     def wanted(self, servo: Servo, time: float) -> float:
-        """Where the servo wants the joint, in rad; where it is, with torque off."""
+        """Return where the servo drives the joint, in rad; with torque off, where the joint is."""
         goal = servo.setpoint(time)
         if goal is None:
             return float(self._plant.angles[self._motor])
@@ -45,14 +48,14 @@ class _Joint(Shaft):
 
 
 class _World:
-    """Lets the physics keep up with the card's clock."""
+    """The physics, kept in step with the card's clock."""
 
     def __init__(self, plant: Plant, servos: list[Servo], joints: list[_Joint]) -> None:
         self._plant, self._servos, self._joints = plant, servos, joints
-        self.touch = Touch()  # what happened since somebody last put a new one here
+        self.touch = Touch()  # since this was last replaced
 
     def advance(self, time: float) -> None:
-        """Let the physics go on until ``time`` µs."""
+        """Run the physics until ``time`` µs."""
         while (self._plant.time + TIMESTEP) * 1e6 <= time:
             now = (self._plant.time + TIMESTEP) * 1e6
             pairs = list(zip(self._joints, self._servos, strict=True))
@@ -90,7 +93,7 @@ class EmulatedBody(Card):
             Servo.new(of_joint.servo, shaft=joint)
             for of_joint, joint in zip(settings.joints, joints, strict=True)
         ]
-        # The limp body would sink before the card has started: it stands on its servos.
+        # The servos hold the body, because it would sink before the card has started.
         for servo, joint in zip(servos, joints, strict=True):
             servo.set("return_delay", 25)  # as the card sets a new servo up
             servo.set("operating_mode", 5)
@@ -99,18 +102,18 @@ class EmulatedBody(Card):
         self._world = _World(self._plant, servos, joints)
         self.emulation = EmulatedCard(Bus(servos), self._world)
         super().__init__(lambda: self.emulation, robot, settings)
-        self.step(1.0)  # it sinks a little when it is first held where it stands
+        self.step(1.0)  # the body sinks a little when the servos take its weight
         self.wake()
         self._begin_clock()
 
     @property
     def touchable(self) -> "EmulatedBody":
-        """The body itself: a hand can be put in its way."""
+        """The body itself."""
         return self
 
     @property
     def touch(self) -> Touch:
-        """What happened to the body during the latest step."""
+        """What touched the body during the latest step."""
         touch = self._world.touch
         if touch.began is None:
             return touch

@@ -1,10 +1,11 @@
-"""The real card's binary without a card: it runs in virtual time, on a bus of emulated servos.
+"""Run the card's real firmware without a card, in virtual time, on a bus of emulated servos.
 
-:class:`EmulatedCard` is processor and bus, the far end of a serial line. The body that moves on it
-is :class:`miburi.emulation.body.EmulatedBody`.
+:class:`EmulatedCard` is processor and bus, and stands at the far end of a serial line: in go the
+bytes of the host, out come those of the card. :class:`miburi.emulation.body.EmulatedBody` is a
+whole body on such a card.
 
-The processor is emulated by a small C library around libsimavr, ``firmware/emulator``, which is
-built with ``make firmware`` and is not part of this package (its licence is the GPL).
+A small C library around libsimavr, ``firmware/emulator``, emulates the processor. ``make
+firmware`` builds it. It is not part of this package, because its licence is the GPL.
 """
 
 import ctypes
@@ -16,19 +17,19 @@ from typing import Protocol
 from miburi.emulation.servos import Bus
 from miburi.errors import BodyError
 
-__all__ = ["EEPROM_SIZE", "EmulatedCard", "Mega", "World", "built", "is_built"]
+__all__ = ["EEPROM_SIZE", "EmulatedCard", "Mega", "World", "firmware_file", "is_built"]
 
 #: The card's clock, Hz.
 _CLOCK = 16_000_000
 _CYCLES = _CLOCK // 1_000_000
-#: Longest stretch, in µs, that the processor runs without a look at the world around it.
+#: Longest time, µs, that the processor runs before the world around it is updated.
 _SLICE = 2_000
 _HOST, _BUS = 0, 1
 _CRASHED = 2
 EEPROM_SIZE = 4096
 
 
-#: What an :class:`EmulatedCard` runs, and what runs it.
+#: The program that an :class:`EmulatedCard` runs, and the library that runs it.
 _PROGRAM, _PROCESSOR = "miburi.elf", "libmega.so"
 
 
@@ -37,19 +38,19 @@ def is_built() -> bool:
     return all((_firmware() / name).is_file() for name in (_PROGRAM, _PROCESSOR))
 
 
-def built(name: str) -> Path:
-    """Return a file that ``make firmware`` has built, such as ``miburi.hex``.
+def firmware_file(name: str) -> Path:
+    """Return the path of a file that ``make firmware`` has built, such as ``miburi.hex``.
 
     Raises
     ------
     BodyError
-        It is not there.
+        The file does not exist.
     """
     path = _firmware() / name
     if not path.is_file():
         raise BodyError(
             f"{path} is not there. Run `make firmware` in a copy of Miburi's repository, "
-            "or name the folder in MIBURI_FIRMWARE."
+            "or name its folder in MIBURI_FIRMWARE."
         )
     return path
 
@@ -59,13 +60,13 @@ def _firmware() -> Path:
 
 
 def _micros(seconds: float) -> float:
-    """Return µs that are not before ``seconds``: who waits for that time must see it come."""
+    """Convert to µs, rounded so that it is never before ``seconds``: a wait for it must end."""
     micros = seconds * 1e6
     return micros if micros / 1e6 >= seconds else nextafter(micros, inf)
 
 
 class Mega:
-    """An Arduino Mega 2560 that runs an ELF file, µs by µs."""
+    """An emulated Arduino Mega 2560 that runs an ELF file."""
 
     def __init__(self, elf: Path, library: Path) -> None:
         lib = self._lib = ctypes.CDLL(str(library))
@@ -75,17 +76,17 @@ class Mega:
             function.restype = ctypes.c_uint
         handle = lib.mega_new(str(elf).encode())
         if not handle:
-            raise BodyError(f"{elf} cannot be run; build it with `make firmware`.")
+            raise BodyError(f"{elf} cannot be run; build it again with `make firmware`.")
         self._mega = ctypes.c_void_p(handle)
         self._buffer = (ctypes.c_uint8 * 65536)()
 
     @property
     def time(self) -> float:
-        """µs since power-on."""
+        """Time since power-on, µs."""
         return float(self._lib.mega_cycle(self._mega)) / _CYCLES
 
     def run(self, until: float) -> bool:
-        """Run until a time in µs, or until a burst of bytes on the bus has ended (then True)."""
+        """Run until a time in µs, or until a burst of bytes on the bus ends; then return True."""
         result = self._lib.mega_run(self._mega, ctypes.c_uint64(ceil(until * _CYCLES)))
         if result == _CRASHED:
             raise BodyError("The emulated processor crashed; please report this.")
@@ -97,16 +98,16 @@ class Mega:
         self._lib.mega_input(self._mega, port, data, len(data), cycle)
 
     def take(self, port: int) -> bytes:
-        """Return what the card has sent on a serial port."""
+        """Return the bytes that the card has sent on a serial port."""
         count = self._lib.mega_output(self._mega, port, self._buffer, len(self._buffer))
         return bytes(self._buffer[:count])
 
     def waiting(self, port: int) -> int:
-        """Bytes that are still on their way to a serial port."""
+        """Return the number of bytes that are still on their way to a serial port."""
         return int(self._lib.mega_waiting(self._mega, port))
 
     def dropped(self, port: int) -> int:
-        """Bytes that were lost because the card did not read them in time."""
+        """Return the number of bytes that the card lost because it did not read them in time."""
         return int(self._lib.mega_dropped(self._mega, port))
 
     def reset(self) -> None:
@@ -119,12 +120,12 @@ class Mega:
             self._lib.mega_poke(self._mega, address + offset, byte)
 
     def jump(self, address: int) -> None:
-        """Make the processor go on at an address of its program."""
+        """Let the processor continue at an address of its program."""
         self._lib.mega_jump(self._mega, address)
 
     @property
     def eeprom(self) -> bytes:
-        """What outlasts a loss of power."""
+        """The memory that survives a loss of power."""
         self._lib.mega_eeprom(self._mega, self._buffer, EEPROM_SIZE, 0)
         return bytes(self._buffer[:EEPROM_SIZE])
 
@@ -134,30 +135,30 @@ class Mega:
         self._lib.mega_eeprom(self._mega, copy, len(data), 1)
 
     def close(self) -> None:
-        """Switch it off for good."""
+        """Switch the processor off and free it."""
         if self._mega:
             self._lib.mega_free(self._mega)
             self._mega = ctypes.c_void_p()
 
 
 class World(Protocol):
-    """What the servos turn, when it has a life of its own."""
+    """The physics that the servos move."""
 
     def advance(self, time: float) -> None:
-        """Let the world go on until ``time`` µs."""
+        """Run the physics until ``time`` µs."""
 
 
 class EmulatedCard:
-    """Card, bus and servos, as one end of a serial line (see :class:`miburi.card.card.Line`).
+    """Card, bus and servos, as one end of a serial line (see :class:`miburi.card.line.Line`).
 
     Parameters
     ----------
     bus
         The servos.
     world
-        Physics in which the servos' shafts are, if any.
+        The physics that the servos move, if any.
     elf, library
-        By default those that ``make firmware`` has built.
+        The program and the emulator; by default those that ``make firmware`` has built.
     """
 
     def __init__(
@@ -167,17 +168,17 @@ class EmulatedCard:
         elf: Path | None = None,
         library: Path | None = None,
     ) -> None:
-        self.mega = Mega(elf or built(_PROGRAM), library or built(_PROCESSOR))
+        self.mega = Mega(elf or firmware_file(_PROGRAM), library or firmware_file(_PROCESSOR))
         self.bus = bus
         self._world = world
-        self._said = bytearray()
+        self._output = bytearray()
 
     def now(self) -> float:
         """Return the virtual time in s."""
         return self.mega.time / 1e6
 
     def run(self, until: float) -> None:
-        """Let everything go on until ``until`` µs."""
+        """Run card, bus and physics until ``until`` µs."""
         while self.mega.time < until:
             burst = self.mega.run(min(until, self.mega.time + _SLICE))
             now = self.mega.time
@@ -186,23 +187,23 @@ class EmulatedCard:
             if burst:
                 for start, data in self.bus.answer(self.mega.take(_BUS), now):
                     self.mega.give(_BUS, data, start)
-            self._said += self.mega.take(_HOST)
+            self._output += self.mega.take(_HOST)
 
     def read(self, until: float) -> bytes:
-        """Return what the card says, as soon as it says something, or nothing at ``until`` s."""
+        """Return bytes from the card as soon as it sends some, or none when it is ``until`` s."""
         end = _micros(until)
-        while not self._said and self.mega.time < end:
+        while not self._output and self.mega.time < end:
             self.run(min(end, self.mega.time + _SLICE))
-        said = bytes(self._said)
-        self._said.clear()
-        return said
+        data = bytes(self._output)
+        self._output.clear()
+        return data
 
     def write(self, data: bytes) -> None:
         """Send bytes to the card."""
         self.mega.give(_HOST, data)
 
     def wait(self, until: float) -> None:
-        """Let everything go on until ``until`` s."""
+        """Run card, bus and physics until ``until`` s."""
         self.run(_micros(until))
 
     def close(self) -> None:

@@ -1,4 +1,7 @@
-"""An emulated card on a pseudo-terminal: for people without hardware, a port like any other."""
+"""Offer an emulated card at a serial port, for people without hardware.
+
+The port is a pseudo-terminal; programs open it like that of a real card.
+"""
 
 import os
 import pty
@@ -14,27 +17,27 @@ from miburi.robot import Robot
 
 __all__ = ["pump", "serve", "servos"]
 
-#: Seconds that card and clock on the wall may be apart.
+#: Seconds between two updates of the card.
 _TICK = 0.005
-#: A machine that is behind by more, in s, is too slow: then the card's time waits.
+#: Most time, s, that the card catches up at once; on a slower machine its clock falls behind.
 _PATIENCE = 0.05
 
 
 def servos(robot: Robot) -> list[Servo]:
-    """Return eight servos at neutral, as :meth:`CardSettings.of` the robot expects them."""
+    """Return eight servos at neutral, with the ids and zeros of :meth:`CardSettings.of`."""
     joints = CardSettings.of(robot).joints
     return [Servo.new(j.servo, j.zero + j.direction * j.neutral) for j in joints]
 
 
 def serve(robot: Robot, seconds: float, tell: Callable[[str], None]) -> None:
-    """Run a card in real time on a pseudo-terminal; ``tell`` is given its name.
+    """Run a card in real time on a pseudo-terminal; call ``tell`` with a line that names it.
 
     Parameters
     ----------
     robot
         The description that its servos are mounted for.
     seconds
-        How long; 0 for ever.
+        How long to run; 0 for ever.
 
     Raises
     ------
@@ -60,11 +63,11 @@ def serve(robot: Robot, seconds: float, tell: Callable[[str], None]) -> None:
 
 
 def pump(card: EmulatedCard, port: int, until: float) -> None:
-    """Let the card run until ``until`` s, and carry bytes between it and a file descriptor."""
+    """Run the card until ``until`` s, and carry bytes between it and a file descriptor."""
     with suppress(BlockingIOError):
         card.write(os.read(port, 4096))
     card.wait(until)
-    said = card.read(until)
-    if said:
-        with suppress(BlockingIOError):  # nobody reads: as on a real line, it is lost
-            os.write(port, said)
+    data = card.read(until)
+    if data:
+        with suppress(BlockingIOError):  # if nobody reads, bytes are lost, as on a real line
+            os.write(port, data)
