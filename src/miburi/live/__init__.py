@@ -1,1 +1,1 @@
-"""The partner on the clock: runner, observer, memory, recordings."""
+"""The partner in real time: the runner, what viewers see, the memory, and recordings."""

@@ -1,8 +1,9 @@
-"""Recordings of a live partner: numbered MCAP files, each written by a thread of its own.
+"""Recordings of a live partner: a folder of numbered MCAP files.
 
-The loop hands its steps over and goes on. A disk that is full, slow or gone ends the recording,
-and nothing else. Each second is handed to the system when it has passed: a program that is killed
-leaves a file that can be read up to there.
+:class:`Recordings` starts, ends, lists and deletes them. While one is on, the partner's loop hands
+over each step and never waits: a thread writes the file. If the disk is full, slow or gone, only
+the recording ends. The thread flushes every second, so if the program is killed the file can be
+read up to its last second.
 """
 
 import errno
@@ -23,18 +24,18 @@ __all__ = ["LARGEST", "LIMIT", "WAITING", "EndReason", "Kept", "News", "Recordin
 
 #: The largest recording, and the most that all of them may take together, bytes (ours).
 LARGEST, LIMIT = 500_000_000, 5_000_000_000
-#: Steps that may wait for the disk: ten seconds.
+#: Steps that may wait for the disk: ten seconds of them.
 WAITING = 500
 _STEPS_PER_FLUSH = 50
-#: s that the end of a recording waits for the disk, and again for its thread.
+#: s to wait for the disk at the end of a recording, and then for its thread.
 _PATIENCE = 2.0
 _NAME = re.compile(r"miburi-(\d{4,})\.mcap")
-#: Keeps the latest number, so that no name comes again after its file was deleted.
+#: The file that keeps the latest number, so that a deleted recording's name is not used again.
 _NUMBER = ".latest-number"
 
 
 class EndReason(StrEnum):
-    """Why a recording ended by itself; its words are the languages'."""
+    """Why a recording ended by itself; the languages' files have the words."""
 
     FULL = "full"
     SLOW = "slow"
@@ -44,16 +45,16 @@ class EndReason(StrEnum):
 
 
 class News(NamedTuple):
-    """What became of a recording.
+    """A change among the recordings.
 
     Attributes
     ----------
     kind
-        It began, it was ended, it ended by itself, or it was deleted.
+        The recording began, was ended, ended by itself, or was deleted.
     name
-        Its file's.
+        Name of its file.
     reason, detail
-        Why it ended by itself, and what the system said.
+        Why it ended by itself, and the system's message.
     """
 
     kind: Literal["recording", "recorded", "recording_ended", "deleted"]
@@ -63,7 +64,7 @@ class News(NamedTuple):
 
 
 class Kept(NamedTuple):
-    """A recording in the folder; it is not whole while it is written, or if it was broken off."""
+    """A recording in the folder; ``whole`` is false until it has ended properly."""
 
     name: str
     bytes: int
@@ -71,17 +72,17 @@ class Kept(NamedTuple):
 
 
 class Recordings:
-    """The folder of recordings, and the one that is being written.
+    """The folder of recordings, and the present recording.
 
-    The loop calls :meth:`write` and :meth:`news`, which never wait. Everything else may wait for
-    the disk, and is for other threads.
+    The partner's loop calls only :meth:`write` and :meth:`news`, which never wait. The other
+    methods may wait for the disk: call them from other threads.
 
     Parameters
     ----------
     folder
-        Made when the first recording starts.
+        The folder; the first recording makes it.
     largest, limit
-        The largest recording, and the most that all of them may take together, bytes.
+        The largest size of one recording, and of all together, bytes.
     """
 
     def __init__(self, folder: Path, *, largest: int = LARGEST, limit: int = LIMIT) -> None:
@@ -90,42 +91,42 @@ class Recordings:
         self._largest = largest
         self._writing: _Writing | None = None
         self._news: queue.SimpleQueue[News] = queue.SimpleQueue()
-        self._lock = threading.Lock()  # for who starts, ends and deletes
+        self._lock = threading.Lock()  # held while starting, ending and deleting
 
     @property
     def current(self) -> str | None:
-        """The name of the recording that is being written, or None."""
+        """The name of the present recording, or None."""
         writing = self._writing
         return None if writing is None or writing.over else writing.name
 
     def write(self, step: Callable[[], list[Message]]) -> None:
-        """Record what ``step`` returns; it is not called while no recording is on."""
+        """Record what ``step`` returns; without a recording, do not call it."""
         writing = self._writing
         if writing is not None and not writing.over:
             writing.take(step)
 
     def news(self) -> Iterator[News]:
-        """Yield what became of recordings since the last call."""
+        """Yield the changes among the recordings since the last call."""
         with suppress(queue.Empty):
             while True:
                 yield self._news.get_nowait()
 
     def kept(self) -> list[Kept]:
         """Return all recordings, the oldest first."""
-        found = []
+        recordings = []
         for path in self._paths():
-            with suppress(OSError), path.open("rb") as file:  # it may have gone meanwhile
+            with suppress(OSError), path.open("rb") as file:  # somebody may have deleted it
                 whole = path.name != self.current and is_whole(file)
-                found.append(Kept(path.name, path.stat().st_size, whole))
-        return found
+                recordings.append(Kept(path.name, path.stat().st_size, whole))
+        return recordings
 
     def find(self, name: str) -> Path:
-        """Return the file of a recording that has ended.
+        """Return the file of an ended recording.
 
         Raises
         ------
         InputError
-            There is none of that name.
+            No ended recording has that name.
         """
         path = self._folder / name
         if not _NAME.fullmatch(name) or name == self.current or not path.is_file():
@@ -133,12 +134,12 @@ class Recordings:
         return path
 
     def start(self) -> None:
-        """Begin a recording unless one is being written.
+        """Begin a recording unless one is on.
 
         Raises
         ------
         OutputError
-            The folder cannot be written to, or holds as much as it may.
+            The folder cannot be written to, or is at its limit.
         """
         with self._lock:
             if self.current is not None:
@@ -148,8 +149,8 @@ class Recordings:
                 room = self.limit - sum(path.stat().st_size for path in self._paths())
                 if room <= 0:
                     raise OutputError(
-                        f"{self._folder}: the recordings take {self.limit / 1e6:g} MB together, "
-                        "which is all that they may; delete old ones."
+                        f"{self._folder}: the recordings have reached their limit of "
+                        f"{self.limit / 1e6:g} MB together; delete old ones."
                     )
                 path, file = self._new_file()
             except OSError as error:
@@ -160,19 +161,19 @@ class Recordings:
             self._writing = _Writing(path, file, largest, reason, self._news.put)
 
     def end(self) -> None:
-        """Finish the recording that is being written, if there is one."""
+        """Finish the present recording, if there is one."""
         with self._lock:
             writing, self._writing = self._writing, None
             if writing is not None:
                 writing.end()
 
     def delete(self, name: str) -> None:
-        """Delete a recording that has ended.
+        """Delete an ended recording.
 
         Raises
         ------
         InputError
-            There is none of that name.
+            No ended recording has that name.
         OutputError
             The folder cannot be written to.
         """
@@ -187,8 +188,8 @@ class Recordings:
     def _paths(self) -> list[Path]:
         if not self._folder.is_dir():
             return []
-        found = [path for path in self._folder.iterdir() if _NAME.fullmatch(path.name)]
-        return sorted(found, key=_number_of)
+        paths = [path for path in self._folder.iterdir() if _NAME.fullmatch(path.name)]
+        return sorted(paths, key=_number_of)
 
     def _new_file(self) -> tuple[Path, IO[bytes]]:
         """Open a file under a number that no recording has had."""
@@ -200,7 +201,7 @@ class Recordings:
             number += 1
             path = self._folder / f"miburi-{number:04d}.mcap"
             write_whole(marker, str(number))
-            with suppress(FileExistsError):  # another program records here, too
+            with suppress(FileExistsError):  # another program records here too
                 return path, path.open("xb")
 
 
@@ -230,16 +231,16 @@ class _Writing:
         self._thread.start()
 
     def take(self, step: Callable[[], list[Message]]) -> None:
-        """Let a step wait for its turn."""
+        """Queue a step for writing."""
         try:
             self._steps.put_nowait(step())
         except queue.Full:
             self._close(EndReason.SLOW)
-        except Exception as error:  # whatever it is, it is the recording's matter alone
+        except Exception as error:  # whatever it is, it concerns only the recording
             self._close(EndReason.FAILED, f"{type(error).__name__}: {error}")
 
     def end(self) -> None:
-        """Write what is waiting, and finish the file."""
+        """Write the queued steps, and finish the file."""
         with suppress(queue.Full):
             self._steps.put(None, timeout=_PATIENCE)
         self._thread.join(_PATIENCE)
@@ -247,7 +248,7 @@ class _Writing:
             self._close(EndReason.SLOW)
 
     def _close(self, reason: EndReason | None, detail: str = "") -> None:
-        """Take no more steps, and tell why; only the first reason counts."""
+        """Take no more steps, and report why; only the first reason counts."""
         with self._once:
             if self.over:
                 return

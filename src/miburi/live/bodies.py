@@ -1,4 +1,4 @@
-"""Bodies by name: what a partner can be given to move."""
+"""The kinds of body that a live partner can move, by name, and a function that makes one."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -19,11 +19,11 @@ class BodyKind:
     Attributes
     ----------
     name
-        What people call it.
+        The name in commands and requests.
     make
-        Robot, port and contact rule to a body at neutral.
+        Makes a body at neutral from a robot, a port and a contact rule.
     needs_port
-        Whether it must be told a serial port.
+        Whether it needs a serial port.
     needs_firmware
         Whether it runs what ``make firmware`` builds.
     """
@@ -35,7 +35,7 @@ class BodyKind:
 
     @property
     def available(self) -> bool:
-        """Whether this installation has all that it needs."""
+        """Whether this installation has everything that it needs."""
         return is_built() if self.needs_firmware else True
 
 
@@ -81,14 +81,14 @@ def make_body(name: str, robot: Robot, port: str | None = None, rule: Rule | Non
     port
         The serial port of a card, such as ``/dev/ttyACM0``.
     rule
-        The contact rule of a simulated body, by default the robot's own; a card has its own.
+        The contact rule of a simulated body, by default the robot's own. A card brings its own.
 
     Raises
     ------
     InputError
-        There is no such kind, or it needs a port and none is given.
+        There is no such kind, or it needs a port and got none.
     BodyError
-        Its firmware has not been built, or the body cannot be reached.
+        The firmware has not been built, or the body cannot be reached.
     """
     if name not in KINDS:
         raise InputError(f"the body must be one of {', '.join(KINDS)}, got {name!r}.")

@@ -1,7 +1,8 @@
-"""What a partner remembers while it is switched off: its feelings, aged by the time away.
+"""The file that keeps a partner's feelings while it is switched off.
 
-They are written every minute and at the end, each time whole. A file that cannot be read is kept
-aside, for a person to look at, and the partner starts afresh.
+The feelings are written every minute and at the end, always as a whole file. Read again, they
+have aged by the time away. A file that cannot be read is renamed, for a person to look at, and
+the partner starts afresh.
 """
 
 import json
@@ -18,17 +19,17 @@ from miburi.ground.files import write_whole
 
 __all__ = ["keep", "remember", "remembered"]
 
-#: s between two writings, and how long one waits for the loop (ours).
+#: s between two writings, and s to wait for the loop's answer (ours).
 _PERIOD, _PATIENCE = 60.0, 5.0
 
 
 def remembered(path: Path, temperament: Temperament) -> EmotionalModel | None:
-    """Return the feelings kept in a file; None where there is no file.
+    """Return the feelings in a file; None if there is no file.
 
     Raises
     ------
     InputError
-        The file cannot be read; it has been moved aside, to its name with ``.bad``.
+        The file cannot be read, or holds no feelings; then it has been renamed to end in ``.bad``.
     """
     try:
         content = path.read_bytes()
@@ -37,7 +38,7 @@ def remembered(path: Path, temperament: Temperament) -> EmotionalModel | None:
     except OSError as error:
         raise InputError(f"{path}: cannot be read, the partner starts afresh: {error}.") from error
     try:
-        # A whole number too large for a float becomes inf, which is refused as any other wrong one.
+        # A whole number too large for a float becomes inf, and is refused like any wrong value.
         kept = json.loads(content, parse_int=float)
         away = max(0.0, time.time() - _moment(kept["when"]))
         return EmotionalModel.load(kept["feelings"], temperament, away=away)
@@ -59,12 +60,12 @@ def remembered(path: Path, temperament: Temperament) -> EmotionalModel | None:
 
 
 def remember(path: Path, feelings: Mapping[str, Any]) -> None:
-    """Keep what :meth:`FeelingModel.save` returned in a file.
+    """Write what :meth:`FeelingModel.save` returned to a file.
 
     Raises
     ------
     OutputError
-        The file cannot be written; what was kept before still is.
+        The file cannot be written; its old content is still there.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -76,7 +77,7 @@ def remember(path: Path, feelings: Mapping[str, Any]) -> None:
 def keep(
     path: Path, save: Callable[[], Future[dict[str, Any]]], wait: Callable[[float], bool]
 ) -> None:
-    """Keep the feelings every minute until it is over; for a thread of its own.
+    """Write the feelings every minute until the partner ends; run it in a thread.
 
     Parameters
     ----------
@@ -85,7 +86,7 @@ def keep(
     save
         Asks the loop for the state of the feelings.
     wait
-        Lets so many seconds pass; True when it is over.
+        Waits so many seconds; returns True when the partner has ended.
     """
     while not wait(_PERIOD):
         with suppress(MiburiError, TimeoutError):  # a minute later is early enough

@@ -1,4 +1,4 @@
-"""What viewers are shown of a partner: its state at one moment, and why it stopped."""
+"""Observe a partner for its viewers: from events and the body to states, and reasons for stops."""
 
 from collections import deque
 from typing import Any
@@ -17,23 +17,23 @@ from miburi.safety.stop import Phase, StopReason
 
 __all__ = ["Observer"]
 
-#: A touch that no stop followed is forgotten within a second: its force fades by this a step.
+#: The force of a touch without a stop fades by this factor a step: within a second it is gone.
 _FADING = 0.9
-#: The hands' speed is taken over so many steps: a card's reports do not come in step with ours.
+#: Steps over which the hands' speed is taken, because a card's reports do not come at our steps.
 _SPEED_STEPS = 5
 
 
 class Observer:
-    """Looks at one body and its partner, step by step.
+    """Observe one body and its partner, step by step.
 
     Parameters
     ----------
     name, port
         The kind of body, and its serial port.
     partner
-        Who moves it.
+        The partner that moves the body.
     feelings
-        What it feels.
+        Its emotional model.
     """
 
     def __init__(
@@ -55,7 +55,7 @@ class Observer:
         self._sent: Array | None = None  # speeds of the latest move, rad/s
 
     def take(self, events: list[Event]) -> StopOut | None:
-        """Take in what happened in a step; return what is known about a stop, if it stopped."""
+        """Take in the events of a step; return a description of the stop, if there was one."""
         self._follow_touch(self._partner.body.state.phase)
         stopped = None
         for event in events:
@@ -66,7 +66,7 @@ class Observer:
         return stopped
 
     def state(self, serial: int, **more: Any) -> State:
-        """Return the state of now; ``more`` is what others know."""
+        """Return the present state; ``more`` holds the fields that others fill in."""
         body, feelings = self._partner.body, self._feelings
         state = body.state
         touch = self._touch
@@ -102,7 +102,7 @@ class Observer:
         )
 
     def motors(self) -> MotorsOut:
-        """Return how the motors are, and what they were calibrated to; look once a second."""
+        """Return the motors' health and calibration; call it once a second."""
         motors, robot = self._partner.body.motors(), self._robot
         guards, step = by_motor(motors.rule.guards), robot.servo.step
         each = [
@@ -128,7 +128,7 @@ class Observer:
         )
 
     def _explain(self, event: Stopped) -> StopOut:
-        """Say what is known about a stop: travel from the rule's window, force from the physics."""
+        """Describe a stop: travel from the rule's window, force from the physics."""
         stop, body = event.stop, self._partner.body
         moved = due = measured = expected = None
         if stop.reason is StopReason.CONTACT and stop.motor is not None:
@@ -140,7 +140,7 @@ class Observer:
                     seconds = float(body.window.length[motor]) / SECOND
                     measured, expected = moved / seconds, due / seconds
             if stop.sign == Sign.TRACKING and self._sent is not None:
-                # How fast it is now, and the speed that was sent to it.
+                # The present speed, and the speed that was sent.
                 measured = abs(float(body.state.velocities[motor]))
                 expected = float(self._sent[motor])
         return StopOut(
@@ -165,7 +165,7 @@ class Observer:
         return None if touchable is None else touchable.touch
 
     def _follow_touch(self, phase: Phase) -> None:
-        """Keep the largest force of a touch for the stop that follows it."""
+        """Keep the largest force of a touch, for the stop that follows."""
         touch = self._touch
         if touch is not None:
             if touch.force > 0:
@@ -178,16 +178,16 @@ class Observer:
             self._stop = self._stop.model_copy(update={"force": round(self._peak, 2)})
 
     def _current(self, shown: Expression | None) -> Expression | None:
-        """Return what is shown; unless it was asked for, it is as strong as the mood of now."""
+        """Return what the body shows: at its own mood if asked for, else at the present mood."""
         if shown is None or self._partner.asked:
             return shown
         return Expression(shown.feeling, float(self._feelings.mood[FEELINGS.index(shown.feeling)]))
 
     def _face(self, felt: Expression | None, shown: Expression | None) -> list[float]:
-        """Return how much of each feeling the face shows.
+        """Return how much of each feeling the face shows, 0 to 1.
 
-        What was asked for, alone; else the strongest emotion as strong as its mood, and each
-        other emotion's mood in the measure in which it is as strong as that one.
+        A requested gesture shows its own feeling alone. Otherwise each feeling shows its mood,
+        times the square of its emotion over the strongest emotion.
         """
         weights = np.zeros(len(FEELINGS))
         if shown is not None and self._partner.asked:
@@ -198,9 +198,9 @@ class Observer:
         return [float(weight) for weight in weights.round(3)]
 
     def _ratios(self) -> list[float | None]:
-        """Return what each motor's latest window held against the limit, up to 1.
+        """Return each motor's ratio in its latest window, at most 1; None if not judged.
 
-        The slack is in it, so that it crosses the limit where the rule stops the body.
+        The ratio includes the slack, so it crosses the limit where the rule stops the body.
         """
         window = self._partner.body.window
         if window is None:

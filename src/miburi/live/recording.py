@@ -1,8 +1,11 @@
-"""Recordings: what the body did and what the partner felt, as MCAP files and back.
+"""Write what the body did and the partner felt to an MCAP file, and read it again.
 
-Topics, all JSON with a schema, so that any MCAP tool reads them: ``/joint_states`` (names,
-positions in rad, velocities in rad/s, phase), ``/commands`` (moves: rad and rad/s),
-``/feelings`` (the three levels and what is expressed) and ``/contacts`` (stops).
+The messages are JSON with a schema, so any MCAP tool reads them. There are four topics:
+
+- ``/joint_states``: names, positions in rad, velocities in rad/s, phase
+- ``/commands``: moves, rad and rad/s
+- ``/feelings``: the three levels, and the expressed feeling
+- ``/contacts``: stops
 """
 
 import json
@@ -29,7 +32,7 @@ from miburi.version import __version__
 
 __all__ = ["Message", "Recorder", "is_whole", "read", "step_messages"]
 
-#: How a file shows that it is not MCAP, or no more of it.
+#: What the reader raises at the end of a broken file, or for a file that is not MCAP.
 _BROKEN = (McapError, struct.error, ZstdError, ValueError)
 _NUMBERS = {"type": "array", "items": {"type": "number"}}
 _NAMES = {"type": "array", "items": {"type": "string"}}
@@ -75,13 +78,13 @@ class Message(NamedTuple):
 class Recorder:
     """Write an MCAP file; the same messages give the same bytes.
 
-    Use it as a context manager: the recording is whole when the block ends, however it ends;
-    only where the disk failed (``OSError``) it breaks off.
+    Use it as a context manager. When the block ends, by an exception too, the recording is whole;
+    only an ``OSError``, from the disk, leaves it broken off.
 
     Parameters
     ----------
     file
-        Open for writing bytes; it is not closed.
+        A file open for writing bytes; the recorder does not close it.
     """
 
     def __init__(self, file: IO[bytes]) -> None:
@@ -121,23 +124,23 @@ class Recorder:
             )
 
     def flush(self) -> None:
-        """Hand everything to the system: the file can be read up to here, whatever follows."""
+        """Hand everything to the system: from now on the file can be read up to here."""
         self._writer.flush()  # type: ignore[no-untyped-call]
 
 
 def step_messages(
     state: BodyState, feelings: FeelingModel | None, events: Iterable[Event]
 ) -> list[Message]:
-    """Return what one step leaves in a recording; it does not change any more.
+    """Return the messages of one step, as a copy that later steps do not change.
 
     Parameters
     ----------
     state
-        What the motors say.
+        The body's state.
     feelings
-        Whose three levels are recorded, at the state's time; None where they are passed over.
+        The emotional model whose three levels to record; None to leave them out.
     events
-        Of these, commands and stops; others are seen in the states.
+        The events of the step; only moves and stops make messages.
     """
     messages = [_of_state(state)]
     if feelings is not None:
@@ -193,7 +196,7 @@ def _of_event(event: Event) -> Message | None:
 
 
 def is_whole(file: IO[bytes]) -> bool:
-    """Whether a recording was ended, and not broken off."""
+    """Whether a recording was ended properly, not broken off."""
     if file.seek(0, os.SEEK_END) < 2 * len(MCAP0_MAGIC):
         return False
     file.seek(-len(MCAP0_MAGIC), os.SEEK_END)
@@ -201,7 +204,7 @@ def is_whole(file: IO[bytes]) -> bool:
 
 
 def read(path: Path | str, topics: list[str] | None = None) -> Iterator[Message]:
-    """Read a recording, in the order of time; one that was broken off, up to the break.
+    """Yield the messages of a recording in order of time; a broken one up to the break.
 
     Raises
     ------
@@ -216,8 +219,8 @@ def read(path: Path | str, topics: list[str] | None = None) -> Iterator[Message]
         try:
             whole = is_whole(file)
             file.seek(0)
-            found = make_reader(file).iter_messages(topics) if whole else _up_to_the_break(file)
-            for _, channel, message in found:
+            records = make_reader(file).iter_messages(topics) if whole else _up_to_the_break(file)
+            for _, channel, message in records:
                 if topics is None or channel.topic in topics:
                     yield Message(message.log_time / 1e9, channel.topic, json.loads(message.data))
         except (*_BROKEN, OSError) as error:
@@ -225,11 +228,11 @@ def read(path: Path | str, topics: list[str] | None = None) -> Iterator[Message]
 
 
 def _up_to_the_break(file: IO[bytes]) -> list[tuple[Schema | None, Channel, Record]]:
-    found = []
+    records = []
     try:
-        for item in NonSeekingReader(file).iter_messages(log_time_order=False):
-            found.append(item)  # noqa: PERF402  # what came before the break stays
+        for record in NonSeekingReader(file).iter_messages(log_time_order=False):
+            records.append(record)  # noqa: PERF402  # keep what came before the break
     except _BROKEN:
-        if not found:
+        if not records:
             raise
-    return sorted(found, key=lambda item: item[2].log_time)
+    return sorted(records, key=lambda record: record[2].log_time)

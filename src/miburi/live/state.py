@@ -1,4 +1,4 @@
-"""The state of a live partner as every viewer sees it."""
+"""The state of a live partner, as pydantic models that every viewer gets as JSON."""
 
 from typing import Annotated, Literal
 
@@ -35,32 +35,31 @@ Levels = Annotated[list[float], Field(min_length=len(FEELINGS), max_length=len(F
 
 
 class Expressed(BaseModel):
-    """What the body shows, with the mood as its intensity μ."""
+    """A feeling that is shown, with the mood as its intensity μ."""
 
     feeling: FeelingName
     mood: Share
 
 
 class StopOut(BaseModel):
-    """A stop that holds now, and what is known about it."""
+    """A stop, and what is known about it."""
 
     time: float = Field(description="s on the body's clock.")
-    reason: StopReason = Field(description="A contact, somebody who asked, or what failed.")
+    reason: StopReason = Field(description="A contact, a request, or a fault.")
     motor: str | None = Field(description="The motor that met something.")
-    sign: str | None = Field(description="speed, tracking or arrival: what gave the contact away.")
+    sign: str | None = Field(description="What the rule noticed: speed, tracking or arrival.")
     ratio: float | None = Field(
-        description="Measured over expected travel: with the sign speed in the judged window, "
-        "which the rule's limit is for; else since the move began."
+        description="Measured over expected travel: with the sign speed in the judged window, to "
+        "compare with the rule's limit; else since the move began."
     )
-    moved: float | None = Field(description="The measured travel, rad, that the ratio is of.")
-    due: float | None = Field(description="The expected travel, rad, that the ratio is of.")
+    moved: float | None = Field(description="The measured travel in that ratio, rad.")
+    due: float | None = Field(description="The expected travel in that ratio, rad.")
     measured: float | None = Field(
-        description="Speed, rad/s: with the sign speed in the judged window, with tracking at the "
-        "stop."
+        description="Speed, rad/s: in the judged window (sign speed), or at the stop (tracking)."
     )
-    expected: float | None = Field(description="Speed that was commanded for the same, rad/s.")
+    expected: float | None = Field(description="The commanded speed at that time, rad/s.")
     force: float | None = Field(description="Largest force on the human hand, N; simulation only.")
-    part: str | None = Field(description="The part that was touched; simulation only.")
+    part: str | None = Field(description="The part that met the hand; simulation only.")
     mood_before: Share
     mood_after: Share
 
@@ -70,11 +69,11 @@ class RecordingEnd(BaseModel):
 
     name: str
     reason: EndReason
-    detail: str = Field(description="What the system said.")
+    detail: str = Field(description="The system's message.")
 
 
 class RuleOut(BaseModel):
-    """What the contact rule that runs compares (Eqs. 1 and 2)."""
+    """The period and the limit of the contact rule in force (Eqs. 1 and 2)."""
 
     period: float = Field(description="p, s.")
     ratio: float = Field(description="The limit on measured over expected travel.")
@@ -88,7 +87,7 @@ class Hand(BaseModel):
 
 
 class State(BaseModel):
-    """Everything that a viewer needs at one moment; arrays follow the order of ``GET /robot``."""
+    """The partner at one moment; arrays follow the order in ``GET /robot``."""
 
     serial: int = Field(description="Counts up by one at each step.")
     time: float = Field(description="s on the body's clock.")
@@ -96,9 +95,9 @@ class State(BaseModel):
     phase: Literal["idle", "moving", "stopped", "returning"]
     paused: bool
     temperament: str
-    recording: str | None = Field(description="The file that is being written.")
+    recording: str | None = Field(description="The file of the present recording.")
     recording_end: RecordingEnd | None = Field(
-        description="Why the latest recording ended by itself; null once another begins."
+        description="Why the latest recording ended by itself; null when another begins."
     )
     angles: Eight = Field(description="rad")
     velocities: Eight = Field(description="rad/s")
@@ -106,26 +105,30 @@ class State(BaseModel):
     feeling: Levels
     mood: Levels
     felt: Expressed | None = Field(description="The strongest emotion, with its mood.")
-    expressed: Expressed | None = Field(description="The gesture of now; null between gestures.")
-    asked: bool = Field(description="Whether somebody asked for that gesture.")
+    expressed: Expressed | None = Field(description="The present gesture; null between gestures.")
+    asked: bool = Field(description="Whether somebody asked for the present gesture.")
     hand_speed: float = Field(description="Mean speed of both hands in the last 0.1 s, m/s.")
-    extent: float = Field(description="Distance of the further hand from its neutral place, m.")
+    extent: float = Field(description="The larger distance of a hand from its neutral place, m.")
     ratios: list[float | None] = Field(
         description="Measured over expected travel in the latest window; null if not judged. "
-        "A card tells it for the motor that stopped it alone."
+        "A card reports only that of the motor that stopped it."
     )
     rule: RuleOut
     stop: StopOut | None
-    held: bool = Field(description="Whether a person stopped it: it waits for a release.")
+    held: bool = Field(
+        description="Whether a person stopped the body, so that it waits for a release."
+    )
     force: float | None = Field(description="Force on the human hand now, N; simulation only.")
     hand: Hand | None
-    hand_out: bool = Field(description="Whether the hand reaches out, or waits beside the table.")
+    hand_out: bool = Field(
+        description="Whether the hand reaches in; else it waits beside the table."
+    )
     face: Levels = Field(description="How much of each feeling the face shows.")
     latest: int = Field(description="Number of the latest entry of the log.")
 
 
 class Entry(BaseModel):
-    """One line of the log; only what belongs to its kind is given."""
+    """One line of the log; fields that its kind does not need are null."""
 
     number: int
     time: float
@@ -146,7 +149,7 @@ class Entry(BaseModel):
 
 
 class Sample(BaseModel):
-    """A moment of the last minutes, for plots."""
+    """One moment of the last minutes, for plots."""
 
     time: float
     mood: Levels
@@ -157,25 +160,25 @@ class Sample(BaseModel):
 
 
 class MotorOut(BaseModel):
-    """One motor; what a body does not tell is null."""
+    """One motor; null for what the body does not report."""
 
     joint: str
     servo: int | None = Field(description="The servo's id on the bus.")
     answers: bool | None
     temperature: float | None = Field(description="°C")
     voltage: float | None = Field(description="V")
-    guards: Guards[float] = Field(description="What the contact rule grants it.")
+    guards: Guards[float] = Field(description="What the contact rule grants this motor.")
 
 
 class MotorsOut(BaseModel):
-    """How the motors are, and what they were calibrated to."""
+    """The motors' health and calibration."""
 
     body: str
     port: str | None
     calibrated: bool = Field(
-        description="Whether the guards are other than those that ship with the robot."
+        description="Whether the guards differ from those that ship with the robot."
     )
-    settings: str | None = Field(description="The check sum of what a card knows of the body.")
+    settings: str | None = Field(description="The check sum of a card's settings.")
     hottest: float | None = Field(description="A hotter motor stops the body, °C.")
     lowest: float | None = Field(description="A lower supply stops the body, V.")
     rule: RuleOut

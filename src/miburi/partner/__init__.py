@@ -1,4 +1,4 @@
-"""The partner: feelings, a body, and what happens between them, in one deterministic ``step``."""
+"""The partner: a loop that lets feelings move a body, one deterministic ``step`` at a time."""
 
 from miburi.partner.loop import (
     Event,

@@ -1,11 +1,14 @@
 """The loop that joins the rooms: feelings choose, gestures shape, kinematics solve, a body moves.
 
-The strongest emotion picks the movement function and its mood the intensity (Fig. 6). After a
-contact the partner waits, lets the body go back to neutral, and goes on with a mood lowered by
-20 % (Section 4). The body has stopped by itself by then: the partner is only told.
+A :class:`Partner` takes an emotional model and a body. Each ``step`` lets time pass in both, sends
+the body its next move, and returns what happened as events.
 
-How a gesture's key poses follow each other is in :mod:`miburi.partner.performance`, when a stop
-may end in :mod:`miburi.partner.recovery`.
+The strongest emotion picks the movement function, and its mood sets the intensity (Fig. 6). A
+body that meets something stops by itself; the partner reads that from the body's state. It then
+lowers the mood by 20 %, waits, and lets the body go back to neutral (Section 4).
+
+:mod:`miburi.partner.performance` orders the key poses of a gesture, and
+:mod:`miburi.partner.recovery` decides when a stop may end.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -35,11 +38,11 @@ __all__ = [
     "Stopped",
 ]
 
-#: Seconds that the way home to neutral takes at least, at the end (ours).
+#: The shortest time of the last move, back to neutral, s (ours).
 HOMECOMING = 1.5
-#: Stops that are ended at the end of all; others wait for a person to mend what failed.
+#: Stops that a resting partner ends by itself; the others wait for a person to mend the fault.
 _ENDED_BY_US = (StopReason.CONTACT, StopReason.ASKED)
-#: The choice among gestures has a stream of random numbers of its own.
+#: The choice among gestures draws from its own stream of random numbers.
 _CHOICES = 1
 
 Solve = Callable[[Robot, Array, Array], ik.Solution]
@@ -49,7 +52,7 @@ Solve = Callable[[Robot, Array, Array], ik.Solution]
 class GestureStarted:
     """A movement function begins, with the mood as its intensity.
 
-    ``gesture`` is its name; None where somebody gave the key poses.
+    ``gesture`` is its name, or None if a caller gave the key poses.
     """
 
     time: float
@@ -69,7 +72,7 @@ class MoveSent:
 
 @dataclass(frozen=True)
 class GestureEnded:
-    """The body has come to rest after the last key pose, or the gesture was broken off."""
+    """The body is at rest after the last key pose, or something interrupted the gesture."""
 
     time: float
     expression: Expression
@@ -78,7 +81,7 @@ class GestureEnded:
 
 @dataclass(frozen=True)
 class Stopped:
-    """The body has stopped by itself; for a contact, how the mood took it."""
+    """The body has stopped; the moods before and after differ only for a contact."""
 
     time: float
     stop: Stop
@@ -97,25 +100,26 @@ Event = GestureStarted | MoveSent | GestureEnded | Stopped | Released
 
 
 class Partner:
-    """A robot partner: feelings, a body, and what happens between them.
+    """A robot partner: an emotional model that moves a body.
 
     Parameters
     ----------
     body
-        What is moved; it must be at neutral.
+        The body to move; it must be at neutral.
     feelings
-        The emotional model; stimuli go to it directly.
+        The emotional model; give stimuli to it directly.
     repertoire
-        The gestures; by default those that ship with Miburi. What the body cannot do is bent.
+        The gestures, by default those that ship with Miburi. Poses that the body cannot reach are
+        bent to its joint limits.
     period
         A gesture starts at every multiple of this many seconds at which the body is at rest
         (Section 5: 2 s).
     solve
         The inverse kinematics: robot, target (9,) m and present angles (8,) rad to a solution.
     life
-        A seed: it breathes while it feels nothing, and no two gestures are quite alike. None:
-        it does neither, as in the paper's experiment. The seed (0 for None) also chooses among
-        several gestures of a feeling.
+        A seed. With one, the partner breathes while it feels nothing, and varies each gesture.
+        With None it does neither, as in the paper's experiment. The seed (0 for None) also
+        chooses among several gestures of a feeling.
     """
 
     def __init__(
@@ -145,12 +149,12 @@ class Partner:
 
     @property
     def expression(self) -> Expression | None:
-        """What is being expressed now; None between gestures."""
+        """What the body expresses now; None between gestures."""
         return self._performance.expression if self._performance else None
 
     @property
     def asked(self) -> bool:
-        """Whether the gesture of now was asked for by :meth:`perform`."""
+        """Whether :meth:`perform` asked for the present gesture."""
         return self._performance is not None and self._performance.asked
 
     @property
@@ -187,9 +191,10 @@ class Partner:
         Parameters
         ----------
         expression
-            The feeling, and the mood that stays the gesture's intensity to its end.
+            The feeling, and the mood. The mood is the intensity from the first key pose to the
+            last.
         poses
-            Other key poses than the feeling's own, such as a blend.
+            Key poses to perform instead of the feeling's own gesture, such as a blend.
         """
         name = None
         if poses is None:
@@ -200,15 +205,15 @@ class Partner:
         self._asked = Performance(lambda _mood: given, expression, name, asked=True)
 
     def stop(self) -> None:
-        """Stop the body at a person's wish; it stays so until :meth:`release`.
+        """Stop the body because a person asks; it stays stopped until :meth:`release`.
 
-        A body that a contact has stopped is not released by itself any more.
+        If a contact has stopped the body, this also cancels its release after a pause.
         """
         self.body.stop()
         self._recovery.held = True
 
     def release(self) -> None:
-        """Let a stopped body go back to neutral, and then go on.
+        """Let a stopped body go back to neutral, then continue.
 
         Raises
         ------
@@ -216,36 +221,36 @@ class Partner:
             The body is not stopped.
         """
         self.body.release()
-        self._recovery.released()
+        self._recovery.forget_release()
         self._angles = np.array(self.body.robot.neutral)
 
     def step(self, dt: float) -> list[Event]:
-        """Let ``dt`` seconds pass and return what happened in them."""
+        """Let ``dt`` seconds pass and return the events in them."""
         self.feelings.step(dt)
         state = self.body.step(dt)
         match state.phase:
             case Phase.STOPPED:
-                return list(self._stopped(state))
+                return list(self._while_stopped(state))
             case Phase.IDLE:
-                return list(self._idle(state))
+                return list(self._while_idle(state))
             case _:
                 return []
 
-    def _stopped(self, state: BodyState) -> Iterator[Event]:
-        if state.stop is not None and self._recovery.is_new(state.stop):
-            yield from self._take(state.stop, state.time)
+    def _while_stopped(self, state: BodyState) -> Iterator[Event]:
+        if state.stop is not None and self._recovery.notice(state.stop):
+            yield from self._take_in(state.stop, state.time)
         if self._resting and state.stop is not None and state.stop.reason in _ENDED_BY_US:
             self._recovery.hurry(state.time)
         if self._recovery.is_due(state.time):
             try:
                 self.release()
-            except BodyError:  # a servo is not ready, or the card has just gone
+            except BodyError:  # a servo is not ready, or the card has just been lost
                 self._recovery.retry(state.time)
             else:
                 yield Released(state.time)
 
-    def _take(self, stop: Stop, time: float) -> Iterator[Event]:
-        """Take a new stop in: break off the gesture and, after a contact, lower the mood."""
+    def _take_in(self, stop: Stop, time: float) -> Iterator[Event]:
+        """Break off the gesture because of a new stop; lower the mood if it was a contact."""
         shown = self.expression or self.feelings.express()
         before = self._mood_of(shown)
         if stop.reason == StopReason.CONTACT:
@@ -256,8 +261,8 @@ class Partner:
         yield Stopped(time, stop, before, self._mood_of(shown))
         yield from self._end(time, complete=False)
 
-    def _idle(self, state: BodyState) -> Iterator[Event]:
-        self._recovery.at_rest()
+    def _while_idle(self, state: BodyState) -> Iterator[Event]:
+        self._recovery.forget_stop()
         due = state.time >= self._next_gesture - 1e-9 or self._asked is not None
         if self._performance is None and due and not self._quiet:
             while self._next_gesture <= state.time + 1e-9:
@@ -270,7 +275,7 @@ class Partner:
             self._go_home()
 
     def _begin(self, time: float) -> Iterator[Event]:
-        """Begin what was asked for, a gesture, or a breath of one who feels nothing."""
+        """Begin the requested performance, else a gesture, else a breath."""
         robot, expression = self.body.robot, self.feelings.express()
         if self._asked is not None:
             self._performance, self._asked = self._asked, None
@@ -286,7 +291,7 @@ class Partner:
             yield GestureStarted(time, begun.expression, begun.gesture)
 
     def _go_on(self, performance: Performance, time: float) -> Iterator[Event]:
-        """Send the next key pose at the mood of now, or end the performance."""
+        """Send the next key pose at the present mood, or end the performance."""
         robot, shown = self.body.robot, performance.expression
         # A breath gives way to a gesture.
         if shown is None and (self._asked or self.feelings.express()):
@@ -297,7 +302,7 @@ class Partner:
                 solution = self._solve(robot, pose.target, self._angles)
                 move = plan_move(robot, self._angles, solution.angles, pose.duration)
                 if np.max(np.abs(solution.angles - self._angles)) < robot.servo.step:
-                    continue  # nowhere to go: a mood of 0 rests at neutral
+                    continue  # the body is there already, as at a mood of 0
                 if self._send(move):
                     self._angles = solution.angles
                     performance.hold(pose.hold)
@@ -308,7 +313,7 @@ class Partner:
     def _end(self, time: float, *, complete: bool) -> Iterator[Event]:
         shown, self._performance = self.expression, None
         if complete:
-            self._recovery.unhindered()
+            self._recovery.forget_encounters()
         if shown is not None:
             yield GestureEnded(time, shown, complete)
 
@@ -324,7 +329,7 @@ class Partner:
             self._angles = np.array(neutral)
 
     def _send(self, move: Move) -> bool:
-        """Start a move, unless the body has stopped since it told its state."""
+        """Start a move; return False if the body has stopped since it reported its state."""
         try:
             self.body.move(move)
         except BodyError:

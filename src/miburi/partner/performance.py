@@ -1,8 +1,8 @@
-"""One performance: the key poses of a gesture, in their order, each with its hold.
+"""One performance: the key poses of a gesture in order, each with its hold.
 
-A gesture's key poses are asked for anew at every move, at the mood of that moment; key poses that
-somebody asked for, and a breath's, are what they are. The partner asks when it is time for the
-next key pose, and which it is.
+A :class:`Performance` takes a function from a mood to key poses. It answers when the next key
+pose is due, and which one it is. A gesture's key poses are computed anew for every move, at the
+mood of that moment; the key poses of a request or a breath stay the same.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -16,16 +16,16 @@ __all__ = ["Performance"]
 
 
 class Performance:
-    """What is being performed, and how far it has come.
+    """A sequence of key poses, and how far the body has come in it.
 
     Parameters
     ----------
     poses
         The key poses at a mood from 0 to 1; their number does not depend on it.
     expression
-        What is shown; None for a breath.
+        What it shows; None for a breath.
     gesture
-        The gesture's name; None where the key poses are no gesture's.
+        The gesture's name; None if the key poses belong to no gesture.
     asked
         Whether somebody asked for it.
     """
@@ -67,13 +67,13 @@ class Performance:
         return cls(lambda _mood: gestures.breath(robot, variation=variation))
 
     def is_due(self, time: float) -> bool:
-        """Whether a body that rests at ``time`` s has held its key pose for long enough."""
+        """Whether a body at rest at ``time`` s has held its key pose long enough."""
         if self._hold_until is None:
             self._hold_until = time + self._hold
         return time >= self._hold_until - 1e-9
 
     def go_on(self, mood: float) -> Iterator[tuple[int, KeyPose]]:
-        """Yield the key poses that are left, each with its number, as they are at a mood."""
+        """Yield the key poses still to come, each with its number, at a mood."""
         poses = self._poses(mood)
         self._count = len(poses)
         for index in range(self._next, len(poses)):
@@ -82,9 +82,9 @@ class Performance:
 
     @property
     def complete(self) -> bool:
-        """Whether the last key pose has been taken."""
+        """Whether no key pose is left."""
         return self._next == self._count
 
     def hold(self, seconds: float) -> None:
-        """Hold the key pose that is on its way for so long, from when the body rests there."""
+        """Hold the key pose that was just sent for ``seconds``, counted from its arrival."""
         self._hold, self._hold_until = seconds, None
