@@ -29,7 +29,7 @@ from miburi.feelings.spiking import SpikingModel
 from miburi.gestures import read_repertoire
 from miburi.interface.api import make_api
 from miburi.interface.wire import StimulusIn
-from miburi.live.archive import Recordings
+from miburi.live.archive import Archive
 from miburi.live.runner import Runner
 from miburi.robot import iphonoid
 from miburi.studies.day import live_day
@@ -92,7 +92,7 @@ def main(folder: Path) -> dict[str, object]:
     model = EmotionalModel(own)
     model.stimulate(Stimulus("pride", 1.0))
     repertoire = read_repertoire(folder / "gestures", robot)
-    runner = Runner(robot, model, Recordings(folder / "recordings"), repertoire=repertoire)
+    runner = Runner(robot, model, Archive(folder / "recordings"), repertoire=repertoire)
     runner.perform(Expression("pride", 0.9))
     runner.tick()
     state = runner.snapshot.state

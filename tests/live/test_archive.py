@@ -11,7 +11,7 @@ from tests.fixtures.live import run, until
 
 from miburi.errors import InputError, OutputError
 from miburi.feelings import Stimulus
-from miburi.live.archive import WAITING, Recordings
+from miburi.live.archive import WAITING, Archive
 from miburi.live.observer import Observer
 from miburi.live.recording import read
 from miburi.live.runner import STEP, Runner
@@ -201,7 +201,7 @@ def test_an_observer_that_fails_hides_no_stop(
 def test_a_recording_ends_where_it_may_not_grow(
     runner: Runner, tmp_path: Path, largest: int, limit: int, reason: str
 ) -> None:
-    runner.recordings = Recordings(tmp_path / "r", largest=largest, limit=limit)
+    runner.recordings = Archive(tmp_path / "r", largest=largest, limit=limit)
     runner.recordings.start()
     assert ended(runner).reason == reason
     runner.recordings.end()
@@ -222,7 +222,7 @@ def test_a_recording_ends_where_it_may_not_grow(
 
 def test_a_name_never_comes_again(tmp_path: Path) -> None:
     for number in range(1, 4):
-        recordings = Recordings(tmp_path / "r")
+        recordings = Archive(tmp_path / "r")
         recordings.start()
         name = f"miburi-{number:04d}.mcap"
         assert recordings.current == name
@@ -244,4 +244,4 @@ def test_a_name_never_comes_again(tmp_path: Path) -> None:
 def test_a_folder_that_cannot_be_written_to_is_said(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="cannot write there"):
-        Recordings(tmp_path / "file").start()
+        Archive(tmp_path / "file").start()

@@ -10,7 +10,7 @@ from tests.fixtures.live import block, run, until
 
 from miburi.errors import BodyError
 from miburi.feelings import FEELINGS, EmotionalModel, Stimulus, shipped_temperament
-from miburi.live.archive import Recordings
+from miburi.live.archive import Archive
 from miburi.live.observer import Observer
 from miburi.live.runner import Runner
 from miburi.partner import MoveSent, Stopped
@@ -25,7 +25,7 @@ def card(robot: Robot, tmp_path: Path, firmware: Path) -> Runner:
     """A partner on the emulated card; time passes when a test calls ``tick``."""
     feelings = EmotionalModel(shipped_temperament("playful"))
     feelings.set_state(mood=dict.fromkeys(FEELINGS, 0.6))
-    return Runner(robot, feelings, Recordings(tmp_path / "recordings"), body="emulated-card")
+    return Runner(robot, feelings, Archive(tmp_path / "recordings"), body="emulated-card")
 
 
 def test_simulated_motors_have_guards_and_nothing_else(runner: Runner) -> None:

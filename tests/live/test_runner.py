@@ -6,7 +6,7 @@ from tests.fixtures.live import block, run, until
 
 from miburi.errors import BodyError, InputError
 from miburi.feelings import FEELINGS, EmotionalModel, Expression, Stimulus
-from miburi.live.archive import Recordings
+from miburi.live.archive import Archive
 from miburi.live.recording import read
 from miburi.live.runner import QUEUE, STEP, BusyError, Runner
 from miburi.live.state import State
@@ -38,7 +38,7 @@ def test_the_same_seed_and_commands_give_the_same_states(robot: Robot, tmp_path:
     def story(seed: int) -> list[State]:
         feelings = EmotionalModel()
         feelings.set_state(mood={"thrill": 0.6})
-        runner = Runner(robot, feelings, Recordings(tmp_path), seed=seed)
+        runner = Runner(robot, feelings, Archive(tmp_path), seed=seed)
         runner.stimulate(Stimulus("thrill", 1.0))
         return run(runner, 3.0)
 

@@ -8,7 +8,7 @@ import pytest
 from tests.fixtures.live import block, interface, run, serving
 
 from miburi.feelings import FEELINGS, EmotionalModel, shipped_temperament
-from miburi.live.archive import Recordings
+from miburi.live.archive import Archive
 from miburi.live.runner import STEP, Runner
 from miburi.robot import Robot
 from miburi.safety.contact import Rule
@@ -21,7 +21,7 @@ def partner(robot: Robot, folder: Path, body: str = "simulated") -> Runner:
     feelings = EmotionalModel(shipped_temperament("playful"))
     feelings.set_state(mood=dict.fromkeys(FEELINGS, 0.6))
     rule = replace(Rule.of(robot), period=50_000, ratio=9000)
-    return Runner(robot, feelings, Recordings(folder), body=body, rule=rule)
+    return Runner(robot, feelings, Archive(folder), body=body, rule=rule)
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
@@ -33,7 +33,7 @@ def test_the_panel_says_what_the_running_rule_has(
     assert "90\N{NO-BREAK SPACE}%" in more
     assert "0.05\N{NO-BREAK SPACE}s" in more
     assert "93.72" not in more
-    ours = Runner(robot, EmotionalModel(), Recordings(tmp_path))
+    ours = Runner(robot, EmotionalModel(), Archive(tmp_path))
     _, more = why(ours.snapshot.state, words(language))
     assert "93.72" in more
     assert "0.1\N{NO-BREAK SPACE}s" in more

@@ -20,7 +20,7 @@ from miburi.errors import InputError, OutputError
 from miburi.ground.files import write_whole
 from miburi.live.recording import Message, Recorder, is_whole
 
-__all__ = ["LARGEST", "LIMIT", "WAITING", "EndReason", "Kept", "News", "Recordings"]
+__all__ = ["LARGEST", "LIMIT", "WAITING", "Archive", "EndReason", "Kept", "News"]
 
 #: The largest recording, and the most that all of them may take together, bytes (ours).
 LARGEST, LIMIT = 500_000_000, 5_000_000_000
@@ -71,7 +71,7 @@ class Kept(NamedTuple):
     whole: bool
 
 
-class Recordings:
+class Archive:
     """The folder of recordings, and the present recording.
 
     The partner's loop calls only :meth:`write` and :meth:`news`, which never wait. The other

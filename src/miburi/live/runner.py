@@ -20,7 +20,7 @@ from miburi.bodies import Body
 from miburi.errors import BodyError, InputError, MiburiError
 from miburi.feelings import TEMPERAMENTS, Expression, FeelingModel, Stimulus, shipped_temperament
 from miburi.gestures import KeyPose, Repertoire, shipped
-from miburi.live.archive import Recordings
+from miburi.live.archive import Archive
 from miburi.live.bodies import make_body
 from miburi.live.observer import Observer
 from miburi.live.recording import step_messages
@@ -93,7 +93,7 @@ class Runner:
         self,
         robot: Robot,
         feelings: FeelingModel,
-        recordings: Recordings,
+        recordings: Archive,
         *,
         body: str = "simulated",
         port: str | None = None,

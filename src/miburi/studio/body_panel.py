@@ -11,7 +11,7 @@ from serial.tools.list_ports import comports
 
 from miburi.errors import MiburiError
 from miburi.feelings import TEMPERAMENTS
-from miburi.live.archive import Kept, Recordings
+from miburi.live.archive import Archive, Kept
 from miburi.live.bodies import KINDS
 from miburi.live.runner import Runner
 from miburi.live.state import MotorOut, MotorsOut, State
@@ -144,7 +144,7 @@ def _recordings(runner: Runner, say: dict[str, str], updates: list[Update]) -> N
     updates.append(update)
 
 
-def _kept(recordings: Recordings, one: Kept, say: dict[str, str]) -> None:
+def _kept(recordings: Archive, one: Kept, say: dict[str, str]) -> None:
     """List a recording, with a button that deletes it when it is pressed twice."""
     with ui.element("li"):
         ui.link(one.name, f"/api/v1/recordings/{one.name}").props("download")

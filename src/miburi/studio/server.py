@@ -20,7 +20,7 @@ from miburi.errors import InputError, OutputError
 from miburi.feelings import FEELINGS, EmotionalModel, Stimulus, Temperament
 from miburi.gestures import Repertoire
 from miburi.interface.access import LARGEST, Gate, is_loopback, kept_token
-from miburi.live.archive import Recordings
+from miburi.live.archive import Archive
 from miburi.live.bodies import KINDS
 from miburi.live.memory import keep, remember, remembered
 from miburi.live.runner import Runner
@@ -121,7 +121,7 @@ def serve(wish: Wish) -> None:
         runner = Runner(
             robot,
             feelings,
-            Recordings(folder / "recordings"),
+            Archive(folder / "recordings"),
             body=wish.body,
             port=wish.port_of_body,
             seed=wish.seed,
