@@ -9,7 +9,7 @@ from miburi.card.settings import CardSettings
 from miburi.robot import Robot
 from miburi.safety.stop import Phase
 from miburi.studies.trials.plant import TrialPlant, Variation
-from miburi.studies.trials.trial import Kind, trace_of, trial
+from miburi.studies.trials.trial import TrialKind, trace_of, trial
 
 
 def make_moves(robot: Robot, plant: TrialPlant) -> list[Trace]:
@@ -48,5 +48,5 @@ def test_a_calibrated_robot_has_no_false_stops_in_other_conditions(robot: Robot)
     plant = TrialPlant(robot)
     plant.begin(robot.neutral, Variation(noise=0.15, delay=1), np.random.default_rng(1))
     rule = grant_guards(robot, CardSettings.of(robot), make_moves(robot, plant)).rule
-    assert not any(trial(plant, rule, 9, Kind.FREE, index).stopped for index in range(60))
-    assert all(trial(plant, rule, 9, Kind.BLOCKED, index).stopped for index in range(30))
+    assert not any(trial(plant, rule, 9, TrialKind.FREE, index).stopped for index in range(60))
+    assert all(trial(plant, rule, 9, TrialKind.BLOCKED, index).stopped for index in range(30))

@@ -1,6 +1,6 @@
 """Recordings of a live partner: a folder of numbered MCAP files.
 
-:class:`Recordings` starts, ends, lists and deletes them. While one is on, the partner's loop hands
+:class:`Archive` starts, ends, lists and deletes them. While one is on, the partner's loop hands
 over each step and never waits: a thread writes the file. If the disk is full, slow or gone, only
 the recording ends. The thread flushes every second, so if the program is killed the file can be
 read up to its last second.

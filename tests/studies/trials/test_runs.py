@@ -16,7 +16,7 @@ from miburi.robot import Robot
 from miburi.safety.contact import Rule
 from miburi.studies.trials import runs
 from miburi.studies.trials.runs import Plan, carry_out_plan, read_parquet
-from miburi.studies.trials.trial import Kind
+from miburi.studies.trials.trial import TrialKind
 
 
 @pytest.fixture(scope="module")
@@ -38,7 +38,8 @@ def small_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_chunks_cover_each_trial_once(plan: Plan) -> None:
     counted = [(kind, i) for kind, first, last in plan.chunks for i in range(first, last)]
-    assert counted == [(Kind.FREE, i) for i in range(6)] + [(Kind.BLOCKED, i) for i in range(5)]
+    free = [(TrialKind.FREE, i) for i in range(6)]
+    assert counted == free + [(TrialKind.BLOCKED, i) for i in range(5)]
 
 
 def test_processes_write_the_same_bytes(plan: Plan, whole: bytes, tmp_path: Path) -> None:

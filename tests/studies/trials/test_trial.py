@@ -15,7 +15,7 @@ from miburi.studies.trials.conditions import HandKind, draw, varied_servos
 from miburi.studies.trials.meeting import carriers
 from miburi.studies.trials.plant import Skin, TrialPlant, Variation
 from miburi.studies.trials.replay import DeafRule, judge
-from miburi.studies.trials.trial import IN_THE_WAY, Kind, enact, measure, sustained, trial
+from miburi.studies.trials.trial import IN_THE_WAY, TrialKind, enact, measure, sustained, trial
 
 RAISED = np.array([0.2, 1.4, 0.9, 0.3, 1.4, -0.9, -0.3, 1.0])
 
@@ -39,17 +39,17 @@ def test_the_trials_robot_is_the_simulated_one(robot: Robot, plant: TrialPlant) 
 
 def test_a_trial_depends_on_seed_and_number_alone(robot: Robot, plant: TrialPlant) -> None:
     rule = Rule.of(robot)
-    first = [trial(plant, rule, 5, kind, 3) for kind in Kind]
-    trial(plant, rule, 6, Kind.BLOCKED, 9)  # leaves no trace in the plant
-    again = [trial(TrialPlant(robot), rule, 5, kind, 3) for kind in reversed(Kind)][::-1]
+    first = [trial(plant, rule, 5, kind, 3) for kind in TrialKind]
+    trial(plant, rule, 6, TrialKind.BLOCKED, 9)  # leaves no trace in the plant
+    again = [trial(TrialPlant(robot), rule, 5, kind, 3) for kind in reversed(TrialKind)][::-1]
     assert [repr(o) for o in first] == [repr(o) for o in again]
-    assert repr(trial(plant, rule, 6, Kind.BLOCKED, 3)) != repr(first[1])
+    assert repr(trial(plant, rule, 6, TrialKind.BLOCKED, 3)) != repr(first[1])
 
 
 def test_people_are_met_and_felt(robot: Robot, plant: TrialPlant) -> None:
     rule, hands = Rule.of(robot), set()
     for index in range(16):
-        outcome = trial(plant, rule, 1, Kind.BLOCKED, index)
+        outcome = trial(plant, rule, 1, TrialKind.BLOCKED, index)
         hands.add(outcome.hand)
         assert outcome.touched
         assert outcome.stopped
@@ -62,7 +62,7 @@ def test_people_are_met_and_felt(robot: Robot, plant: TrialPlant) -> None:
 
 def test_nobody_is_felt_where_nobody_is(robot: Robot, plant: TrialPlant) -> None:
     for index in range(6):
-        outcome = trial(plant, Rule.of(robot), 1, Kind.FREE, index)
+        outcome = trial(plant, Rule.of(robot), 1, TrialKind.FREE, index)
         assert not outcome.stopped
         assert outcome.peak_force == 0
         assert np.isnan(outcome.latency)
@@ -74,20 +74,20 @@ def test_without_a_rule_people_are_missed(robot: Robot, plant: TrialPlant) -> No
     rule = Rule.of(robot)
     grants = dict.fromkeys(("slack", "behind", "ahead", "arrival"), far)
     deaf = replace(rule, ratio=0, guards=replace(rule.guards, **grants))
-    outcomes = [trial(plant, deaf, 1, Kind.BLOCKED, index) for index in range(6)]
+    outcomes = [trial(plant, deaf, 1, TrialKind.BLOCKED, index) for index in range(6)]
     assert not any(o.stopped for o in outcomes)
     assert all(o.sustained_force >= IN_THE_WAY for o in outcomes)
 
 
 def test_the_printed_rule_stops_free_moves(robot: Robot, plant: TrialPlant) -> None:
     rule = PrintedRule(Rule.of(robot).guards)
-    outcomes = [trial(plant, rule, 1, Kind.FREE, index) for index in range(5)]
+    outcomes = [trial(plant, rule, 1, TrialKind.FREE, index) for index in range(5)]
     assert all(o.false_stop for o in outcomes)
 
 
-@pytest.mark.parametrize("kind", list(Kind))
+@pytest.mark.parametrize("kind", list(TrialKind))
 def test_judging_a_recording_is_as_good_as_being_there(
-    robot: Robot, plant: TrialPlant, kind: Kind
+    robot: Robot, plant: TrialPlant, kind: TrialKind
 ) -> None:
     rule, compared = Rule.of(robot), 0
     for index in range(6):
@@ -176,7 +176,7 @@ def test_carriers_know_the_chains() -> None:
 
 
 def test_measure_says_nan_where_nothing_was(robot: Robot, plant: TrialPlant) -> None:
-    outcome = measure(enact(plant, Rule.of(robot), 1, Kind.FREE, 0), Kind.FREE, 0, 0)
+    outcome = measure(enact(plant, Rule.of(robot), 1, TrialKind.FREE, 0), TrialKind.FREE, 0, 0)
     assert np.isnan(outcome.push_after_stop)
     assert np.isnan(outcome.speed)
     assert outcome.hand == outcome.link == ""

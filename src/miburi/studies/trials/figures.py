@@ -19,7 +19,7 @@ from miburi.safety.profile import Steps
 from miburi.studies.trials.conditions import HandKind
 from miburi.studies.trials.runs import as_array
 from miburi.studies.trials.summary import ISO_LIMITS
-from miburi.studies.trials.trial import Kind, Outcome, Run
+from miburi.studies.trials.trial import Outcome, Run, TrialKind
 from miburi.studies.trials.tuning import Verdict, assess
 
 __all__ = ["PERIODS", "RATIOS", "Point", "distributions", "rule_map", "rule_map_figure"]
@@ -33,7 +33,7 @@ RATIOS = (5000, 7000, 8500, PAPER_RATIO, 9800)
 
 def distributions(outcomes: Sequence[Outcome], path: Path) -> None:
     """Draw how long stops take and how hard people are pressed, by what the hand does."""
-    met = [o for o in outcomes if o.kind == Kind.BLOCKED and o.touched and not o.false_stop]
+    met = [o for o in outcomes if o.kind == TrialKind.BLOCKED and o.touched and not o.false_stop]
     with plt.rc_context(_STYLE):
         figure, (late, hard, fast) = plt.subplots(1, 3, figsize=(7.6, 2.7), layout="constrained")
         colours = (_CORAL, _BLUE, _INK, _GREY)

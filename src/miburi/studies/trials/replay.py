@@ -12,7 +12,7 @@ from miburi.robot.mjcf import TIMESTEP
 from miburi.safety.contact import Contact, Rule, Watch
 from miburi.safety.profile import SECOND, Profile, Steps
 from miburi.studies.trials.plant import TrialPlant
-from miburi.studies.trials.trial import Kind, Run, enact
+from miburi.studies.trials.trial import Run, TrialKind, enact
 
 __all__ = ["CALIBRATION_MOVES", "DeafRule", "Judgement", "calibrated", "judge", "record"]
 
@@ -84,8 +84,8 @@ def _first_stop(rule: Rule, run: Run) -> float | None:
 def record(robot: Robot, seed: int, free: int, blocked: int = 0) -> list[Run]:
     """Record runs of ``robot`` under a deaf rule: free ones first."""
     plant, rule = TrialPlant(robot), DeafRule.of(robot)
-    kinds = [(Kind.FREE, index) for index in range(free)]
-    kinds += [(Kind.BLOCKED, index) for index in range(blocked)]
+    kinds = [(TrialKind.FREE, index) for index in range(free)]
+    kinds += [(TrialKind.BLOCKED, index) for index in range(blocked)]
     return [enact(plant, rule, seed, kind, index) for kind, index in kinds]
 
 

@@ -27,7 +27,7 @@ from miburi.ground.files import whole_files
 from miburi.robot import Robot
 from miburi.safety.contact import Rule
 from miburi.studies.trials.plant import TrialPlant
-from miburi.studies.trials.trial import Kind, Outcome, trial
+from miburi.studies.trials.trial import Outcome, TrialKind, trial
 from miburi.version import __version__
 
 __all__ = [
@@ -48,7 +48,7 @@ CHUNK = 25
 #: s for a cluster's address to answer.
 _KNOCK = 5.0
 
-Chunk = tuple[Kind, int, int]  # kind, first index, index after the last
+Chunk = tuple[TrialKind, int, int]  # kind, first index, index after the last
 Done = tuple[Chunk, list[Outcome]]
 
 
@@ -104,7 +104,7 @@ class Plan:
         """The run in pieces, in order."""
         return [
             (kind, first, min(first + CHUNK, count))
-            for kind, count in ((Kind.FREE, self.free), (Kind.BLOCKED, self.blocked))
+            for kind, count in ((TrialKind.FREE, self.free), (TrialKind.BLOCKED, self.blocked))
             for first in range(0, count, CHUNK)
         ]
 
@@ -335,7 +335,7 @@ def _read_journal(path: Path, plan: Plan) -> tuple[dict[Chunk, list[Outcome]], i
             )
         if "chunk" in entry:
             kind, first, last = entry["chunk"]
-            known[Kind(kind), first, last] = [Outcome(*row) for row in entry["rows"]]
+            known[TrialKind(kind), first, last] = [Outcome(*row) for row in entry["rows"]]
         length += len(line)
     return known, length
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from miburi.errors import needs_extra
 from miburi.studies.trials.runs import as_array
-from miburi.studies.trials.trial import Kind, Outcome
+from miburi.studies.trials.trial import Outcome, TrialKind
 
 __all__ = ["ISO_LIMITS", "LATE", "MATTERS", "Summary", "summarise", "wilson"]
 
@@ -88,7 +88,7 @@ class Summary:
 
 def summarise(outcomes: Sequence[Outcome]) -> Summary:
     """Sum up trials."""
-    blocked = [o for o in outcomes if o.kind == Kind.BLOCKED]
+    blocked = [o for o in outcomes if o.kind == TrialKind.BLOCKED]
     touched = [o for o in blocked if o.touched and not o.false_stop]
     answered = [o for o in touched if o.stopped]
     missed = [o for o in touched if not o.stopped]

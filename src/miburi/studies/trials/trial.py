@@ -26,9 +26,9 @@ __all__ = [
     "SETTLED",
     "SUSTAINED",
     "WATCHED",
-    "Kind",
     "Outcome",
     "Run",
+    "TrialKind",
     "enact",
     "measure",
     "sustained",
@@ -51,7 +51,7 @@ _READING_US = round(READING * SECOND)
 _GESTURES, _PERSONS = 50, 25
 
 
-class Kind(StrEnum):
+class TrialKind(StrEnum):
     """Whether somebody is in the way."""
 
     FREE = "free"
@@ -145,7 +145,7 @@ def trial(
     plant: TrialPlant,
     rule: Rule,
     seed: int,
-    kind: Kind,
+    kind: TrialKind,
     index: int,
     servo: int = 0,
     repertoire: Repertoire | None = None,
@@ -166,13 +166,13 @@ def enact(
     plant: TrialPlant,
     rule: Rule,
     seed: int,
-    kind: Kind,
+    kind: TrialKind,
     index: int,
     repertoire: Repertoire | None = None,
 ) -> Run:
     """Draw one trial and let it happen; see :func:`trial`."""
-    stream = [seed, list(Kind).index(kind), index]
-    if kind is Kind.FREE:
+    stream = [seed, list(TrialKind).index(kind), index]
+    if kind is TrialKind.FREE:
         rng = np.random.default_rng(stream)
         # Two moves in a row: the end of one shakes the beginning of the next.
         conditions = draw(plant.robot, rng, 2, repertoire)
@@ -270,7 +270,7 @@ def trace_of(robot: Robot, origin: Array, move: Move, readings: list[Steps]) -> 
     return Trace(profile, readings[0], direction, times, np.array(readings))
 
 
-def measure(result: Run, kind: Kind, index: int, servo: int) -> Outcome:
+def measure(result: Run, kind: TrialKind, index: int, servo: int) -> Outcome:
     """Return what a run measured."""
     conditions, person, stop = result.conditions, result.person, result.stop
     touched_at = result.touched_at
