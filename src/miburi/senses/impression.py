@@ -1,0 +1,89 @@
+"""What every sense yields: an impression of somebody; and how a partner takes it.
+
+A sense is a function from what somebody did (words, a sound, a face, a touch) to an
+:class:`Impression`: the feeling that it showed, how strongly, and why. The temperament's table
+``empathy`` turns an impression into stimuli for the partner. No sense knows the body.
+"""
+
+from dataclasses import dataclass
+
+from miburi.errors import InputError
+from miburi.feelings import FEELINGS, SOURCES, Stimulus, Temperament
+
+__all__ = ["Brought", "Impression", "stimuli"]
+
+
+@dataclass(frozen=True)
+class Brought:
+    """One thing that spoke for a feeling.
+
+    Parameters
+    ----------
+    what
+        In words: a word of the sentence, say.
+    weight
+        How much it spoke for the feeling, over nothing special (log-odds, above 0).
+    """
+
+    what: str
+    weight: float
+
+
+@dataclass(frozen=True)
+class Impression:
+    """What somebody showed.
+
+    Parameters
+    ----------
+    feeling
+        Theirs, one of ``FEELINGS``; none if they showed nothing clear.
+    strength
+        0 to 1. Without a feeling: that of the one that came nearest.
+    source
+        One of ``SOURCES``.
+    why
+        What spoke for it, the most telling first.
+
+    Raises
+    ------
+    InputError
+        A name is unknown or the strength is outside [0, 1].
+    """
+
+    feeling: str | None
+    strength: float
+    source: str
+    why: tuple[Brought, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.feeling is not None:
+            Stimulus(self.feeling, self.strength, self.source)  # which checks all three
+        elif self.source not in SOURCES or not 0 <= self.strength <= 1:
+            raise InputError(
+                f"source must be one of {', '.join(SOURCES)} and strength a number from 0 to 1, "
+                f"got {self.source!r} and {self.strength!r}."
+            )
+
+    @property
+    def reason(self) -> str:
+        """The impression in words, such as "'lovely' and 'thank': happiness 0.80"."""
+        *most, last = [f"'{part.what}'" for part in self.why] or ["nothing clear"]
+        parts = f"{', '.join(most)} and {last}" if most else last
+        return parts if self.feeling is None else f"{parts}: {self.feeling} {self.strength:.2f}"
+
+
+def stimuli(impression: Impression, temperament: Temperament) -> tuple[Stimulus, ...]:
+    """Return what an impression does to a partner: nothing, or one stimulus or more.
+
+    A feeling without a row in the temperament's ``empathy`` is contagious: the partner gets the
+    same, as strongly (Section 4: "when speaking to a happy user, the robot will automatically get
+    a happy emotion"). A row names the partner's feelings instead, each with its share.
+    """
+    if impression.feeling is None:
+        return ()
+    row = temperament.empathy.get(impression.feeling, {impression.feeling: 1.0})
+    return tuple(
+        Stimulus(feeling, share * impression.strength, impression.source)
+        for feeling in FEELINGS
+        if (share := row.get(feeling, 0.0)) > 0
+    )

