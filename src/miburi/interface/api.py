@@ -2,7 +2,7 @@
 
 import asyncio
 from concurrent.futures import Future
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 import numpy as np
 from fastapi import APIRouter, FastAPI, Path, Query, Request, Response
@@ -26,8 +26,11 @@ from miburi.interface.wire import (
     RecordingOut,
     Refusal,
     RobotOut,
+    SayIn,
+    SayOut,
     StimulusIn,
     TemperamentIn,
+    WhyOut,
 )
 from miburi.live.bodies import KINDS
 from miburi.live.runner import BusyError, Runner
@@ -38,6 +41,8 @@ from miburi.robot.shape import COLOURS, links, parts
 from miburi.version import __version__
 
 __all__ = ["Refusals", "describe", "done", "make_api", "move_hand", "performance"]
+
+Result = TypeVar("Result")
 
 #: A command that no step has taken up within this many seconds has failed.
 _PATIENCE = 5.0
@@ -137,6 +142,22 @@ def _asking(router: APIRouter, runner: Runner) -> None:
         """Let the partner feel something."""
         await done(runner.stimulate(Stimulus(wish.feeling, wish.strength, wish.source)))
 
+    @router.post("/say", responses=_REFUSED)
+    async def say(wish: SayIn) -> SayOut:
+        """Say something to the partner; it takes the feeling of the words."""
+        from miburi.senses.words import hear
+
+        heard = await asyncio.to_thread(hear, wish.text)
+        felt = await done(runner.take(heard))
+        return SayOut(
+            feeling=heard.feeling,
+            strength=heard.strength,
+            why=[WhyOut(what=part.what, weight=part.weight) for part in heard.why],
+            felt=[
+                StimulusIn(feeling=s.feeling, strength=s.strength, source=s.source) for s in felt
+            ],
+        )
+
     @router.post("/express", status_code=_NOTHING, responses=_REFUSED)
     async def express(wish: ExpressIn) -> None:
         """Perform a gesture once, whatever the feelings are."""
@@ -219,8 +240,8 @@ def _recording(router: APIRouter, runner: Runner) -> None:
         return Response(status_code=_NOTHING)
 
 
-async def done(future: Future[None]) -> None:
-    """Wait until the loop has taken a command up; its refusal is raised here.
+async def done(future: Future[Result]) -> Result:
+    """Return what a command returns when the loop has taken it up; its refusal is raised here.
 
     Raises
     ------
@@ -228,7 +249,7 @@ async def done(future: Future[None]) -> None:
         No step has taken it up in time.
     """
     try:
-        await asyncio.wait_for(asyncio.wrap_future(future), _PATIENCE)
+        return await asyncio.wait_for(asyncio.wrap_future(future), _PATIENCE)
     except TimeoutError:
         raise BusyError("the partner did not answer in time; look at its log.") from None
 

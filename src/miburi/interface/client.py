@@ -21,7 +21,7 @@ from websockets.sync.client import connect as open_socket
 from miburi.errors import BodyError, InputError, MiburiError, OutputError
 from miburi.feelings import Expression, Stimulus
 from miburi.gestures.effort import Effort
-from miburi.interface.wire import BodyOut, GestureOut, RecordingOut, RobotOut
+from miburi.interface.wire import BodyOut, GestureOut, RecordingOut, RobotOut, SayOut
 from miburi.live.state import Entry, MotorsOut, State
 
 __all__ = ["ConnectionLostError", "RemotePartner", "connect"]
@@ -116,6 +116,10 @@ class RemotePartner:
                 "source": stimulus.source,
             },
         )
+
+    def say(self, text: str) -> SayOut:
+        """Say something to the partner; returns what it heard in it, why, and what it felt."""
+        return SayOut.model_validate_json(self._ask("POST", "/say", {"text": text}).content)
 
     def express(
         self,

@@ -29,8 +29,11 @@ __all__ = [
     "RecordingOut",
     "Refusal",
     "RobotOut",
+    "SayIn",
+    "SayOut",
     "StimulusIn",
     "TemperamentIn",
+    "WhyOut",
 ]
 
 Point = Annotated[list[Annotated[float, Field(ge=-2, le=2)]], Field(min_length=3, max_length=3)]
@@ -49,6 +52,28 @@ class StimulusIn(Message):
     feeling: FeelingName
     strength: Share = 0.7
     source: Source = "application"
+
+
+class SayIn(Message):
+    """What somebody says to the partner, in English or Japanese."""
+
+    text: Annotated[str, Field(min_length=1, max_length=1000)]
+
+
+class WhyOut(BaseModel):
+    """A word, and how much it spoke for the feeling (log-odds over none)."""
+
+    what: str
+    weight: float
+
+
+class SayOut(BaseModel):
+    """What was heard in it, why, and what the partner felt at it."""
+
+    feeling: FeelingName | None
+    strength: Share
+    why: list[WhyOut]
+    felt: list[StimulusIn]
 
 
 class EffortIn(Message):

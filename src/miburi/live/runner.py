@@ -28,6 +28,7 @@ from miburi.live.state import Entry, MotorsOut, RecordingEnd, Sample, State, Sto
 from miburi.partner import Event, GestureStarted, Partner, Released, Stopped
 from miburi.robot import Array, Robot
 from miburi.safety.contact import Rule
+from miburi.senses import Impression, stimuli
 
 __all__ = ["QUEUE", "STEP", "BusyError", "Command", "Result", "Runner", "Snapshot"]
 
@@ -166,15 +167,16 @@ class Runner:
 
     def stimulate(self, stimulus: Stimulus) -> Future[None]:
         """Let the partner feel something."""
+        return self._call(lambda: self._feel(stimulus))
 
-        def run() -> None:
-            self._feelings.stimulate(stimulus)
-            self._note(
-                "stimulus",
-                feeling=stimulus.feeling,
-                strength=stimulus.strength,
-                source=stimulus.source,
-            )
+    def take(self, impression: Impression) -> Future[tuple[Stimulus, ...]]:
+        """Let the partner take what somebody showed, as its temperament does; the log says why."""
+
+        def run() -> tuple[Stimulus, ...]:
+            felt = stimuli(impression, self._feelings.temperament)
+            for stimulus in felt:
+                self._feel(stimulus, impression.reason)
+            return felt
 
         return self._call(run)
 
@@ -356,6 +358,16 @@ class Runner:
                 f"{QUEUE} commands are waiting already; ask again in a moment."
             ) from None
         return future
+
+    def _feel(self, stimulus: Stimulus, why: str | None = None) -> None:
+        self._feelings.stimulate(stimulus)
+        self._note(
+            "stimulus",
+            feeling=stimulus.feeling,
+            strength=stimulus.strength,
+            source=stimulus.source,
+            detail=why,
+        )
 
     def _run_commands(self) -> None:
         for _ in range(QUEUE):

@@ -24,7 +24,7 @@ from miburi.senses.impression import Brought, Impression
 from miburi.senses.phrases import alarm_in, japanese, stems_in
 from miburi.senses.text import letters, numbers_of, tokens
 
-__all__ = ["LABELS", "LONGEST", "SILENT", "Model", "Table", "deny", "hear", "load_model"]
+__all__ = ["LABELS", "LONGEST", "SILENT", "Model", "Table", "deny", "hear", "judge", "load_model"]
 
 #: The columns of the model: the paper's eight feelings in the paper's order, and none.
 LABELS = (
@@ -132,7 +132,7 @@ def load_model() -> Model:
         )
         for name in ("words", "letters", "meanings")
     ]
-    return Model(*tables, bias=stored["bias"])
+    return Model(tables[0], tables[1], tables[2], stored["bias"])
 
 
 def hear(text: str) -> Impression:
@@ -143,16 +143,14 @@ def hear(text: str) -> Impression:
     text
         What they said, in English or Japanese. Only the first ``LONGEST`` characters count.
     """
-    text = text[:LONGEST]
+    text = text[:LONGEST].encode(errors="replace").decode()  # half a character is none
     if japanese(text):
         return stems_in(text)
     words = tokens(text)
     alarm = alarm_in(words)
     if alarm is not None:
         return alarm
-    model = load_model()
-    evidence = deny(words, model.evidence(words))
-    likely = model.probabilities(evidence)
+    evidence, likely = judge(words)
     best = int(np.argmax(likely[:_NEUTRAL]))
     strength = float(likely[best])
     spoken = SILENT <= strength and likely[_NEUTRAL] < strength
@@ -162,6 +160,13 @@ def hear(text: str) -> Impression:
         "speech",
         _told(words, evidence[:, best] - evidence[:, _NEUTRAL]) if spoken else (),
     )
+
+
+def judge(words: list[str]) -> tuple[Array, Array]:
+    """Return what each word brings, (words, 9), what is denied taken back, and the likelihoods."""
+    model = load_model()
+    evidence = deny(words, model.evidence(words))
+    return evidence, model.probabilities(evidence)
 
 
 def deny(words: list[str], evidence: Array) -> Array:

@@ -1,0 +1,123 @@
+"""From words to the body: what is said moves a partner, and only what was meant."""
+
+import subprocess
+import sys
+
+import httpx
+import numpy as np
+import pytest
+from tests.fixtures.live import Server
+
+import miburi
+from miburi.feelings import FEELINGS, EmotionalModel, shipped_temperament
+from miburi.gestures import key_poses, load
+from miburi.live.runner import Runner
+from miburi.robot import forward, iphonoid
+from miburi.senses import stimuli
+from miburi.senses.words import hear
+
+HAPPY = (
+    "I am so happy today.", "We won the first prize!", "Thank you, you are a good friend.",
+    "That was a wonderful holiday.", "I love this song.", "The soup was delicious.",
+    "You make me laugh.", "What lovely flowers!", "I am proud of my daughter.",
+)  # fmt: skip
+HAPPINESS, SADNESS = FEELINGS.index("happiness"), FEELINGS.index("sadness")
+
+
+def size(mood: float) -> float:
+    """How far the happy gesture leads hands and head from neutral at a mood, m."""
+    robot = iphonoid()
+    neutral = forward(robot, robot.neutral)
+    poses = key_poses(robot, load("happiness"), mood)
+    return float(max(np.abs(pose.target - neutral).max() for pose in poses))
+
+
+def tell(model: EmotionalModel, text: str) -> None:
+    for stimulus in stimuli(hear(text), model.temperament):
+        model.stimulate(stimulus)
+
+
+def test_one_happy_sentence_makes_an_emotion_and_no_mood() -> None:
+    """Section 4: "the robot will automatically get a happy emotion, but …"."""
+    model = EmotionalModel()
+    tell(model, HAPPY[0])
+    shown = model.express()
+    assert shown is not None
+    assert shown.feeling == "happiness"
+    assert model.emotion[HAPPINESS] > 0.4
+    model.step(60.0)
+    assert model.mood[HAPPINESS] < 0.05
+
+
+def test_a_quarter_of_an_hour_of_happy_talk_makes_a_mood_and_larger_gestures() -> None:
+    """Section 4: "… it will take a longer time speaking with a happy user to get a happy mood"."""
+    model, once = EmotionalModel(), EmotionalModel()
+    tell(once, HAPPY[0])
+    for sentence in range(45):
+        tell(model, HAPPY[sentence % len(HAPPY)])
+        model.step(20.0)
+        once.step(20.0)
+    assert model.time == once.time == 900
+    assert model.mood[HAPPINESS] > 0.25
+    assert model.mood[HAPPINESS] == model.mood.max()
+    assert model.mood[HAPPINESS] > 10 * once.mood[HAPPINESS]
+    assert size(model.mood[HAPPINESS]) > 4 * size(once.mood[HAPPINESS])
+
+
+def ticked(runner: Runner, text: str) -> None:
+    """Say something, and let a second pass."""
+    future = runner.take(hear(text))
+    for _ in range(50):
+        runner.tick()
+    future.result(0)
+
+
+def test_a_sad_sentence_saddens_body_and_log(runner: Runner) -> None:
+    ticked(runner, "I am so sad today")
+    state = runner.snapshot.state
+    assert state.emotion[SADNESS] > 0.3
+    assert state.expressed is not None
+    assert state.expressed.feeling == "sadness"
+    entry = next(entry for entry in runner.log() if entry.kind == "stimulus")
+    assert (entry.feeling, entry.source) == ("sadness", "speech")
+    assert entry.detail is not None
+    assert entry.detail.startswith("'sad'")
+
+
+def test_a_denied_sadness_does_not(runner: Runner) -> None:
+    ticked(runner, "I am not sad")
+    assert runner.snapshot.state.emotion[SADNESS] == 0
+
+
+def test_the_temperament_decides_what_anger_does(runner: Runner) -> None:
+    runner.temperament("calm")
+    ticked(runner, "I am so angry with you!")
+    emotion = dict(zip(FEELINGS, runner.snapshot.state.emotion, strict=True))
+    assert emotion["fear"] > emotion["sadness"] > emotion["anger"]
+    assert "anger" in shipped_temperament("calm").empathy
+
+
+def test_it_is_told_over_the_interface(server: Server) -> None:
+    with miburi.connect(server.url) as partner:
+        heard = partner.say("I am so sad today")
+        assert heard.feeling == "sadness"
+        assert heard.why[0].what == "sad"
+        assert [stimulus.feeling for stimulus in heard.felt] == ["sadness"]
+        assert partner.say("The door is open.").felt == []
+        assert next(entry.kind for entry in partner.log()) == "stimulus"
+
+
+@pytest.mark.parametrize("content", [{"text": ""}, {"text": "x" * 1001}, {}, {"text": 1}])
+def test_a_wrong_saying_is_refused(server: Server, content: object) -> None:
+    assert httpx.post(server.url + "/api/v1/say", json=content).status_code == 422
+
+
+def test_the_command_says_it_to_a_live_partner(server: Server) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "miburi", "say", "I am so sad today", "--url", server.url],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (0, "")
+    first, second = done.stdout.splitlines()
+    assert ": sadness 0." in first
+    assert second.startswith("it feels sadness 0.")
