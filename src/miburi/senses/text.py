@@ -5,6 +5,7 @@ Training and use share this module, so that both see the same groups.
 
 import re
 import unicodedata
+from itertools import pairwise
 from zlib import crc32
 
 __all__ = ["letters", "numbers_of", "tokens", "without_punctuation"]
@@ -41,7 +42,7 @@ def without_punctuation(text: str) -> str:
 
 def numbers_of(words: list[str]) -> list[int]:
     """Return the words' numbers, then those of each pair of a word and the next (one fewer)."""
-    pairs = [f"{first} {second}" for first, second in zip(words, words[1:], strict=False)]
+    pairs = [f"{first} {second}" for first, second in pairwise(words)]
     return [crc32(text.encode()) for text in words + pairs]
 
 

@@ -39,15 +39,16 @@ _NEUTRAL = LABELS.index("neutral")
 _GLAD = [LABELS.index(name) for name in ("happiness", "thrill")]
 _SAD = LABELS.index("sadness")
 
-# Denial: after one of these words the first clear word of the next few is taken back.
+# Denial: after one of these words the clearest of the next few is taken back.
 _DENIALS = frozenset({"not", "never", "no", "nor", "nobody", "hardly"})
 _NO_DENIAL = frozenset({"only", "just", "wait", "so", "been", "forget", "idea", "way", "wonder"})
-_WINDOW = 3
-_CLEAR = 3.5  # evidence for a feeling over none, in log-odds
+_TURNS = frozenset({"but", ",", ".", "!", "?", ";", "just"})
+_WINDOW = 4
+_CLEAR = 2.5  # evidence for a feeling over none, in log-odds
 _TAKEN_BACK = 1.6
 
 _TOLD = 4  # words named as the reason, at most
-_TELLING = 0.15  # of the strongest word's evidence, at least
+_TELLING = 0.25  # of the strongest word's evidence, at least
 
 Array = NDArray[np.float64]
 
@@ -143,7 +144,7 @@ def hear(text: str) -> Impression:
     text
         What they said, in English or Japanese. Only the first ``LONGEST`` characters count.
     """
-    text = text[:LONGEST].encode(errors="replace").decode()  # half a character is none
+    text = text[:LONGEST].encode(errors="ignore").decode()  # half a character is none
     if japanese(text):
         return stems_in(text)
     words = tokens(text)
@@ -153,7 +154,7 @@ def hear(text: str) -> Impression:
     evidence, likely = judge(words)
     best = int(np.argmax(likely[:_NEUTRAL]))
     strength = float(likely[best])
-    spoken = SILENT <= strength and likely[_NEUTRAL] < strength
+    spoken = strength >= SILENT and strength > likely[_NEUTRAL]
     return Impression(
         LABELS[best] if spoken else None,
         strength,
@@ -172,23 +173,24 @@ def judge(words: list[str]) -> tuple[Array, Array]:
 def deny(words: list[str], evidence: Array) -> Array:
     """Take back what is denied: "I am not happy" says nothing of happiness.
 
-    After a word of denial the first of the next three words that speaks clearly for a feeling is
-    taken back more than whole: half of that goes to none, and half of what was glad to sadness.
+    Of the next words after a denial, up to a sign or a "but", the clearest is taken back more than
+    whole, if it is clear: half of that goes to none, and half of what was glad to sadness.
     """
     evidence = evidence.copy()
     for place, word in enumerate(words):
         if word not in _DENIALS or _NO_DENIAL.intersection(words[place + 1 : place + 2]):
             continue
-        for denied in range(place + 1, min(place + 1 + _WINDOW, len(words))):
-            over = evidence[denied, :_NEUTRAL] - evidence[denied, _NEUTRAL]
-            feeling = int(np.argmax(over))
-            if over[feeling] > _CLEAR:
-                back = _TAKEN_BACK * over[feeling]
-                evidence[denied, feeling] -= back
-                evidence[denied, _NEUTRAL] += back / 2
-                if feeling in _GLAD:
-                    evidence[denied, _SAD] += back / 2
-                break
+        end = place + 1
+        while end < min(place + 1 + _WINDOW, len(words)) and words[end] not in _TURNS:
+            end += 1
+        over = evidence[place + 1 : end, :_NEUTRAL] - evidence[place + 1 : end, _NEUTRAL:]
+        if over.size and over.max() > _CLEAR:
+            ahead, feeling = np.unravel_index(int(over.argmax()), over.shape)
+            denied, back = place + 1 + int(ahead), _TAKEN_BACK * over.max()
+            evidence[denied, feeling] -= back
+            evidence[denied, _NEUTRAL] += back / 2
+            if feeling in _GLAD:
+                evidence[denied, _SAD] += back / 2
     return evidence
 
 
@@ -196,7 +198,8 @@ def _told(words: list[str], brought: Array) -> tuple[Brought, ...]:
     """Name the words that spoke most for a feeling, each once."""
     most: dict[str, float] = {}
     for word, weight in zip(words, brought.tolist(), strict=True):
-        most[word] = most.get(word, 0.0) + weight
+        if word[0].isalnum() or word in "!?":
+            most[word] = most.get(word, 0.0) + weight
     ordered = sorted(most.items(), key=lambda item: -item[1])[:_TOLD]
     return tuple(
         Brought(word, round(weight, 2))
