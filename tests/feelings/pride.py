@@ -1,9 +1,9 @@
-"""A partner with a ninth feeling: run in a process of its own, with ``MIBURI_FEELINGS`` set.
+"""Run a partner with a ninth feeling, in its own process, with ``MIBURI_FEELINGS`` set.
 
     python pride.py FOLDER
 
-The folder holds ``feelings.toml``, ``gestures/pride.toml`` and ``temperament.toml``. What was seen
-is printed as JSON.
+The folder holds ``feelings.toml``, ``gestures/pride.toml`` and ``temperament.toml``. The script
+prints a report as JSON.
 """
 
 import asyncio
@@ -38,7 +38,7 @@ from miburi.studio.face_page import add_face_page
 
 
 def refusal(action: object) -> str:
-    """What an action is refused with."""
+    """Return the message with which an action is refused."""
     try:
         action()  # type: ignore[operator]
     except (DescriptionError, InputError) as error:
@@ -47,7 +47,7 @@ def refusal(action: object) -> str:
 
 
 def page_of(app: FastAPI, path: str) -> str:
-    """What the server answers."""
+    """Return the page that the server sends."""
 
     async def get() -> str:
         transport = httpx.ASGITransport(app)
@@ -59,7 +59,7 @@ def page_of(app: FastAPI, path: str) -> str:
 
 def main(folder: Path) -> dict[str, object]:
     own = load_temperament(folder / "temperament.toml")
-    seen: dict[str, object] = {"feelings": FEELINGS}
+    report: dict[str, object] = {"feelings": FEELINGS}
 
     # Felt.
     for kind in (EmotionalModel, SpikingModel):
@@ -70,22 +70,22 @@ def main(folder: Path) -> dict[str, object]:
             model.step(15)
         shown = model.express()
         again = kind.load(model.save(), own)
-        seen[kind.kind] = {
+        report[kind.kind] = {
             "shown": shown and shown.feeling,
             "mood": shown and shown.mood,
             "levels": [len(level) for level in (model.emotion, model.feeling, model.mood)],
             "again": bool(np.array_equal(again.mood, model.mood)),
         }
-    seen["day"] = live_day(EmotionalModel(own)).levels.shape[1:]
+    report["day"] = live_day(EmotionalModel(own)).levels.shape[1:]
     shipped = shipped_temperament()
     pride = FEELINGS.index("pride")
-    seen["shipped"] = [shipped.lasting["pride"], shipped.matrix[pride].tolist()]
+    report["shipped"] = [shipped.lasting["pride"], shipped.matrix[pride].tolist()]
     text = (folder / "temperament.toml").read_text()
     (folder / "lacking.toml").write_text(re.sub(r"(?m)^pride = 1.*\n", "", text))
-    seen["lacking"] = refusal(lambda: load_temperament(folder / "lacking.toml"))
+    report["lacking"] = refusal(lambda: load_temperament(folder / "lacking.toml"))
     old = EmotionalModel(own).save()
     del old["feelings"]
-    seen["old state"] = refusal(lambda: EmotionalModel.load(old))
+    report["old state"] = refusal(lambda: EmotionalModel.load(old))
 
     # Performed.
     robot = iphonoid()
@@ -96,29 +96,29 @@ def main(folder: Path) -> dict[str, object]:
     runner.perform(Expression("pride", 0.9))
     runner.tick()
     state = runner.snapshot.state
-    seen["felt"] = state.felt and state.felt.feeling
+    report["felt"] = state.felt and state.felt.feeling
     extent = 0.0
     while state.asked:
         extent = max(extent, state.extent)
-        seen["expressed"] = state.expressed and state.expressed.feeling
-        seen["weights"] = state.face
+        report["expressed"] = state.expressed and state.expressed.feeling
+        report["weights"] = state.face
         runner.tick()
         state = runner.snapshot.state
-    seen["extent"], seen["stop"] = extent, state.stop is not None
+    report["extent"], report["stop"] = extent, state.stop is not None
 
     # Offered and drawn.
     app: FastAPI = make_api(runner)
     add_face_page(app)
-    seen["state"] = json.loads(page_of(app, "/api/v1/state"))
-    seen["robot"] = json.loads(page_of(app, "/api/v1/robot"))["feelings"]
-    seen["stimulus"] = StimulusIn.model_json_schema()["properties"]["feeling"]["enum"]
+    report["state"] = json.loads(page_of(app, "/api/v1/state"))
+    report["robot"] = json.loads(page_of(app, "/api/v1/robot"))["feelings"]
+    report["stimulus"] = StimulusIn.model_json_schema()["properties"]["feeling"]["enum"]
     for language in ("en", "ja"):
         page = page_of(app, f"/face?lang={language}")
         words = re.search(r'<script type="application/json" id="words">(.*)</script>', page)
         assert words
-        seen[f"page {language}"] = json.loads(words[1])
-    seen["film"] = bool(np.array_equal(face(Expression("pride", 0.9)), face(None)))
-    return seen
+        report[f"page {language}"] = json.loads(words[1])
+    report["film"] = bool(np.array_equal(face(Expression("pride", 0.9)), face(None)))
+    return report
 
 
 if __name__ == "__main__":

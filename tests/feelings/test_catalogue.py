@@ -28,7 +28,7 @@ def test_the_papers_eight_ship_in_the_papers_order() -> None:
     assert eight == PAPER == FEELINGS
 
 
-def test_a_ninth_is_one_more_table(tmp_path: Path, text: str) -> None:
+def test_a_ninth_feeling_is_one_more_table(tmp_path: Path, text: str) -> None:
     (tmp_path / "nine.toml").write_text(text + PRIDE)
     catalogue = load_catalogue(tmp_path / "nine.toml")
     assert catalogue.names == (*PAPER, "pride")
@@ -40,7 +40,7 @@ def test_a_ninth_is_one_more_table(tmp_path: Path, text: str) -> None:
     [
         ('name = "anger"', 'name = "Anger"', ["feeling.6.name = 'Anger'", "pattern"]),
         ('name = "anger"', 'name = "wrath"', ["anger is missing", "the paper's eight"]),
-        ('name = "anger"', 'name = "fear"', ["fear stands there twice"]),
+        ('name = "anger"', 'name = "fear"', ["fear is there twice"]),
         ('"#c3202f"', '"red"', ["feeling.6.colour.paper = 'red'", "pattern"]),
         ("smile = 22", "smile = 99", ["feeling.0.face.mouth.smile = 99", "equal to 30"]),
         ("smile = 22", "smile = nan", ["feeling.0.face.mouth.smile = nan"]),
@@ -55,7 +55,7 @@ def test_a_ninth_is_one_more_table(tmp_path: Path, text: str) -> None:
         ("[rest]", "[rest", ["not TOML"]),
     ],
 )
-def test_a_wrong_file_is_refused_with_file_key_and_what_is_allowed(
+def test_the_error_for_a_wrong_file_names_file_key_and_range(
     tmp_path: Path, text: str, old: str, new: str, words: list[str]
 ) -> None:
     assert old in text
@@ -67,6 +67,6 @@ def test_a_wrong_file_is_refused_with_file_key_and_what_is_allowed(
         assert word in str(refused.value)
 
 
-def test_a_file_that_is_not_there_is_refused(tmp_path: Path) -> None:
+def test_a_missing_file_is_refused(tmp_path: Path) -> None:
     with pytest.raises(DescriptionError, match="cannot be read"):
         load_catalogue(tmp_path / "none.toml")

@@ -1,4 +1,4 @@
-"""The paper's sentences and the invariants, for both emotional models."""
+"""What the paper says, and the invariants, for both emotional models."""
 
 import json
 
@@ -101,7 +101,7 @@ def test_of_equally_strong_emotions_the_first_in_the_papers_order_wins(kind, fir
 
 
 @both
-def test_nothing_is_shown_until_something_is_felt_and_soon_after_it(kind):
+def test_the_body_is_neutral_before_a_stimulus_and_soon_after_it(kind):
     model = kind()
     assert model.express() is None
     threshold = model.temperament.threshold
@@ -117,7 +117,7 @@ def test_nothing_is_shown_until_something_is_felt_and_soon_after_it(kind):
 
 
 @both
-def test_each_encounter_takes_a_fifth_of_every_mood_and_no_emotion_or_feeling(kind):
+def test_each_contact_takes_a_fifth_of_every_mood_but_no_emotion_or_feeling(kind):
     model = kind()
     for name in FEELINGS:
         talk(model, name, 2)
@@ -129,7 +129,7 @@ def test_each_encounter_takes_a_fifth_of_every_mood_and_no_emotion_or_feeling(ki
 
 
 @both
-def test_the_loss_heals_at_the_moods_own_time_constant(kind):
+def test_the_loss_heals_with_the_time_constant_of_the_mood(kind):
     touched, spared = kind(), kind()
     for model in (touched, spared):
         model.set_state(mood={"happiness": 0.9, "sadness": 0.5})
@@ -142,7 +142,7 @@ def test_the_loss_heals_at_the_moods_own_time_constant(kind):
 
 
 @both
-def test_the_experiments_emotion_and_mood_stay_and_only_contact_lowers_the_mood(kind):
+def test_a_held_emotion_and_mood_stay_and_only_contact_lowers_the_mood(kind):
     model = kind()
     model.set_state(emotion={"happiness": 1.0}, mood={"happiness": 0.9}, hold=True)
     for _ in range(300):
@@ -175,7 +175,7 @@ def test_joy_and_sadness_inhibit_each_other_on_every_level(kind):
 
 
 @both
-def test_a_sad_word_also_takes_from_the_happy_mood_that_was_still_to_come(kind):
+def test_a_sad_word_also_lowers_the_happiness_that_the_mood_has_yet_to_take_up(kind):
     consoled, happy = kind(), kind()
     for model in (consoled, happy):
         model.stimulate(Stimulus("happiness", 0.9))
@@ -186,7 +186,7 @@ def test_a_sad_word_also_takes_from_the_happy_mood_that_was_still_to_come(kind):
 
 
 @both
-def test_a_level_that_is_set_forgets_what_was_on_its_way(kind):
+def test_setting_a_level_drops_what_it_has_yet_to_take_up(kind):
     model = kind()
     talk(model, "happiness", 5)
     model.set_state(emotion={}, feeling={}, mood={})
@@ -215,7 +215,7 @@ def test_surprise_fades_fastest(kind, name):
 
 
 @both
-def test_temperaments_differ_as_their_names_say(kind):
+def test_temperaments_behave_as_their_names_say(kind):
     moods = {}
     for name, character in CHARACTERS.items():
         model = kind(character)
@@ -253,7 +253,7 @@ def test_a_detector_that_reports_ten_times_a_second_does_not_run_away(kind):
 
 
 @both
-def test_sources_weigh_as_the_temperament_says(kind):
+def test_sources_have_the_weights_of_the_temperament(kind):
     for source in SOURCES:
         model = kind()
         model.stimulate(Stimulus("fear", 0.5, source))
@@ -284,9 +284,7 @@ def test_another_temperament_acts_from_the_moment_it_is_assigned(kind):
 @both
 @settings(max_examples=90, deadline=None)
 @given(events=lives, character=st.sampled_from(TEMPERAMENTS))
-def test_every_level_stays_between_0_and_1_and_something_or_nothing_is_shown(
-    kind, events, character
-):
+def test_every_level_stays_between_0_and_1_and_the_expression_fits(kind, events, character):
     model = kind(CHARACTERS[character])
     for event in events:
         live(model, [event])
@@ -312,7 +310,7 @@ def test_two_steps_equal_one(kind, events, a, b):
 @both
 @settings(max_examples=40, deadline=None)
 @given(events=lives)
-def test_a_step_of_no_time_and_looking_change_nothing(kind, events):
+def test_a_step_of_zero_and_reading_change_nothing(kind, events):
     model = live(kind(), events)
     before = model.save()
     model.step(0)
@@ -346,7 +344,7 @@ def test_left_alone_everything_fades(kind, events):
 @both
 @settings(max_examples=60, deadline=None)
 @given(events=lives, away=seconds, later=lives)
-def test_switched_off_it_keeps_its_mood_aged_by_the_time_away(kind, events, away, later):
+def test_a_saved_model_ages_by_the_time_away(kind, events, away, later):
     model = live(kind(), events)
     again = kind.load(json.loads(json.dumps(model.save())), away=away)
     model.step(away)
@@ -378,7 +376,7 @@ def test_the_cascade_is_the_exact_solution_of_its_equations():
         np.testing.assert_allclose(levels(again)[:, HAPPY], expected, rtol=1e-9, atol=1e-13)
 
 
-# What is refused.
+# Refusals.
 
 
 @pytest.mark.parametrize("bad", [-0.1, 1.1, float("nan"), float("inf"), True, "0.5", None, 1j])
@@ -387,7 +385,7 @@ def test_a_strength_outside_its_range_is_refused(bad):
         Stimulus("happiness", bad)
 
 
-def test_unknown_feelings_and_sources_are_refused_with_what_is_allowed():
+def test_the_error_for_an_unknown_feeling_or_source_lists_the_names():
     with pytest.raises(InputError, match=r"one of happiness, .* got 'joy'"):
         Stimulus("joy", 0.5)
     with pytest.raises(InputError, match=r"one of speech, .* got 'radio'"):
@@ -398,13 +396,13 @@ def test_unknown_feelings_and_sources_are_refused_with_what_is_allowed():
 
 @both
 @pytest.mark.parametrize("bad", [-1e-9, float("nan"), float("inf"), True, "1"])
-def test_a_step_that_is_no_time_is_refused(kind, bad):
+def test_a_step_of_a_wrong_duration_is_refused(kind, bad):
     with pytest.raises(InputError, match="seconds"):
         kind().step(bad)
 
 
 @both
-def test_a_state_that_is_refused_changes_nothing(kind):
+def test_a_refused_state_changes_nothing(kind):
     model = kind()
     talk(model, "fear", 1)
     before = model.save()
@@ -427,7 +425,7 @@ def test_a_state_that_is_refused_changes_nothing(kind):
         ("stale", "x"),
     ],
 )
-def test_a_state_of_another_kind_is_refused_in_words(kind, key, value):
+def test_a_state_of_another_version_or_model_is_refused(kind, key, value):
     state = kind().save()
     state[key] = value
     with pytest.raises(InputError, match="must"):
@@ -438,7 +436,7 @@ def test_a_state_of_another_kind_is_refused_in_words(kind, key, value):
 
 
 @both
-def test_a_state_of_other_feelings_is_refused_in_words(kind):
+def test_the_error_for_a_state_of_other_feelings_names_them(kind):
     state = kind().save()
     nine = {**state, "feelings": [*FEELINGS, "pride"], "lost": [0.0] * 9}
     with pytest.raises(InputError, match=r"feelings happiness, .* got .*'pride'.*MIBURI_FEELINGS"):
@@ -449,14 +447,14 @@ def test_a_state_of_other_feelings_is_refused_in_words(kind):
     assert kind.load(state).save()["feelings"] == list(FEELINGS)
 
 
-def test_more_on_its_way_than_a_level_can_take_is_refused():
+def test_a_state_whose_level_would_exceed_1_is_refused():
     state = EmotionalModel().save()
     state["levels"][2][0] = state["pending"][2][0] = 0.6
     with pytest.raises(InputError, match="together"):
         EmotionalModel.load(state)
 
 
-def test_levels_are_named_as_the_properties_are():
+def test_the_levels_have_the_names_of_the_properties():
     model = EmotionalModel()
     for level in LEVELS:
         assert getattr(model, level).shape == (8,)

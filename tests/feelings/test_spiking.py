@@ -1,4 +1,4 @@
-"""What is special to the spiking model; what both models share is in test_feelings.py."""
+"""The spiking model alone; the tests of both models are in test_model.py."""
 
 import numpy as np
 import pytest
@@ -27,7 +27,7 @@ def test_stronger_emotions_fire_more_often():
     assert np.all(np.diff(reached) > 0.01)
 
 
-def test_what_is_felt_together_is_learned_and_forgotten():
+def test_feelings_that_occur_together_are_learned_and_forgotten():
     model = SpikingModel()
     for _ in range(40):
         model.stimulate(Stimulus("surprise", 0.9))
@@ -45,7 +45,7 @@ def test_what_is_felt_together_is_learned_and_forgotten():
     assert model.feeling[HAPPY] > fresh.feeling[HAPPY] == 0
 
 
-def test_inhibited_ways_are_never_learned():
+def test_inhibiting_connections_are_never_learned():
     model = SpikingModel()
     for _ in range(40):
         model.stimulate(Stimulus("happiness", 0.9))
@@ -55,7 +55,7 @@ def test_inhibited_ways_are_never_learned():
     assert np.all(learned[:, model.temperament.matrix < 0] == 0)
 
 
-def test_it_tells_the_same_story_as_the_cascade():
+def test_it_expresses_the_same_feelings_as_the_cascade():
     spiking, cascade = SpikingModel(), EmotionalModel()
     for model in (spiking, cascade):
         for _ in range(80):

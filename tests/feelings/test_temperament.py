@@ -19,7 +19,7 @@ def text():
 
 
 @pytest.mark.parametrize("name", TEMPERAMENTS)
-def test_what_ships_is_whole_and_named_as_its_file(name):
+def test_a_shipped_temperament_is_complete_and_has_the_name_of_its_file(name):
     character = shipped_temperament(name)
     assert character.name == name
     assert character.fading.shape == (3, 8)
@@ -38,7 +38,7 @@ def test_the_default_lasts_seconds_minutes_an_hour():
     assert constants.emotion < 60 <= constants.feeling < 3600 == constants.mood
 
 
-def test_another_name_is_refused_with_those_that_exist():
+def test_the_error_for_an_unknown_name_lists_the_names():
     with pytest.raises(InputError, match="'wild'; take one of default, calm, lively"):
         shipped_temperament("wild")
 
@@ -76,9 +76,7 @@ def test_another_name_is_refused_with_those_that_exist():
         ("[sources]", "[sources", ["not TOML"]),
     ],
 )
-def test_a_wrong_file_is_refused_with_file_key_value_and_what_is_allowed(
-    tmp_path, text, old, new, words
-):
+def test_the_error_for_a_wrong_file_names_file_key_value_and_range(tmp_path, text, old, new, words):
     assert old in text
     path = tmp_path / "mine.toml"
     path.write_text(text.replace(old, new, 1))
@@ -88,6 +86,6 @@ def test_a_wrong_file_is_refused_with_file_key_value_and_what_is_allowed(
         assert word in str(refused.value)
 
 
-def test_a_file_that_is_not_there_is_refused(tmp_path):
+def test_a_missing_file_is_refused(tmp_path):
     with pytest.raises(DescriptionError, match="cannot be read"):
         load_temperament(tmp_path / "none.toml")

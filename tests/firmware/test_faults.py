@@ -172,7 +172,7 @@ def test_unplugged_servo_stops_all_and_is_named(rig: Rig, motor: int) -> None:
     ("entry", "value", "reason", "said"),
     [
         ("temperature", 65, StopReason.SERVO_HOT, "servo is too hot; let it cool"),
-        ("voltage", 41, StopReason.LOW_VOLTAGE, "supply voltage is too low; take a stronger"),
+        ("voltage", 41, StopReason.LOW_VOLTAGE, "supply voltage is too low; use a stronger"),
     ],
 )
 def test_unfit_servo_stops_all_and_is_named(
@@ -351,7 +351,7 @@ def test_settings_stay_inside_safe_ranges_and_change_only_while_stopped(rig: Rig
         for value in values:
             joints = (changed(joint, name, value), *settings.joints[1:])
             seam = name in ("min", "max") or (name, value) == ("zero", 0)
-            said = "cross the servo's seam" if seam else f"refuses waist's {name} .*: allowed is "
+            said = "crosses the servo's seam" if seam else f"refuses waist's {name} .*: allowed is "
             with pytest.raises(BodyError, match=said):
                 rig.body.configure(replace(settings, joints=joints))
     # What is just allowed is taken: the ranges in words are the card's.

@@ -1,4 +1,4 @@
-"""Gesture files: the eight load; wrong ones are refused in words that help."""
+"""Gesture files: the eight load, and the errors for wrong files help."""
 
 from pathlib import Path
 
@@ -53,7 +53,7 @@ def file(tmp_path: Path):
     return write
 
 
-def test_every_feeling_of_the_model_has_a_gesture_that_shows_it():
+def test_every_feeling_has_a_gesture():
     for feeling in FEELINGS:
         assert load(feeling).feeling == load(feeling).name == feeling
 
@@ -63,13 +63,13 @@ def test_a_user_adds_a_gesture_without_touching_code(file):
     assert load(str(file())) == load(file())
 
 
-def test_an_unknown_feeling_is_refused_with_the_list():
+def test_the_error_for_an_unknown_feeling_lists_the_feelings():
     with pytest.raises(InputError, match=r"no gesture for 'joy'.*happiness"):
         load("joy")
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "said"),
+    ("old", "new", "words"),
     [
         (
             'feeling = "happiness"',
@@ -80,7 +80,7 @@ def test_an_unknown_feeling_is_refused_with_the_list():
         ("phase = 0.4", "phase = -0.1", r"pose\.0\.phase = -0\.1.*greater than or equal to 0"),
         ("phase = 0.4", "phase = nan", r"pose\.0\.phase = nan.*"),
         ("phase = 0.6", "phase = 0.3", r"pose 2 has the phase 0\.3; it must come after 0\.4"),
-        ("phase = 0.6", "phase = 1.0", r"left at 1\.0; it must be left before 1"),
+        ("phase = 0.6", "phase = 1.0", r"leaves the last pose at 1\.0; it must leave before 1"),
         ("phase = 0.4", "phase = 0.4\nuntil = 0.2", r"until must not be before phase \(0\.4\)"),
         ("[0.3, 0.6, 0.7]", "[0.3, 0.9, 0.7]", r"1\.179 arm's reaches.*at most 1 is allowed"),
         ("[0.3, 0.6, 0.7]", "[0.3, 0.6, 1.7]", r"right\.2 = 1\.7.*less than or equal to 1"),
@@ -103,11 +103,9 @@ def test_an_unknown_feeling_is_refused_with_the_list():
         ("duration = 2.0", "duration = ", "not TOML"),
     ],
 )
-def test_a_wrong_file_is_refused_with_file_key_value_and_what_is_allowed(
-    robot, file, old, new, said
-):
+def test_the_error_for_a_wrong_file_names_file_key_value_and_range(robot, file, old, new, words):
     path = file(old, new)
-    with pytest.raises(DescriptionError, match=rf"(?s){path}: .*{said}"):
+    with pytest.raises(DescriptionError, match=rf"(?s){path}: .*{words}"):
         load_for(robot, path)
 
 

@@ -1,4 +1,4 @@
-"""Mood and time: what a movement function becomes at a membership μ."""
+"""Performing a movement function at a membership μ."""
 
 import numpy as np
 import pytest
@@ -77,7 +77,7 @@ def test_hedges_shape_the_membership():
         assert membership(hedged, 1.0) == 1.0
 
 
-def test_a_repeat_plays_its_stretch_again():
+def test_a_repeat_plays_its_key_poses_again():
     function = load("thrill")
     once = function.model_copy(update={"repeat": None})
     poses, single = targets(key_poses(ROBOT, function, 0.9)), targets(key_poses(ROBOT, once, 0.9))

@@ -1,4 +1,4 @@
-"""A partner's gestures: the shipped ones, and a user's in their place."""
+"""The gestures of a partner: the shipped ones, and those with which a user replaces them."""
 
 from pathlib import Path
 
@@ -7,7 +7,7 @@ import pytest
 
 from miburi.errors import DescriptionError, InputError
 from miburi.feelings import FEELINGS
-from miburi.gestures import Repertoire, load, misfits, read_repertoire, shipped
+from miburi.gestures import Repertoire, load, misfits, read_repertoire, shipped_repertoire
 from miburi.robot import Robot, load_robot
 
 
@@ -16,8 +16,10 @@ def names(repertoire: Repertoire) -> list[str]:
 
 
 def test_every_feeling_has_a_shipped_gesture_that_the_iphonoid_can_do(robot: Robot) -> None:
-    assert names(shipped()) == list(FEELINGS)
-    assert [list(misfits(robot, function)) for function in shipped().functions] == [[]] * 8
+    assert names(shipped_repertoire()) == list(FEELINGS)
+    assert [list(misfits(robot, function)) for function in shipped_repertoire().functions] == [
+        []
+    ] * 8
 
 
 def test_own_gestures_replace_those_of_their_feeling(robot: Robot, own_gestures: Path) -> None:
@@ -26,7 +28,7 @@ def test_own_gestures_replace_those_of_their_feeling(robot: Robot, own_gestures:
     assert own.of("happiness") == (load(own_gestures / "cheer.toml"),)
 
 
-def test_several_gestures_of_one_feeling_stand_side_by_side(
+def test_a_feeling_can_have_several_gestures(
     robot: Robot, own_gestures: Path, tmp_path: Path
 ) -> None:
     for name in ("cheer", "wave"):
@@ -38,14 +40,14 @@ def test_several_gestures_of_one_feeling_stand_side_by_side(
     assert {own.choose("happiness", rng).name for _ in range(20)} == {"cheer", "wave"}
 
 
-def test_choosing_from_one_draws_nothing() -> None:
-    """So a seed means the same with and without the possibility to choose."""
+def test_choosing_from_a_single_gesture_draws_no_random_number() -> None:
+    """So a seed gives the same run as before there was a choice."""
     used, fresh = np.random.default_rng(5), np.random.default_rng(5)
-    shipped().choose("anger", used)
+    shipped_repertoire().choose("anger", used)
     assert used.random() == fresh.random()
 
 
-def test_a_gesture_that_does_not_fit_is_refused_by_file_and_pose(
+def test_the_error_for_a_gesture_that_does_not_fit_names_file_and_pose(
     robot: Robot, tall_file: Path, unfit_gestures: Path
 ) -> None:
     file = unfit_gestures / "hooray.toml"
@@ -76,4 +78,4 @@ def test_wrong_folders_are_refused(robot: Robot, own_gestures: Path, tmp_path: P
 
 def test_a_feeling_without_a_gesture_is_refused() -> None:
     with pytest.raises(InputError, match="no gesture for surprise"):
-        Repertoire(shipped().functions[:-1])
+        Repertoire(shipped_repertoire().functions[:-1])

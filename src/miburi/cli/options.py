@@ -80,9 +80,9 @@ def gesture_of(robot: "Robot", source: str) -> "MovementFunction":
 
 def repertoire_of(robot: "Robot", folder: Path | None) -> "Repertoire":
     """Read the gestures that a command is for."""
-    from miburi.gestures import read_repertoire, shipped
+    from miburi.gestures import read_repertoire, shipped_repertoire
 
-    repertoire = shipped() if folder is None else read_repertoire(folder, robot)
+    repertoire = shipped_repertoire() if folder is None else read_repertoire(folder, robot)
     _warn_of_bent(robot, repertoire.functions)
     return repertoire
 

@@ -1,4 +1,4 @@
-"""Feelings (Section 4): emotion, feeling and mood, a number for each on three time scales."""
+"""Feelings (Section 4): stimuli go in, an emotion and its mood come out for the body to show."""
 
 from miburi.feelings.catalogue import FEELINGS
 from miburi.feelings.model import (

@@ -1,8 +1,9 @@
-"""The feelings that there are: names, words, colours and faces, from one TOML file.
+"""The list of feelings: their names, words, colours and faces, read from one TOML file.
 
-``feelings.toml``, which ships with Miburi, holds the paper's eight. A file that the environment
-variable ``MIBURI_FEELINGS`` names takes its place for the whole process and for those that it
-starts; ``miburi --feelings FILE`` sets it. The file is read when this module is first imported.
+``feelings.toml``, which ships with Miburi, holds the paper's eight. To use another file, name it
+in the environment variable ``MIBURI_FEELINGS``, or call ``miburi --feelings FILE``, which sets the
+variable. The file is read when this module is first imported, and holds for the whole process and
+the processes that it starts.
 """
 
 import os
@@ -40,7 +41,7 @@ Size = Annotated[float | None, Field(ge=0.1, le=2)]
 
 
 class Eyes(Table):
-    """The eyes' numbers; ``feelings.toml`` says what each does."""
+    """The numbers that draw the eyes; ``feelings.toml`` says what each does."""
 
     open: Annotated[float | None, Field(ge=0, le=1.5)] = None
     size: Size = None
@@ -53,7 +54,7 @@ class Eyes(Table):
 
 
 class Brows(Table):
-    """The brows' numbers."""
+    """The numbers that draw the brows."""
 
     lift: Annotated[float | None, Field(ge=-20, le=30)] = None
     tilt: Turn = None
@@ -63,7 +64,7 @@ class Brows(Table):
 
 
 class Mouth(Table):
-    """The mouth's numbers."""
+    """The numbers that draw the mouth."""
 
     width: Annotated[float | None, Field(ge=5, le=60)] = None
     down: Annotated[float | None, Field(ge=-15, le=15)] = None
@@ -78,7 +79,7 @@ class Mouth(Table):
 
 
 class Signs(Table):
-    """What appears on the face, or happens to it."""
+    """Signs on the face, such as tears or a blush, and what happens to it, such as shaking."""
 
     blush: Part = None
     tear: Part = None
@@ -91,7 +92,7 @@ class Signs(Table):
 
 
 class Face(Table):
-    """A face, or, for a feeling, what it changes of the face at rest."""
+    """A face; the face of a feeling holds only what differs from the face at rest."""
 
     tint: Colour
     eyes: Eyes = Eyes()
@@ -101,14 +102,14 @@ class Face(Table):
 
 
 class Colours(Table):
-    """The colours of a feeling's lines in figures, and on the studio's light and dark pages."""
+    """The colours of a feeling: ``paper`` for figures, ``screen`` for the pages of the studio."""
 
     paper: Colour
     screen: Colour
 
 
 class Feeling(Table):
-    """One feeling: its name in files and programs, its words by language, colours and face."""
+    """One feeling: its name in files and programs, its word in each language, colours and face."""
 
     name: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,39}$")]
     words: dict[str, Annotated[str, Field(min_length=1, max_length=40)]]
@@ -117,18 +118,18 @@ class Feeling(Table):
 
 
 class Catalogue(Table):
-    """All feelings, in the order of every array, and the face at rest."""
+    """The face at rest, and all feelings; arrays with a number for each follow their order."""
 
     rest: Face
     feeling: Annotated[tuple[Feeling, ...], Field(strict=False)]
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The feelings' names."""
+        """The names of the feelings."""
         return tuple(feeling.name for feeling in self.feeling)
 
     @model_validator(mode="after")
-    def _whole(self) -> Self:
+    def _check_complete(self) -> Self:
         missing = [
             f"rest.{part}.{key}"
             for part in ("eyes", "brows", "mouth", "signs")
@@ -141,11 +142,11 @@ class Catalogue(Table):
             )
         twice = sorted({name for name in self.names if self.names.count(name) > 1})
         if twice:
-            raise ValueError(f"{', '.join(twice)} stands there twice; a name belongs to one")
+            raise ValueError(f"{', '.join(twice)} is there twice; each feeling needs its own name")
         return self
 
     def faces(self) -> dict[str, object]:
-        """Return what draws faces, for JSON: the face at ``rest``, and ``feelings`` in order."""
+        """Return the numbers of all faces, ready for JSON: ``rest``, and ``feelings`` in order."""
         return {
             "rest": self.rest.model_dump(),
             "feelings": [
@@ -161,7 +162,7 @@ def load_catalogue(path: Path | str) -> Catalogue:
     Parameters
     ----------
     path
-        A TOML file like ``feelings.toml``: the paper's eight, in any order, and any others.
+        A TOML file like ``feelings.toml``, with the paper's eight in any order, and any others.
 
     Raises
     ------
@@ -174,34 +175,34 @@ def load_catalogue(path: Path | str) -> Catalogue:
     missing = [name for name in PAPER if name not in catalogue.names]
     if missing:
         raise DescriptionError(
-            f"{path}: {', '.join(missing)} is missing; a file of feelings holds the paper's eight, "
-            "and may add others."
+            f"{path}: {', '.join(missing)} is missing; a file of feelings must have the paper's "
+            "eight, and may add others."
         )
     return catalogue
 
 
 with resources.as_file(resources.files(__package__) / "feelings.toml") as _path:
-    #: What ships with Miburi.
+    #: The catalogue that ships with Miburi.
     SHIPPED = load_table(Catalogue, _path)
 #: The paper's eight feelings (Section 4).
 PAPER = SHIPPED.names
 _CHOSEN = os.environ.get("MIBURI_FEELINGS")
 #: The feelings of this process.
 CATALOGUE = load_catalogue(_CHOSEN) if _CHOSEN else SHIPPED
-#: Their names; every array of a number for each feeling follows their order.
+#: Their names; every array with a number for each feeling follows their order.
 FEELINGS = CATALOGUE.names
 
 
-def _known(name: str) -> str:
+def _check_name(name: str) -> str:
     if name not in FEELINGS:
-        *most, last = (f"'{known}'" for known in FEELINGS)
+        *most, last = (f"'{feeling}'" for feeling in FEELINGS)
         raise PydanticKnownError("literal_error", {"expected": f"{', '.join(most)} or {last}"})
     return name
 
 
-#: A feeling's name in a message or a file, checked where it enters.
+#: The type of a feeling's name in a message or a file; pydantic checks it.
 FeelingName = Annotated[
     str,
-    AfterValidator(_known),
+    AfterValidator(_check_name),
     WithJsonSchema({"enum": list(FEELINGS), "type": "string"}),
 ]

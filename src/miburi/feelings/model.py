@@ -1,19 +1,21 @@
-"""The emotional model: emotion, feeling and mood, on three time scales.
+"""The emotional model of Section 4: emotion, feeling and mood, on three time scales.
 
-Each of the three holds a number from 0 to 1 for each of the n ``FEELINGS``; the paper has eight.
+In go stimuli, contacts and the passing of time; out comes an :class:`Expression`, the strongest
+emotion with its mood. Each of the three levels holds a number from 0 to 1 for each of the n
+``FEELINGS``; the paper has eight.
 
-Section 4 of the paper: the emotion follows the very last events, the feeling those of a longer
-time, the mood those of the longest. A stimulus acts on the emotion at once; the feeling takes up
-its share while the emotion fades, and the mood while the feeling fades::
+The emotion follows the latest events, the feeling those of a longer time, and the mood those of
+the longest. A stimulus changes the emotion at once. The feeling takes up its share while the
+emotion fades, and the mood while the feeling fades::
 
     emotion  x' = −x/τe
     feeling  p' = −p/τe    x' = −x/τf + p/τe
     mood     p' = −p/τf    x' = −x/τm + p/τf
 
-with x the level and p what it has yet to take up. Support, inhibition, habituation and
-saturation act at the stimulus, as a jump; between stimuli everything is linear and integrated
-exactly, so that a step of an hour costs what a step of a millisecond does. As x + p can only
-fall between jumps, and no jump lifts it above 1, every level stays in [0, 1].
+with x the level and p the part that it has yet to take up. Support, inhibition, habituation and
+saturation act as a jump at the stimulus. Between stimuli everything is linear and integrated
+exactly, so a step of an hour costs no more than a step of a millisecond. Every level stays in
+[0, 1], because x + p only falls between jumps and no jump lifts it above 1.
 """
 
 from abc import ABC, abstractmethod
@@ -38,14 +40,14 @@ from miburi.feelings.temperament import (
 __all__ = ["CONTACT_FACTOR", "FEELINGS", "LEVELS", "SOURCES"]
 __all__ += ["EmotionalModel", "Expression", "FeelingModel", "Stimulus"]
 
-#: What an encounter leaves of every mood (Section 4: decreased by 20 %).
+#: Factor by which a contact lowers every mood (Section 4: decreased by 20 %).
 CONTACT_FACTOR = 0.8
 STATE_VERSION = 1
 
 
 @dataclass(frozen=True)
 class Stimulus:
-    """Somebody said, showed or did something.
+    """An event that the partner feels: somebody said, showed or did something.
 
     Parameters
     ----------
@@ -67,25 +69,25 @@ class Stimulus:
     source: str = "application"
 
     def __post_init__(self) -> None:
-        _known(self.feeling, FEELINGS, "feeling")
-        _known(self.source, SOURCES, "source")
+        _check_name(self.feeling, FEELINGS, "feeling")
+        _check_name(self.source, SOURCES, "source")
         object.__setattr__(self, "strength", _unit(self.strength, "strength"))
 
 
 @dataclass(frozen=True)
 class Expression:
-    """What the body shows: a feeling, and its mood as the intensity μ in [0, 1]."""
+    """What the body shows: a feeling, with its mood as the intensity μ in [0, 1]."""
 
     feeling: str
     mood: float
 
     def __post_init__(self) -> None:
-        _known(self.feeling, FEELINGS, "feeling")
+        _check_name(self.feeling, FEELINGS, "feeling")
         object.__setattr__(self, "mood", _unit(self.mood, "mood"))
 
 
 class FeelingModel(ABC):
-    """What every emotional model is to a partner, whatever moves its levels inside.
+    """The interface of every emotional model; subclasses say how the levels change.
 
     Parameters
     ----------
@@ -95,8 +97,8 @@ class FeelingModel(ABC):
 
     #: The name of the model in a saved state.
     kind: ClassVar[str]
-    #: The arrays of a saved state, and the largest value that each may hold.
-    _stored: ClassVar[dict[str, float]]
+    #: The names of the arrays in a saved state, and the largest value allowed in each.
+    _limits: ClassVar[dict[str, float]]
 
     def __init__(self, temperament: Temperament | None = None) -> None:
         self._temperament = temperament or shipped_temperament()
@@ -108,41 +110,41 @@ class FeelingModel(ABC):
 
     @property
     def temperament(self) -> Temperament:
-        """All constants; another one acts from the moment it is assigned."""
+        """All constants; a new temperament acts from the moment it is assigned."""
         return self._temperament
 
     @temperament.setter
     def temperament(self, temperament: Temperament) -> None:
-        state = self._state()  # as the constants until now have made it
+        state = self._state()  # at this moment, by the old constants
         self._temperament = temperament
         self._restore(state)
 
     @property
     def time(self) -> float:
-        """Seconds lived."""
+        """Age of the model, s."""
         return self._time
 
     @property
     def emotion(self) -> Array:
         """The fastest level, (n,) in [0, 1]."""
-        return np.array(self._now()[0])
+        return np.array(self._current_levels()[0])
 
     @property
     def feeling(self) -> Array:
         """The middle level, (n,) in [0, 1]."""
-        return np.array(self._now()[1])
+        return np.array(self._current_levels()[1])
 
     @property
     def mood(self) -> Array:
-        """The slowest level, (n,) in [0, 1], with what contact has taken from it."""
-        return np.array(self._now()[2] * (1 - self._lost))
+        """The slowest level, (n,) in [0, 1], lowered by contacts."""
+        return np.array(self._current_levels()[2] * (1 - self._lost))
 
     def stimulate(self, stimulus: Stimulus) -> None:
-        """Take in what happened now.
+        """Let a stimulus act now.
 
-        The emotion jumps at once. What is supported rises and what is inhibited falls by the
-        temperament's matrix. A stimulus of the same feeling from the same source has less effect
-        each time, until it is new again.
+        The emotion jumps at once. By the temperament's matrix, the feelings that it supports rise
+        and those that it inhibits fall. Each repetition from the same source has less effect,
+        until the stimulus is new again.
         """
         source, feeling = SOURCES.index(stimulus.source), FEELINGS.index(stimulus.feeling)
         fresh = 1 - self._stale[source, feeling]
@@ -152,14 +154,14 @@ class FeelingModel(ABC):
         self._excite(feeling, stimulus.strength * self.temperament.weights[source] * fresh)
 
     def contact(self) -> None:
-        """Lower every mood by 20 %, as the robot met something while it moved (Section 4).
+        """Lower every mood by 20 %, because the robot met something while it moved (Section 4).
 
-        The loss heals with the mood's own time constant; encounters compound.
+        The losses of several contacts multiply. They heal with the time constant of the mood.
         """
         self._lost = 1 - CONTACT_FACTOR * (1 - self._lost)
 
     def step(self, dt: float) -> None:
-        """Let ``dt`` seconds pass, exactly, however many they are.
+        """Let ``dt`` seconds pass; the result is exact for any length.
 
         Raises
         ------
@@ -173,10 +175,10 @@ class FeelingModel(ABC):
         self._time += dt
 
     def express(self) -> Expression | None:
-        """Return what the body shows: the strongest emotion, as strong as its mood (Section 4).
+        """Return what the body shows: the strongest emotion, with its mood (Section 4).
 
-        Nothing (neutral) while no emotion reaches the temperament's threshold. Of equally strong
-        emotions the first in the order of ``FEELINGS`` wins.
+        The result is None (neutral) while no emotion reaches the temperament's threshold. Of
+        equally strong emotions the first in the order of ``FEELINGS`` wins.
         """
         emotion = self.emotion
         strongest = int(np.argmax(emotion))
@@ -197,16 +199,16 @@ class FeelingModel(ABC):
         Parameters
         ----------
         emotion, feeling, mood
-            Values in [0, 1] by feeling; feelings that are not named become 0. A level that is not
-            given stays as it is. A mood that is set has lost nothing to contact.
+            Values in [0, 1] by feeling. Feelings that are not named become 0, and a level that is
+            not given stays as it is. Setting the mood also undoes its losses by contacts.
         hold
-            The named values stay, whatever happens, until their level is set again; only contact
-            lowers a held mood, and that loss heals.
+            Keep the named values until their level is set again. Only a contact lowers a held
+            mood, and that loss heals.
 
         Raises
         ------
         InputError
-            A feeling is unknown or a value is outside [0, 1]; nothing has changed then.
+            A feeling is unknown or a value is outside [0, 1]. Then nothing changes.
         """
         levels = (emotion, feeling, mood)
         values = [None if level is None else _row(level) for level in levels]
@@ -218,7 +220,7 @@ class FeelingModel(ABC):
             self._lost[:] = 0
 
     def save(self) -> dict[str, Any]:
-        """Return the state as what JSON can carry, with a version."""
+        """Return the state, with a version, ready for JSON."""
         state = {name: array.tolist() for name, array in self._state().items()}
         return {
             "version": STATE_VERSION,
@@ -232,30 +234,30 @@ class FeelingModel(ABC):
     def load(
         cls, state: Mapping[str, Any], temperament: Temperament | None = None, *, away: float = 0.0
     ) -> Self:
-        """Return the model that was saved, aged by the time that it was away.
+        """Return a saved model, aged by the time since it was saved.
 
         Parameters
         ----------
         state
             What :meth:`save` returned.
         temperament
-            The temperament to go on with; it is not part of the state.
+            The temperament of the model; the state does not contain one.
         away
             Seconds between saving and loading.
 
         Raises
         ------
         InputError
-            The state is of another version or model, or of other feelings, or a value is missing
-            or outside what is allowed.
+            The state is of another version, model or set of feelings, or a value is missing or
+            not allowed.
         """
-        found = tuple(state.get(key) for key in ("version", "model"))
-        if found != (STATE_VERSION, cls.kind):
+        header = tuple(state.get(key) for key in ("version", "model"))
+        if header != (STATE_VERSION, cls.kind):
             raise InputError(
                 f"The state must have version {STATE_VERSION} and model {cls.kind!r}, got "
-                f"{found[0]!r} and {found[1]!r}; without it the model starts afresh."
+                f"{header[0]!r} and {header[1]!r}; without a state the model starts afresh."
             )
-        names = state.get("feelings", list(PAPER))  # none were kept while there were only these
+        names = state.get("feelings", list(PAPER))  # older states name none
         if names != list(FEELINGS):
             raise InputError(
                 f"The state must be of the feelings {', '.join(FEELINGS)}, got {names!r:.200}; "
@@ -265,7 +267,7 @@ class FeelingModel(ABC):
         model._time = _seconds(state.get("time"), "the state's time")
         model._restore(
             {
-                name: _stored_array(state.get(name), array, model._stored[name], name)
+                name: _read_array(state.get(name), array, model._limits[name], name)
                 for name, array in model._state().items()
             }
         )
@@ -273,32 +275,32 @@ class FeelingModel(ABC):
         return model
 
     @abstractmethod
-    def _now(self) -> Array:
-        """Return the three levels, (3, n) in [0, 1], without what contact took."""
+    def _current_levels(self) -> Array:
+        """Return the three levels, (3, n) in [0, 1], without the losses by contacts."""
 
     @abstractmethod
     def _excite(self, feeling: int, strength: float) -> None:
-        """Let a stimulus of weighed strength act."""
+        """Let a stimulus act, with its strength after source and habituation."""
 
     @abstractmethod
     def _pass(self, dt: float) -> None:
-        """Let the levels run for ``dt`` seconds."""
+        """Advance the levels by ``dt`` seconds."""
 
     @abstractmethod
     def _set(self, row: int, values: Array) -> None:
-        """Set one level; what was on its way to it is dropped."""
+        """Set one level, and drop what it has yet to take up."""
 
     def _state(self) -> dict[str, NDArray[Any]]:
-        """Return the arrays of the state, by the names of ``_stored``."""
+        """Return the arrays of the state, with the names in ``_limits``."""
         return {"held": self._held, "lost": self._lost, "stale": self._stale}
 
     def _restore(self, arrays: Mapping[str, NDArray[Any]]) -> None:
-        """Take over arrays that :meth:`_state` once returned."""
+        """Restore the arrays that :meth:`_state` returned."""
         self._held, self._lost, self._stale = (arrays[name] for name in ("held", "lost", "stale"))
 
 
 class EmotionalModel(FeelingModel):
-    """Emotion, feeling and mood as linear cascades between stimuli.
+    """Emotion, feeling and mood as a linear cascade between stimuli.
 
     Parameters
     ----------
@@ -314,37 +316,38 @@ class EmotionalModel(FeelingModel):
     """
 
     kind = "cascade"
-    _stored: ClassVar = {"levels": 1, "pending": 1, "held": 1, "lost": 1, "stale": 1}
+    _limits: ClassVar = {"levels": 1, "pending": 1, "held": 1, "lost": 1, "stale": 1}
 
     def __init__(self, temperament: Temperament | None = None) -> None:
         super().__init__(temperament)
         self._levels = np.zeros((3, len(FEELINGS)))
-        self._pending = np.zeros(
-            (3, len(FEELINGS))
-        )  # what a level has yet to take up; none for the emotion
+        # The part that each level has yet to take up; 0 for the emotion.
+        self._pending = np.zeros((3, len(FEELINGS)))
 
-    def _now(self) -> Array:
+    def _current_levels(self) -> Array:
         return self._levels
 
     def _excite(self, feeling: int, strength: float) -> None:
         effect = strength * self.temperament.shares * self.temperament.matrix[feeling]
         effect = np.where(self._held, 0.0, effect)
-        kept = 1 + np.minimum(effect, 0)
-        self._levels *= kept
-        self._pending *= kept
+        remaining = 1 + np.minimum(effect, 0)
+        self._levels *= remaining
+        self._pending *= remaining
         rise = np.maximum(effect, 0) * (1 - self._levels - self._pending)
         self._levels[0] += rise[0]
         self._pending[1:] += rise[1:]
 
     def _pass(self, dt: float) -> None:
         leaving = 1 / self.temperament.fading
-        arriving = np.vstack([leaving[:1], leaving[:2]])  # each level at the pace of the last
+        # Each level takes up at the rate at which the one before it fades. It lasts at least twice
+        # as long, so that ``apart`` is above 0.
+        arriving = np.vstack([leaving[:1], leaving[:2]])
         leaving = np.where(self._held, 0.0, leaving)
-        apart = arriving - leaving  # above 0: each level lasts at least twice as long as the last
+        apart = arriving - leaving
         apart[0] = 1.0  # nothing is pending for the emotion
-        taken = -np.exp(-leaving * dt) * np.expm1(-apart * dt) * arriving / apart
-        levels = self._levels * np.exp(-leaving * dt) + self._pending * taken
-        self._levels = np.minimum(levels, 1.0)  # against rounding only
+        uptake = -np.exp(-leaving * dt) * np.expm1(-apart * dt) * arriving / apart
+        levels = self._levels * np.exp(-leaving * dt) + self._pending * uptake
+        self._levels = np.minimum(levels, 1.0)  # only against rounding
         self._pending *= np.exp(-arriving * dt)
 
     def _set(self, row: int, values: Array) -> None:
@@ -361,7 +364,7 @@ class EmotionalModel(FeelingModel):
             raise InputError("The state's levels and pending must not exceed 1 together.")
 
 
-def _stored_array(values: object, like: NDArray[Any], largest: float, name: str) -> NDArray[Any]:
+def _read_array(values: object, like: NDArray[Any], largest: float, name: str) -> NDArray[Any]:
     try:
         array = np.array(values, dtype=float)
     except (TypeError, ValueError):
@@ -376,11 +379,11 @@ def _stored_array(values: object, like: NDArray[Any], largest: float, name: str)
 
 def _row(values: Mapping[str, float]) -> Array:
     for name in values:
-        _known(name, FEELINGS, "feeling")
+        _check_name(name, FEELINGS, "feeling")
     return np.array([_unit(values.get(name, 0.0), name) for name in FEELINGS])
 
 
-def _known(name: str, allowed: tuple[str, ...], what: str) -> None:
+def _check_name(name: str, allowed: tuple[str, ...], what: str) -> None:
     if name not in allowed:
         raise InputError(f"{what} must be one of {', '.join(allowed)}, got {name!r}.")
 

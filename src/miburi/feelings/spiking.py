@@ -1,23 +1,27 @@
-"""A second emotional model: three layers of spike-response neurons, one for each feeling.
+"""A second emotional model, with the same interface: three layers of spike-response neurons.
 
-Related papers on the same partner describe layers of spike-response neurons for emotion, feeling
-and mood, with Hebbian weights among the feelings, and print no constants: the structure is theirs,
-the exact form and all numbers are ours.
+Emotion, feeling and mood are a layer each, with a neuron for each feeling. Related papers on the
+same partner describe such layers, with Hebbian weights among the feelings, but print no constants:
+the structure is theirs, the exact form and all numbers are ours.
 
-The potential of a neuron is its activation less its refractoriness (the spike-response
-model of Gerstner, Ritz and van Hemmen, Biological Cybernetics 69, 1993)::
+The potential of a neuron is its activation minus its refractoriness (the spike-response model of
+Gerstner, Ritz and van Hemmen, Biological Cybernetics 69, 1993)::
 
     u(t) = a e^(−t/τ) − r e^(−t/(ρ τ))
 
-with τ the time constant of its level. A stimulus raises the activations of the emotion layer by
-the temperament's matrix. Where u reaches θ the neuron fires: r rises by R, and its spike reaches
-the next layer, raising the same feeling there and lowering those that it inhibits. A spike that
-finds other neurons of the next layer excited strengthens the way to them (Hebb's rule); what was
-learned fades in a day. Every input moves an activation towards 0 or 1, by a share of what is left,
-so that the activations, which are the levels, stay in [0, 1].
+with τ the time constant of its level.
+
+- A stimulus raises the activations of the emotion layer by the temperament's matrix.
+- A neuron fires when u reaches θ: r rises by R, and the spike reaches the next layer. There it
+  raises the same feeling and lowers those that it inhibits.
+- If a spike arrives while other neurons of the next layer are excited, its connections to them
+  become stronger (Hebb's rule). They weaken again within about a day.
+- Every input moves an activation towards 0 or 1 by a share of the remaining distance. So the
+  activations, which are the levels, stay in [0, 1].
 
 Spikes only run from layer to layer, so the net falls silent by itself. Between spikes everything
-decays exactly, and the next spike is the root of one equation: an hour costs its spikes.
+decays by exact formulas, and the time of the next spike is the root of one equation. The cost of a
+step therefore depends on its spikes, not on its length.
 """
 
 from collections.abc import Mapping
@@ -34,11 +38,11 @@ from miburi.feelings.temperament import Array, Temperament
 __all__ = ["SpikingModel"]
 
 _THRESHOLD = 0.1
-_RESET = 0.2  # far below 1, so that the rate of spikes grows almost evenly with the activation
+_RESET = 0.2  # far below 1, so that the spike rate grows almost linearly with the activation
 _RECOVERY = 0.25  # ρ: refractoriness fades four times as fast as the activation
-_SYNAPSE = 0.07  # a spike hands on this part of what the whole stimulus is meant to
+_SYNAPSE = 0.07  # the share of a stimulus' effect that one spike passes on
 _LEARNING = 0.01
-_MOST_LEARNED = 0.15  # as part of the weight of the own feeling
+_MOST_LEARNED = 0.15  # as a share of the weight to the same feeling
 _FORGETTING = 86_400.0  # s
 _NEWTON_STEPS = 8
 
@@ -53,7 +57,7 @@ class SpikingModel(FeelingModel):
     """
 
     kind = "spiking"
-    _stored: ClassVar = {
+    _limits: ClassVar = {
         "activation": 1,
         "refractory": 1 + _RESET,
         "trace": 1,
@@ -71,12 +75,12 @@ class SpikingModel(FeelingModel):
         self._refractory = np.zeros((3, n))
         self._trace = np.zeros((3, n))  # 1 at a spike, fading with the level
         self._learned = np.zeros((2, n, n))
-        # ... which was `since` seconds ago, and when each neuron fires after it.
+        # ... which was `since` seconds ago, and the time after it at which each neuron fires.
         self._since = 0.0
         self._next = np.full((3, n), inf)
 
-    def _now(self) -> Array:
-        level: Array = self._activation * np.exp(-self._leaving() * self._since)
+    def _current_levels(self) -> Array:
+        level: Array = self._activation * np.exp(-self._decay_rates() * self._since)
         return level
 
     def _excite(self, feeling: int, strength: float) -> None:
@@ -99,7 +103,7 @@ class SpikingModel(FeelingModel):
         self._plan(row)
 
     def _state(self) -> dict[str, NDArray[Any]]:
-        return {**self._decayed(self._since), **super()._state()}
+        return {**self._decay(self._since), **super()._state()}
 
     def _restore(self, arrays: Mapping[str, NDArray[Any]]) -> None:
         super()._restore(arrays)
@@ -111,7 +115,7 @@ class SpikingModel(FeelingModel):
 
     @property
     def _weights(self) -> Array:
-        """Weights from each layer to the next, (2,)."""
+        """The weights from each layer to the next, (2,)."""
         shares = self.temperament.shares[:, 0]
         ratio = shares[1:] / np.maximum(shares[:-1], 1e-12)
         weights: Array = _SYNAPSE * np.minimum(ratio, 1)
@@ -119,28 +123,28 @@ class SpikingModel(FeelingModel):
 
     @property
     def _slow(self) -> Array:
-        """Rates at which activations fade, (3, n) 1/s."""
+        """The rates at which activations fade, (3, n) 1/s."""
         return 1 / self.temperament.fading
 
     @property
     def _fast(self) -> Array:
-        """Rates at which refractoriness fades, (3, n) 1/s."""
+        """The rates at which refractoriness fades, (3, n) 1/s."""
         return self._slow / _RECOVERY
 
-    def _leaving(self) -> Array:
+    def _decay_rates(self) -> Array:
         return np.where(self._held, 0.0, self._slow)
 
-    def _decayed(self, seconds: float) -> dict[str, Array]:
+    def _decay(self, seconds: float) -> dict[str, Array]:
         return {
-            "activation": self._activation * np.exp(-self._leaving() * seconds),
+            "activation": self._activation * np.exp(-self._decay_rates() * seconds),
             "refractory": self._refractory * np.exp(-self._fast * seconds),
             "trace": self._trace * np.exp(-self._slow * seconds),
             "learned": self._learned * np.exp(-seconds / _FORGETTING),
         }
 
     def _advance(self, seconds: float) -> None:
-        """Move the moment to which the state belongs; no neuron may fire on the way."""
-        state = self._decayed(seconds)
+        """Advance the stored state by ``seconds``, in which no neuron may fire."""
+        state = self._decay(seconds)
         self._activation, self._refractory = state["activation"], state["refractory"]
         self._trace, self._learned = state["trace"], state["learned"]
         self._since -= seconds
@@ -160,21 +164,23 @@ class SpikingModel(FeelingModel):
             return
         innate = self.temperament.matrix[neuron]
         learned = self._learned[layer, neuron]
-        # Hebb's rule, from where the spike starts to what is excited where it arrives.
+        # Hebb's rule: connections grow towards the neurons that are excited in the next layer.
         grows = np.where(innate < 0, 0.0, _LEARNING * self._trace[layer + 1])
         learned += grows * (_MOST_LEARNED - learned)
         own = np.arange(len(FEELINGS)) == neuron
-        # Support acts on the emotion layer already; from layer to layer it has to be learned.
+        # Support already acted on the emotion layer; between layers it must be learned.
         effect = np.where(own, 1.0, np.minimum(innate, 0)) + learned
         self._receive(layer + 1, self._weights[layer] * effect)
 
     def _plan(self, layer: int) -> None:
-        """Foresee when the neurons of a layer fire if nothing arrives before."""
+        """Compute when the neurons of a layer fire if no input arrives before."""
         slow, fast = self._slow, self._fast
         for neuron in range(len(FEELINGS)):
             place = layer, neuron
             self._next[place] = inf
-            if self._activation[place] >= _THRESHOLD and not self._held[place]:  # held is silent
+            if (
+                self._activation[place] >= _THRESHOLD and not self._held[place]
+            ):  # held neurons are silent
                 self._next[place] = _spike_time(
                     float(self._activation[place]),
                     float(self._refractory[place]),
@@ -193,7 +199,7 @@ def _spike_time(a: float, r: float, slow: float, fast: float) -> float:
     peak = log(r * fast / (a * slow)) / (fast - slow)
     if a * exp(-slow * peak) - r * exp(-fast * peak) <= _THRESHOLD:
         return inf
-    # Up to the peak u is concave: Newton's steps from 0 approach the root from below.
+    # Up to the peak u is concave, so Newton's steps from 0 approach the root from below.
     t = 0.0
     for _ in range(_NEWTON_STEPS):
         up, down = a * exp(-slow * t), r * exp(-fast * t)

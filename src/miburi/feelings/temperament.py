@@ -1,7 +1,7 @@
-"""Temperament: all constants of the emotional model, in one validated TOML file.
+"""Temperaments: in goes a TOML file, out come all constants of the emotional model.
 
-The paper fixes eight feelings, three levels and their order in time; it prints no constant.
-Every number in the temperaments that ship with Miburi is therefore our assumption.
+The paper gives eight feelings, three levels and their order in time, but prints no constants.
+So every number in the temperaments that ship with Miburi is our assumption.
 """
 
 import tomllib
@@ -37,7 +37,7 @@ Array = NDArray[np.float64]
 
 Source = Literal["speech", "face", "touch", "application"]
 
-#: Where a stimulus can come from.
+#: The possible sources of a stimulus.
 SOURCES: tuple[Source, ...] = get_args(Source)
 #: The three levels, from the fastest to the slowest.
 LEVELS: tuple[str, ...] = ("emotion", "feeling", "mood")
@@ -46,14 +46,14 @@ Share = Annotated[float, Field(ge=0, le=1)]
 
 
 class TimeConstants(Table):
-    """How long each level lasts: the time in which it fades to 1/e, in s."""
+    """The time in which each level fades to 1/e, in s."""
 
     emotion: Annotated[float, Field(ge=0.1, le=3600)]
     feeling: Annotated[float, Field(ge=1, le=86_400)]
     mood: Annotated[float, Field(ge=10, le=31_536_000)]
 
     @model_validator(mode="after")
-    def _apart(self) -> Self:
+    def _check_order(self) -> Self:
         if not (2 * self.emotion <= self.feeling and 2 * self.feeling <= self.mood):
             raise ValueError(
                 "each level must last at least twice as long as the one before it, got "
@@ -63,13 +63,13 @@ class TimeConstants(Table):
 
 
 class TakeUp(Table):
-    """Share of a stimulus that reaches the slower levels; the emotion takes all of it."""
+    """The share of a stimulus that the slower levels take up; the emotion takes up all of it."""
 
     feeling: Share
     mood: Share
 
     @model_validator(mode="after")
-    def _slower_takes_less(self) -> Self:
+    def _check_shares(self) -> Self:
         if self.mood > self.feeling:
             raise ValueError(
                 f"mood must not exceed feeling, got mood {self.mood} and feeling {self.feeling}"
@@ -78,14 +78,14 @@ class TakeUp(Table):
 
 
 class Habituation(Table):
-    """How fast a repeated stimulus grows stale, and in how many s it is new again."""
+    """How much effect each repetition of a stimulus loses, and the s in which that heals."""
 
     share: Share
     recovery: Annotated[float, Field(ge=0.1, le=86_400)]
 
 
 class Temperament(Table):
-    """A character: how fast feelings come and go, and how they act on each other."""
+    """A character: how fast feelings come and go, and how they affect each other."""
 
     name: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$")]
     threshold: Annotated[float, Field(ge=0.001, le=1)]
@@ -100,7 +100,7 @@ class Temperament(Table):
 
     @field_validator("sources", "lasting")
     @classmethod
-    def _whole(cls, value: dict[str, float], info: ValidationInfo) -> dict[str, float]:
+    def _check_complete(cls, value: dict[str, float], info: ValidationInfo) -> dict[str, float]:
         names: tuple[str, ...] = SOURCES if info.field_name == "sources" else FEELINGS
         missing = [name for name in names if name not in value]
         if missing:
@@ -109,7 +109,7 @@ class Temperament(Table):
 
     @field_validator("effects")
     @classmethod
-    def _on_others(cls, value: dict[str, dict[str, float]]) -> dict[str, dict[str, float]]:
+    def _check_effects(cls, value: dict[str, dict[str, float]]) -> dict[str, dict[str, float]]:
         for feeling, effects in value.items():
             if feeling in effects:
                 raise ValueError(
@@ -121,35 +121,35 @@ class Temperament(Table):
     def fading(self) -> Array:
         """Time constants, (3, n) s: levels by feelings."""
         constants = [getattr(self.time_constants, level) for level in LEVELS]
-        return _frozen(np.outer(constants, [self.lasting[name] for name in FEELINGS]))
+        return _freeze(np.outer(constants, [self.lasting[name] for name in FEELINGS]))
 
     @cached_property
     def shares(self) -> Array:
-        """Share of a stimulus that each level takes up, (3, 1)."""
-        return _frozen(np.array([[1.0], [self.take_up.feeling], [self.take_up.mood]]))
+        """The share of a stimulus that each level takes up, (3, 1)."""
+        return _freeze(np.array([[1.0], [self.take_up.feeling], [self.take_up.mood]]))
 
     @cached_property
     def weights(self) -> Array:
-        """How much a stimulus counts, (4,), in the order of ``SOURCES``."""
-        return _frozen(np.array([self.sources[name] for name in SOURCES]))
+        """The weight of a stimulus from each source, (4,), in the order of ``SOURCES``."""
+        return _freeze(np.array([self.sources[name] for name in SOURCES]))
 
     @cached_property
     def matrix(self) -> Array:
-        """Effect of a stimulus of one feeling (row) on each (column), (n, n); the diagonal is 1."""
+        """The effect of a stimulus (row) on each feeling (column), (n, n); the diagonal is 1."""
         matrix = np.eye(len(FEELINGS))
         for feeling, effects in self.effects.items():
             for other, effect in effects.items():
                 matrix[FEELINGS.index(feeling), FEELINGS.index(other)] = effect
-        return _frozen(matrix)
+        return _freeze(matrix)
 
 
-def _frozen(array: Array) -> Array:
+def _freeze(array: Array) -> Array:
     array.flags.writeable = False
     return array
 
 
 def load_temperament(path: Path | str) -> Temperament:
-    """Read and check a temperament.
+    """Read and check a temperament file.
 
     Parameters
     ----------
@@ -173,18 +173,18 @@ TEMPERAMENTS: tuple[str, ...] = ("default", "calm", "lively", "playful")
 def shipped_temperament(name: str = "default") -> Temperament:
     """Return a temperament that ships with Miburi.
 
-    Each was written for the paper's eight feelings. A feeling of the user's own lasts as long as
-    the time constants say, and acts on no other; a temperament file can say otherwise.
+    Each was written for the paper's eight feelings. A feeling that a user adds lasts as long as
+    the time constants say and has no effect on others; a temperament file can change that.
 
     Raises
     ------
     InputError
-        There is none of that name; the message lists them.
+        The name is unknown; the message lists the names.
     """
     if name not in TEMPERAMENTS:
         raise InputError(
             f"There is no temperament {name!r}; take one of {', '.join(TEMPERAMENTS)}, "
-            "or the path of a file to load_temperament."
+            "or pass the path of a file to load_temperament."
         )
     file = resources.files(__package__) / "temperaments" / f"{name}.toml"
     table = tomllib.loads(file.read_text(encoding="utf-8"))

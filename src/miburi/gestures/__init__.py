@@ -1,8 +1,8 @@
-"""Gestures: one TOML file per movement function, and the code that gives them mood and time."""
+"""Gestures: a feeling's movement function, one TOML file, and a mood become timed key poses."""
 
 from miburi.gestures.movement import MovementFunction, load, load_for, misfits
 from miburi.gestures.performance import KeyPose, blend, breath, key_poses, membership
-from miburi.gestures.repertoire import Repertoire, read_repertoire, shipped
+from miburi.gestures.repertoire import Repertoire, read_repertoire, shipped_repertoire
 
 __all__ = [
     "KeyPose",
@@ -16,5 +16,5 @@ __all__ = [
     "membership",
     "misfits",
     "read_repertoire",
-    "shipped",
+    "shipped_repertoire",
 ]

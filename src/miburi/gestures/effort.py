@@ -1,4 +1,4 @@
-"""Laban's effort: four numbers, written in a gesture's file, that say how it is moved."""
+"""Laban's effort: four numbers in a gesture's file that say how the gesture is moved."""
 
 from typing import Annotated
 
@@ -14,21 +14,21 @@ Share = Annotated[float, Field(ge=0, le=1)]
 class Effort(Table):
     """Space, weight, time and flow (Laban; the paper's Fig. 5), each in [0, 1].
 
-    The paper lets space and time rise with the mood; weight and flow belong to the feeling.
-    What the numbers do to a gesture is ours:
+    In the paper, space and time rise with the mood, while weight and flow belong to the feeling.
+    How the numbers change a gesture is ours:
 
     Attributes
     ----------
     space
-        Share of the written reach that is used: 0 stays at neutral, 1 goes all the way.
+        Share of the written reach: at 0 the body stays at neutral, at 1 it goes all the way.
     weight
-        Light 0, strong 1: a strong movement is short and then halts; it takes the share
+        Light 0, strong 1: a strong movement is short and then halts. It takes the share
         1 − weight / 2 of its time.
     time
-        Sustained 0, sudden 1: the tempo is 0.5 + time, so 0.5 is as written.
+        Sustained 0, sudden 1: the tempo is 0.5 + time, so 0.5 leaves it as written.
     flow
-        Bound 0, free 1: below 0.5 a wide movement halts half-way, the longer the more bound;
-        from 0.5 on it sweeps through.
+        Bound 0, free 1: below 0.5 a wide movement halts half-way, and the halt is longer the more
+        bound it is. From 0.5 on there is no halt.
     """
 
     space: Share
@@ -38,15 +38,15 @@ class Effort(Table):
 
     @property
     def tempo(self) -> float:
-        """How much faster than written, 0.5 to 1.5."""
+        """The speed relative to what is written, 0.5 to 1.5."""
         return 0.5 + self.time
 
     @property
     def stroke(self) -> float:
-        """Share of its time that a movement takes before it halts, 1 to 0.5."""
+        """The share of its time that a movement takes before it halts, 1 to 0.5."""
         return 1.0 - self.weight / 2
 
     @property
     def hesitation(self) -> float:
-        """Share of its time that a wide movement halts half-way, 0 to 0.25."""
+        """The share of its time for which a wide movement halts half-way, 0 to 0.25."""
         return max(0.0, 0.25 - self.flow / 2)

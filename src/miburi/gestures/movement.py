@@ -1,4 +1,9 @@
-"""Movement functions: one TOML file each, checked when it is read."""
+"""Read movement functions: in goes a gesture file (TOML), out comes a checked object.
+
+Hands and head are written relative to the body, so that a gesture carries over to other robots.
+:func:`angles` turns a key pose into joint angles, and :func:`misfits` names the key poses that a
+robot cannot reach.
+"""
 
 from collections.abc import Iterator
 from importlib import resources
@@ -39,13 +44,13 @@ class Posture(Table):
     Attributes
     ----------
     phase, until
-        When the body arrives and when it leaves, in parts of the gesture's duration.
+        When the body arrives at the pose and when it leaves, as shares of the gesture's duration.
     right, left
-        Hand as seen from its own shoulder, [forward, out, up] of the chest, in arm's reaches
-        (L23 + L34).
+        Position of the hand relative to its own shoulder, [forward, out, up] of the chest, in
+        arm's reaches (L23 + L34).
     head
-        Direction from the head's joint to its centre, [forward, left, up] of the base; any
-        length. What points to the side turns the waist.
+        Direction from the head's joint to its centre, [forward, left, up] of the base, of any
+        length. A direction to the side turns the waist.
     """
 
     phase: Phase
@@ -56,11 +61,11 @@ class Posture(Table):
 
     @property
     def leaves(self) -> float:
-        """Phase at which the body leaves the pose."""
+        """The phase at which the body leaves the pose."""
         return self.phase if self.until is None else self.until
 
     @model_validator(mode="after")
-    def _possible(self) -> Self:
+    def _check_reach(self) -> Self:
         if self.until is not None and self.until < self.phase:
             raise ValueError(
                 f"until must not be before phase ({self.phase}), got {self.until}; "
@@ -82,10 +87,10 @@ class Posture(Table):
 
 
 class Repeat(Table):
-    """Key poses ``first`` to ``last``, counted from 1, are played ``times`` times in all.
+    """Play the key poses ``first`` to ``last``, counted from 1, ``times`` times in all.
 
-    The way ``back`` from the last to the first takes that part of the gesture's duration, which
-    each repeat makes longer.
+    Going ``back`` from the last to the first takes that share of the gesture's duration. Each
+    repeat makes the gesture longer.
     """
 
     first: Annotated[int, Field(ge=1)]
@@ -95,22 +100,22 @@ class Repeat(Table):
 
 
 class MovementFunction(Table):
-    """The paper's movement function (Section 4): what one feeling does to hands and head.
+    """The paper's movement function (Section 4): how one feeling moves hands and head.
 
     Attributes
     ----------
     name, feeling
-        Its own name, and the feeling that it shows.
+        The name of the gesture, and the feeling that it shows.
     duration
         s, from neutral to neutral at tempo 1, repeats not counted.
     hedge
-        How the mood μ weighs: ``plainly`` μ, ``very`` μ², ``more or less`` √μ.
+        How the mood μ counts: ``plainly`` μ, ``very`` μ², ``more or less`` √μ.
     effort
         Laban's effort at full intensity.
     pose
-        The key poses in the order of their phases; neutral comes before and after by itself.
+        The key poses in the order of their phases; the gesture starts and ends at neutral.
     repeat
-        A stretch of key poses that is played more than once.
+        A range of key poses to play more than once.
     """
 
     name: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$")]
@@ -122,7 +127,7 @@ class MovementFunction(Table):
     repeat: Repeat | None = None
 
     @model_validator(mode="after")
-    def _in_order(self) -> Self:
+    def _check_order(self) -> Self:
         if self.feeling not in feelings.FEELINGS:
             raise ValueError(
                 f"feeling = {self.feeling!r} is not known; allowed are "
@@ -133,12 +138,12 @@ class MovementFunction(Table):
             if pose.phase <= left:
                 raise ValueError(
                     f"pose {number} has the phase {pose.phase}; it must come after {left}, "
-                    "when the pose before it is left"
+                    "when the body leaves the pose before it"
                 )
             left = pose.leaves
         if left >= 1:
             raise ValueError(
-                f"the last pose is left at {left}; it must be left before 1, "
+                f"the body leaves the last pose at {left}; it must leave before 1, "
                 "so that there is time to go back to neutral"
             )
         if self.repeat and not self.repeat.first < self.repeat.last <= len(self.pose):
@@ -165,10 +170,10 @@ def load(source: str | Path) -> MovementFunction:
         The file cannot be read, or a key is wrong.
     """
     if isinstance(source, str) and not source.endswith(".toml"):
-        if source not in (known := shipped_feelings()):
+        if source not in (available := shipped_feelings()):
             raise InputError(
-                f"There is no gesture for {source!r}; there is one for {', '.join(known)}. "
-                "A path of a gesture file ends in .toml."
+                f"There is no gesture for {source!r}; there is one for {', '.join(available)}. "
+                "The path of a gesture file must end in .toml."
             )
         with resources.as_file(resources.files(__package__) / f"{source}.toml") as path:
             return load(path)
@@ -192,13 +197,13 @@ def load_for(robot: Robot, path: Path | str) -> MovementFunction:
 
 
 def shipped_feelings() -> tuple[str, ...]:
-    """Name the feelings for which a gesture ships with Miburi, in the order of ``FEELINGS``."""
+    """Return the feelings for which a gesture ships with Miburi, in the order of ``FEELINGS``."""
     folder = resources.files(__package__)
     return tuple(feeling for feeling in FEELINGS if (folder / f"{feeling}.toml").is_file())
 
 
 def misfits(robot: Robot, function: MovementFunction) -> Iterator[str]:
-    """Say in words which key poses the robot's limits do not allow, and what they allow."""
+    """Yield a line for each key pose that the robot's limits do not allow, and what they allow."""
     size = robot.lengths
     for number, pose in enumerate(function.pose, start=1):
         target = _target(robot, pose)
@@ -212,7 +217,7 @@ def misfits(robot: Robot, function: MovementFunction) -> Iterator[str]:
                 f"head by {raised:.3f} rad; allowed are {robot.lower[0]} to {robot.upper[0]} and "
                 f"{robot.lower[-1]} to {robot.upper[-1]}"
             )
-            continue  # the waist carries the arms: they cannot be judged without it
+            continue  # the waist carries the arms, so without it they cannot be checked
         for misses, name, hand, bend in (
             (right, "right", pose.right, robot.upper[3]),
             (left, "left", pose.left, robot.lower[6]),
@@ -226,26 +231,26 @@ def misfits(robot: Robot, function: MovementFunction) -> Iterator[str]:
                 )
 
 
-#: m, the largest distance of an extremity from where a key pose wants it.
+#: Largest distance of an extremity from its target, m.
 _TOLERANCE = 1e-6
 
 
 def angles(robot: Robot, pose: Posture) -> Array:
     """Return the joint angles, (8,) rad, that put hands and head where ``pose`` says.
 
-    A pose that the limits do not allow is bent until they do; see :func:`misfits`.
+    A pose outside the limits is changed until it is inside; see :func:`misfits`.
     """
     target = _target(robot, pose)
     exact = inverse(robot, target, _TOLERANCE)
     if not len(exact):
         return inverse_within_limits(robot, target)
-    # Where an elbow may bend either way, it bends as it does at neutral.
+    # If an elbow could bend either way, choose the way it bends at neutral.
     best: Array = exact[np.argmax(exact[:, 3] - exact[:, 6])]
     return best
 
 
 def _target(robot: Robot, pose: Posture) -> Array:
-    """Return where ``pose`` wants the extremities, (9,) m in the base frame."""
+    """Return the positions of the extremities in ``pose``, (9,) m in the base frame."""
     right, left, head = np.array(pose.right), np.array(pose.left), np.array(pose.head)
     reach = arm_reach(robot)
     look = head / np.linalg.norm(head)

@@ -1,10 +1,10 @@
-"""From movement functions and moods to timed key poses.
+"""Perform gestures: in go movement functions and moods, out come timed key poses.
 
-The mood μ is a fuzzy membership (Section 4, Fig. 7). Two Takagi–Sugeno rules hold for every key
-pose: *if the feeling holds, go to the written pose; if it does not, stay at neutral*. Their
-weighted mean is taken in the arms' own polar coordinates, the joint angles: the joint limits
-make a box, so every mean of reachable poses is reachable, and a body with half the mood goes
-half the way along the same path.
+The mood μ is a fuzzy membership (Section 4, Fig. 7). Each key pose has two Takagi–Sugeno rules:
+*if the feeling holds, go to the written pose; if it does not, stay at neutral*. Their weighted mean
+is taken in joint angles, the arms' own polar coordinates. The joint limits form a box, so the mean
+of reachable poses is reachable, too. At half the mood the body goes half as far along the same
+path.
 """
 
 from collections.abc import Sequence
@@ -27,27 +27,27 @@ __all__ = [
     "membership",
 ]
 
-#: A movement that turns a joint further than this, in rad, is wide: bound flow halts in it.
+#: A movement that turns a joint further than this, rad, is wide; with bound flow it halts half-way.
 WIDE = 0.5
-#: Variation: how much less a joint may turn than is written, and how much the times differ.
+#: Variation: how much less a joint may turn than written, and how much durations may differ.
 REACH_VARIES, TIME_VARIES = 0.15, 0.12
-#: Breathing: rad that each joint moves at the height of a breath, and s for in and out.
+#: Breathing: the offset of each joint at the height of a breath, rad, and s for in and out.
 _BREATH = np.array([0.0, 0.03, -0.05, 0.05, 0.03, 0.05, -0.05, 0.035])
 _BREATH_TIMES = (1.4, 2.0)
 
 
 @dataclass(frozen=True)
 class KeyPose:
-    """Where the three extremities go next (Section 4's nine coordinates), and how fast.
+    """Where the three extremities go next (the nine coordinates of Section 4), and how fast.
 
     Attributes
     ----------
     right, left, head
         (3,) m in the base frame.
     duration
-        s, from rest to rest; a body that needs longer takes longer.
+        s, from rest to rest; a body that cannot be so fast takes longer.
     hold
-        s, to stay there before the next key pose.
+        s, the pause before the next key pose.
     """
 
     right: Array
@@ -58,13 +58,13 @@ class KeyPose:
 
     @property
     def target(self) -> Array:
-        """Return the nine coordinates, (9,) m: right, left, head."""
+        """The nine coordinates, (9,) m: right, left, head."""
         return np.concatenate([self.right, self.left, self.head])
 
 
 @dataclass(frozen=True)
 class _Beat:
-    """A moment of a gesture: the weights (k,) of its k written poses; s at tempo 1."""
+    """One movement of a gesture: weights (k,) of its k poses, duration and hold, s at tempo 1."""
 
     weights: Array
     duration: float
@@ -72,7 +72,7 @@ class _Beat:
 
 
 def membership(function: MovementFunction, mood: float) -> float:
-    """Return how much the function's rule holds at ``mood``: μ, shaped by the hedge.
+    """Return the membership of the function's rule at ``mood``: μ, shaped by the hedge.
 
     Raises
     ------
@@ -90,19 +90,19 @@ def key_poses(
 ) -> list[KeyPose]:
     """Return one performance of a gesture, from neutral to neutral (Section 4).
 
-    The number of key poses does not depend on the mood: where the mood changes on the way, the
-    next key pose is simply taken from a list for the new mood.
+    The number of key poses does not depend on the mood. So when the mood changes on the way, take
+    the next key pose from the list for the new mood.
 
     Parameters
     ----------
     robot
         Gives lengths, limits and neutral.
     function
-        What to perform.
+        The gesture.
     mood
-        The membership μ, 0 to 1: the greater, the more space and the faster.
+        The membership μ, 0 to 1: a greater mood makes the gesture larger and faster.
     variation
-        A seed: each makes a performance that is a little different; None as written.
+        A seed. Each seed gives a slightly different performance; None gives it as written.
 
     Raises
     ------
@@ -118,10 +118,10 @@ def blend(
     *,
     variation: int | None = None,
 ) -> list[KeyPose]:
-    """Return one performance of several gestures at once, each as much as its mood.
+    """Return one performance of several gestures at once, each weighted by its mood.
 
-    The strongest gives the key poses and their rhythm; the others are taken at the same phases.
-    Memberships that sum to more than 1 are shared out.
+    The strongest gesture gives the number of key poses and their rhythm; the others are added at
+    the same phases. Memberships that sum to more than 1 are scaled down to 1.
 
     Raises
     ------
@@ -129,26 +129,26 @@ def blend(
         There is no part, or a mood is not from 0 to 1.
     """
     if not parts:
-        raise InputError("a blend needs at least one gesture with its mood.")
-    held = [membership(function, mood) for function, mood in parts]
-    shares = np.array(held) / max(1.0, sum(held))
+        raise InputError("A blend needs at least one gesture with its mood, got none.")
+    memberships = [membership(function, mood) for function, mood in parts]
+    shares = np.array(memberships) / max(1.0, sum(memberships))
     lead = parts[int(np.argmax(shares))][0]
     phases = np.array([pose.phase for pose in lead.pose])
     offsets = np.zeros((len(phases), len(robot.neutral)))
     time = 0.0
     for (function, _), share in zip(parts, shares, strict=True):
-        offsets += share * function.effort.space * _at(robot, function, phases)
+        offsets += share * function.effort.space * _offsets_at(robot, function, phases)
         time += share * function.effort.time
-    # Half of the leading gesture's time is its own, the other half comes with the mood.
+    # The effort's time is half the leading gesture's own, and half depends on the mood.
     time = (lead.effort.time + min(time, 1.0)) / 2
     tempo = lead.effort.model_copy(update={"time": time}).tempo
-    varied = None if variation is None else np.random.default_rng(variation)
+    rng = None if variation is None else np.random.default_rng(variation)
     performance = []
     for beat in _timeline(robot, lead):
         offset, slower = beat.weights @ offsets, 1.0 / tempo
-        if varied is not None:
-            offset = offset * varied.uniform(1 - REACH_VARIES, 1, len(offset))
-            slower *= varied.uniform(1 - TIME_VARIES, 1 + TIME_VARIES)
+        if rng is not None:
+            offset = offset * rng.uniform(1 - REACH_VARIES, 1, len(offset))
+            slower *= rng.uniform(1 - TIME_VARIES, 1 + TIME_VARIES)
         performance.append(_key_pose(robot, offset, beat.duration * slower, beat.hold * slower))
     return performance
 
@@ -157,8 +157,8 @@ def breath(robot: Robot, *, variation: int | None = None) -> list[KeyPose]:
     """Return one breath of a body at rest: in, and out to neutral again."""
     depth = slower = 1.0
     if variation is not None:
-        varied = np.random.default_rng(variation)
-        depth, slower = varied.uniform(0.7, 1.0), varied.uniform(1.0, 1.3)
+        rng = np.random.default_rng(variation)
+        depth, slower = rng.uniform(0.7, 1.0), rng.uniform(1.0, 1.3)
     inwards, outwards = (slower * time for time in _BREATH_TIMES)
     return [
         _key_pose(robot, depth * _BREATH, inwards, 0.1),
@@ -174,22 +174,22 @@ def _key_pose(robot: Robot, offset: Array, duration: float, hold: float) -> KeyP
 
 def _offsets(robot: Robot, function: MovementFunction) -> Array:
     """Return how far from neutral the written poses are, (k, 8) rad."""
-    # Worked out once for each robot and function; both are frozen, and kept so that ids last.
+    # Robot and function are frozen. The cache holds on to both, so that their ids stay valid.
     key = (id(robot), id(function))
-    if key not in _known:
-        if len(_known) >= _MOST_KNOWN:
-            _known.clear()
+    if key not in _offsets_cache:
+        if len(_offsets_cache) >= _CACHE_SIZE:
+            _offsets_cache.clear()
         poses = np.array([angles(robot, pose) for pose in function.pose])
-        _known[key] = (robot, function, poses - robot.neutral)
-    return _known[key][2]
+        _offsets_cache[key] = (robot, function, poses - robot.neutral)
+    return _offsets_cache[key][2]
 
 
-_known: dict[tuple[int, int], tuple[Robot, MovementFunction, Array]] = {}
-_MOST_KNOWN = 256
+_offsets_cache: dict[tuple[int, int], tuple[Robot, MovementFunction, Array]] = {}
+_CACHE_SIZE = 256
 
 
-def _at(robot: Robot, function: MovementFunction, phases: Array) -> Array:
-    """Return a gesture's offsets (n, 8) at any phases (n,), straight between its poses."""
+def _offsets_at(robot: Robot, function: MovementFunction, phases: Array) -> Array:
+    """Return a gesture's offsets (n, 8) at phases (n,), linear between its poses."""
     arrivals = [pose.phase for pose in function.pose]
     leaves = [pose.leaves for pose in function.pose]
     times = np.array([0.0, *np.column_stack([arrivals, leaves]).ravel(), 1.0])
@@ -199,9 +199,9 @@ def _at(robot: Robot, function: MovementFunction, phases: Array) -> Array:
 
 
 def _timeline(robot: Robot, function: MovementFunction) -> list[_Beat]:
-    """Lay a movement function out in time: repeats, strokes, halts; at last neutral."""
+    """Lay a movement function out in time: repeats, strokes and halts, then neutral."""
     effort, count = function.effort, len(function.pose)
-    moves = []  # weights of the poses; move and halt in parts of the duration
+    moves = []  # weights of the poses; move and halt as shares of the duration
     left = 0.0
     for index, pose in enumerate(function.pose):
         span = pose.phase - left

@@ -1,11 +1,11 @@
-"""What gestures a partner has: for each feeling one or more, of which a seed chooses.
+"""The gestures of a partner: one or more for each feeling, from which a seed chooses.
 
 In go the gestures that ship with Miburi and, if a user has some, a folder of gesture files; out
-comes a :class:`Repertoire`, which the partner, the trials and the gallery perform from.
+comes a :class:`Repertoire`, from which the partner, the trials and the gallery perform.
 
-A user's gesture is written for the user's robot: what the robot cannot do is a mistake, and is
-refused. A shipped gesture was written for the iphonoid: another robot bends it to what its joint
-limits allow, so that every robot can be run at once; :func:`misfits` names those poses.
+A user writes gestures for their own robot, so a pose that it cannot reach is a mistake and is
+refused. The shipped gestures were written for the iphonoid. On another robot their poses are
+changed to fit its joint limits, so that every robot can run at once; :func:`misfits` names them.
 """
 
 from collections import Counter
@@ -20,12 +20,12 @@ from miburi.feelings import FEELINGS
 from miburi.gestures.movement import MovementFunction, load, load_for, shipped_feelings
 from miburi.robot import Robot
 
-__all__ = ["Repertoire", "read_repertoire", "shipped"]
+__all__ = ["Repertoire", "read_repertoire", "shipped_repertoire"]
 
 
 @dataclass(frozen=True)
 class Repertoire:
-    """The gestures of a partner, in the order of ``FEELINGS``.
+    """The gestures of a partner, in the order of their feelings in ``FEELINGS``.
 
     Raises
     ------
@@ -45,7 +45,7 @@ class Repertoire:
         for name, count in Counter(function.name for function in self.functions).items():
             if count > 1:
                 raise InputError(
-                    f"{count} gestures have the name {name!r}; give each a name of its own."
+                    f"{count} gestures have the name {name!r}; give each its own name."
                 )
 
     def of(self, feeling: str) -> tuple[MovementFunction, ...]:
@@ -53,33 +53,32 @@ class Repertoire:
         return tuple(function for function in self.functions if function.feeling == feeling)
 
     def choose(self, feeling: str, rng: np.random.Generator) -> MovementFunction:
-        """Draw one of a feeling's gestures; nothing is drawn where there is one alone."""
+        """Draw one gesture of a feeling; a feeling with a single gesture draws no random number."""
         choice = self.of(feeling)
         return choice[0] if len(choice) == 1 else choice[int(rng.integers(len(choice)))]
 
 
 @lru_cache(maxsize=1)
-def shipped() -> Repertoire:
+def shipped_repertoire() -> Repertoire:
     """Return the gestures that ship with Miburi."""
     return Repertoire(tuple(map(load, shipped_feelings())))
 
 
 def read_repertoire(folder: Path | str, robot: Robot) -> Repertoire:
-    """Read a user's gestures for ``robot``: all files ``*.toml`` of a folder.
+    """Read a user's gestures for ``robot``: all ``*.toml`` files of a folder.
 
-    They replace the shipped gestures of the feelings that they show; the other feelings keep
-    theirs.
+    They replace the shipped gestures of their feelings; other feelings keep the shipped ones.
 
     Raises
     ------
     DescriptionError
-        There is no gesture file in the folder, a file is not one, or the robot cannot do it.
+        The folder has no gesture file, a file is wrong, or the robot cannot reach a key pose.
     InputError
         A feeling has no gesture, or two gestures have the same name.
     """
     own = [load_for(robot, path) for path in sorted(Path(folder).glob("*.toml"))]
     if not own:
         raise DescriptionError(f"{folder}: there is no gesture file (*.toml) in this folder.")
-    shown = {function.feeling for function in own}
-    own += [load(feeling) for feeling in shipped_feelings() if feeling not in shown]
+    replaced = {function.feeling for function in own}
+    own += [load(feeling) for feeling in shipped_feelings() if feeling not in replaced]
     return Repertoire(tuple(sorted(own, key=lambda f: FEELINGS.index(f.feeling))))

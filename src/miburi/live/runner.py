@@ -19,7 +19,7 @@ import numpy as np
 from miburi.bodies import Body
 from miburi.errors import BodyError, InputError, MiburiError
 from miburi.feelings import TEMPERAMENTS, Expression, FeelingModel, Stimulus, shipped_temperament
-from miburi.gestures import KeyPose, Repertoire, shipped
+from miburi.gestures import KeyPose, Repertoire, shipped_repertoire
 from miburi.live.archive import Archive
 from miburi.live.bodies import make_body
 from miburi.live.observer import Observer
@@ -103,7 +103,7 @@ class Runner:
         repertoire: Repertoire | None = None,
     ) -> None:
         self.robot = robot
-        self.repertoire = repertoire or shipped()
+        self.repertoire = repertoire or shipped_repertoire()
         self.recordings = recordings
         self.slow_steps = 0
         self._feelings = feelings

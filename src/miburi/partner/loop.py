@@ -134,7 +134,7 @@ class Partner:
     ) -> None:
         self.body = body
         self.feelings = feelings
-        self._repertoire = repertoire or gestures.shipped()
+        self._repertoire = repertoire or gestures.shipped_repertoire()
         self._period = period
         self._solve = solve or _solve
         self._next_gesture = 0.0

@@ -1,6 +1,6 @@
 import numpy as np
 
-from miburi.gestures import shipped
+from miburi.gestures import shipped_repertoire
 from miburi.studies.gestures.classifier import NearestNeighbour, confusion, learn
 
 
@@ -11,8 +11,8 @@ def test_the_nearest_has_the_name():
 
 
 def test_gestures_are_told_apart_at_moods_and_variations_never_seen(robot):
-    classifier = learn(robot, shipped(), variations=1)
+    classifier = learn(robot, shipped_repertoire(), variations=1)
     for mood, least in ((0.7, 0.95), (0.3, 0.8)):
-        table = confusion(robot, shipped(), classifier, mood, variations=1)
+        table = confusion(robot, shipped_repertoire(), classifier, mood, variations=1)
         assert table.sum() == 8
         assert table.trace() >= least * 8

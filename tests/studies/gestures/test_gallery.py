@@ -4,7 +4,7 @@ from contextlib import nullcontext
 from PIL import Image
 
 from miburi.feelings import FEELINGS
-from miburi.gestures import key_poses, load, shipped
+from miburi.gestures import key_poses, load, shipped_repertoire
 from miburi.studies.gestures import gallery
 from miburi.studies.gestures.pictures import Shown
 from miburi.studies.gestures.rehearsal import rehearse
@@ -22,7 +22,7 @@ def test_the_page_shows_every_feeling_at_three_moods(robot, tmp_path, monkeypatc
 
     monkeypatch.setattr(gallery, "show", show)
     monkeypatch.setattr(gallery, "camera_on", lambda _: nullcontext())
-    page = gallery.write_gallery(robot, shipped(), tmp_path / "gallery")
+    page = gallery.write_gallery(robot, shipped_repertoire(), tmp_path / "gallery")
     text = page.read_text(encoding="utf-8")
     named = set(re.findall(r'src="([^"]+)"', text))
     assert named == {file.name for file in page.parent.iterdir()} - {"index.html", "overview.png"}

@@ -11,7 +11,7 @@ import numpy as np
 
 from miburi import ik
 from miburi.feelings import FEELINGS
-from miburi.gestures import KeyPose, Repertoire, key_poses, shipped
+from miburi.gestures import KeyPose, Repertoire, key_poses, shipped_repertoire
 from miburi.robot import Array, Robot
 from miburi.robot.mjcf import HAND_MASS
 from miburi.safety.move import Move, plan_move
@@ -108,7 +108,7 @@ def draw(
     # The order in which the feelings stand is no part of the draw: sorted, it stays the same.
     feeling = str(rng.choice(sorted(FEELINGS)))
     mood = float(rng.uniform(0.1, 1.0))
-    function = (repertoire or shipped()).choose(feeling, rng)
+    function = (repertoire or shipped_repertoire()).choose(feeling, rng)
     performance = key_poses(robot, function, mood, variation=int(rng.integers(1 << 30)))
     count = min(moves, len(performance))
     pose = int(rng.integers(len(performance) - count + 1))

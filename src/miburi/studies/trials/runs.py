@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from miburi.errors import InputError, MiburiError, OutputError, needs_extra
-from miburi.gestures import Repertoire, shipped
+from miburi.gestures import Repertoire, shipped_repertoire
 from miburi.ground.files import whole_files
 from miburi.robot import Robot
 from miburi.safety.contact import Rule
@@ -75,7 +75,7 @@ class Plan:
     seed: int
     free: int
     blocked: int
-    repertoire: Repertoire = field(default_factory=shipped)
+    repertoire: Repertoire = field(default_factory=shipped_repertoire)
 
     def __post_init__(self) -> None:
         if not self.servos:
@@ -94,7 +94,7 @@ class Plan:
             grants = {name: values.tolist() for name, values in vars(rule.guards).items()}
             told = [robot.model_dump(), grants, type(rule).__name__, rule.period, rule.ratio]
             words.update(json.dumps(told, sort_keys=True).encode())
-        if self.repertoire != shipped():
+        if self.repertoire != shipped_repertoire():
             for function in self.repertoire.functions:
                 words.update(function.model_dump_json().encode())
         return words.hexdigest()[:16]
