@@ -78,7 +78,7 @@ class TakeUp(Table):
 
 
 class Habituation(Table):
-    """How much effect each repetition of a stimulus loses, and the s in which that heals."""
+    """The share of its effect that a repeated stimulus loses, and the s in which that heals."""
 
     share: Share
     recovery: Annotated[float, Field(ge=0.1, le=86_400)]

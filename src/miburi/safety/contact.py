@@ -28,7 +28,7 @@ not wait for the period to end.
 Each motor has six guards, which calibration derives from free motion. The figures here are those
 of the iphonoid's right shoulder; a step is 0.088°.
 
-1. ``lag``, 32 ms: the motor follows its profile so much later.
+1. ``lag``, 32 ms: the delay with which the motor follows its profile.
 2. ``slack``, 5 steps: may always be missing from a window, because encoders count whole steps and
    gears have play.
 3. ``least``, 8 steps: a window in which less travel is expected is not judged, because one step is
