@@ -87,12 +87,12 @@ def calibrate(
     """Measure the simulated servos of a robot in free motion, and write their guards."""
     from miburi.calibration.file import write_calibration
     from miburi.ground.files import whole_files
-    from miburi.studies.trials.replay import calibrated
+    from miburi.studies.trials.replay import calibrate_rule
 
     if not margin >= 1:
         raise InputError(f"--margin must be 1 or more, got {margin}.")
     body = robot_of(robot)
-    rule = calibrated(body, seed, moves, margin)
+    rule = calibrate_rule(body, seed, moves, margin)
     with whole_files(out.parent) as draft:
         note = f"Contact rule of {body.name}: calibrated from {moves} free moves, seed {seed}."
         write_calibration(body, rule, draft / out.name, note)
@@ -186,7 +186,7 @@ def _plan(
     from miburi.safety.contact import Rule
     from miburi.safety.printed import PrintedRule
     from miburi.studies.trials.conditions import varied_servos
-    from miburi.studies.trials.replay import calibrated
+    from miburi.studies.trials.replay import calibrate_rule
     from miburi.studies.trials.runs import Plan
 
     if rule_name not in ("miburi", "printed"):
@@ -197,7 +197,7 @@ def _plan(
         bodies = varied_servos(body, seed, servos)
         with ProcessPoolExecutor(workers) as pool, _progress("calibrations") as show:
             rules = []
-            for rule in pool.map(calibrated, bodies, repeat(seed)):
+            for rule in pool.map(calibrate_rule, bodies, repeat(seed)):
                 rules.append(rule)
                 show(len(rules), servos)
         watched = list(zip(bodies, rules, strict=True))

@@ -1,1 +1,1 @@
-"""What is measured with Miburi: the experiment, trials, gestures, a day; film and figures."""
+"""Studies that measure Miburi: the experiment, contact trials, gestures, a day; film, figures."""

@@ -1,4 +1,4 @@
-"""A day of conversation: scripted stimuli, the three levels over twelve hours, and their plot."""
+"""A day of conversation: run an emotional model through scripted stimuli, and plot its levels."""
 
 from dataclasses import dataclass
 from io import BytesIO
@@ -26,10 +26,10 @@ _CLOSE_UP = (17.0, 17.0 + 2 / 60)  # two minutes that are recorded every second
 
 @dataclass(frozen=True)
 class Episode:
-    """Something that happens during the day.
+    """A part of the day, from ``hour`` o'clock on, ``minutes`` long.
 
-    ``count`` stimuli, taken in turn from ``stimuli``, come within ``minutes`` from ``hour`` on;
-    the robot's gestures are blocked ``contacts`` times near the end.
+    It brings ``count`` stimuli, taken in turn from ``stimuli``; near its end somebody blocks the
+    robot's gestures ``contacts`` times.
     """
 
     title: str
@@ -107,18 +107,18 @@ DAY = (
 
 @dataclass(frozen=True)
 class Day:
-    """What was recorded: n moments in hours of the day, and the levels at each.
+    """The record of a day: n moments, and the levels at each.
 
     Parameters
     ----------
     hours
-        (n,).
+        (n,) o'clock.
     levels
         (n, 3, k) in [0, 1], for k feelings: emotion, feeling, mood.
     shown
         (n,) indices into ``FEELINGS``, −1 while neutral.
     contacts
-        (m,) hours at which a gesture was blocked.
+        (m,) o'clock, when somebody blocked a gesture.
     """
 
     hours: Array
@@ -128,18 +128,18 @@ class Day:
 
 
 def live_day(model: FeelingModel, *, seed: int = 1) -> Day:
-    """Let a model live through ``DAY``.
+    """Run a model through ``DAY``.
 
     Parameters
     ----------
     model
-        Any emotional model, as it is at eight in the morning.
+        Any emotional model, in its state at eight in the morning.
     seed
-        Shifts each stimulus by up to half of the pause between two.
+        Shifts each stimulus by up to half the pause between two.
 
     Returns
     -------
-    The levels every 10 s, in a close-up every second, and after each stimulus and contact.
+    The levels every 10 s, every second in the close-up, and after each stimulus and contact.
     """
     random = np.random.default_rng(seed)
     events: list[tuple[float, Stimulus | None]] = []
@@ -178,12 +178,12 @@ def live_day(model: FeelingModel, *, seed: int = 1) -> Day:
 
 
 def plot_day(out: Path | str, model: FeelingModel | None = None, *, seed: int = 1) -> Path:
-    """Live through the day and draw emotion, feeling and mood over it.
+    """Run a model through the day and plot emotion, feeling and mood.
 
     Parameters
     ----------
     out
-        The folder for ``day.png``; made if missing.
+        The folder for ``day.png``; it is made if missing.
     model
         As in :func:`live_day`; a fresh :class:`EmotionalModel` if none is given.
     seed
@@ -199,7 +199,7 @@ def plot_day(out: Path | str, model: FeelingModel | None = None, *, seed: int = 
         The picture cannot be written there.
     """
     model = model or EmotionalModel()
-    figure = _drawn(live_day(model, seed=seed), model.temperament)
+    figure = _draw(live_day(model, seed=seed), model.temperament)
     picture = BytesIO()
     figure.savefig(picture, format="png", dpi=120, metadata={"Software": None})
     path = Path(out) / "day.png"
@@ -215,7 +215,7 @@ def plot_day(out: Path | str, model: FeelingModel | None = None, *, seed: int = 
     return path
 
 
-def _drawn(day: Day, temperament: Temperament) -> Figure:
+def _draw(day: Day, temperament: Temperament) -> Figure:
     figure = Figure(figsize=(13, 9), layout="constrained")
     strip, *panels = figure.subplots(
         4, 1, sharex=True, gridspec_kw={"height_ratios": [0.35, 2, 2, 2.6]}
@@ -267,7 +267,7 @@ def _drawn(day: Day, temperament: Temperament) -> Figure:
 
 
 def _in_words(seconds: float) -> str:
-    """Return a time constant in the unit in which people say it."""
+    """Return a time constant in its usual unit: h, min or s."""
     for unit, length in (("h", _HOUR), ("min", 60.0)):
         if seconds >= length:
             return f"{seconds / length:.3g} {unit}"
@@ -275,7 +275,7 @@ def _in_words(seconds: float) -> str:
 
 
 def _zoom(emotion: Axes, day: Day) -> None:
-    """Show two minutes of the last episode, where the emotion's seconds can be seen."""
+    """Show two minutes of the last episode, in which the emotion's seconds can be seen."""
     start, end = _CLOSE_UP
     close = emotion.inset_axes((0.83, 0.2, 0.17, 0.7))
     inside = (day.hours >= start) & (day.hours <= end)
@@ -289,11 +289,11 @@ def _zoom(emotion: Axes, day: Day) -> None:
 
 
 def _name_moods(mood: Axes, day: Day) -> None:
-    """Name the strongest mood that each episode leaves."""
+    """Label the mood that rises most in each episode."""
     ends = [*(episode.hour for episode in DAY[1:]), float(_ENDS)]
     for episode, end in zip(DAY, ends, strict=True):
         of_episode = np.flatnonzero((day.hours > episode.hour) & (day.hours < end))
-        # The rise tells what the episode brought; what was there before is no news.
+        # Compare rises, because the moods from before the episode may still be higher.
         values = day.levels[of_episode, 2]
         peak, feeling = np.unravel_index(np.argmax(values - values[0]), values.shape)
         mood.annotate(

@@ -1,8 +1,8 @@
-"""The face for films: pictures of the phone's own face page, drawn beforehand.
+"""The phone's face in films: from an expression to a picture of it.
 
-``tools/draw-faces`` makes the sheet from the page's script and the faces that ship with Miburi; a
-test says when it is out of date. The sheet knows the paper's eight feelings as they ship: in a
-film, a user's own feeling has the face at rest.
+The pictures come from one sheet, which ``tools/draw-faces`` draws with the face page's script and
+the faces that ship with Miburi; a test fails when the sheet is out of date. The sheet has only the
+paper's eight feelings: in a film, a user's own feeling has the face at rest.
 """
 
 import hashlib
@@ -19,17 +19,17 @@ from miburi.feelings.catalogue import PAPER, SHIPPED
 
 __all__ = ["MOODS", "SHEET", "SIZE", "SOURCE", "face", "source_digest"]
 
-#: Moods that the sheet shows, and the side of one face in pixels.
+#: The moods on the sheet, and the side of one face in pixels.
 MOODS, SIZE = (0.2, 0.4, 0.6, 0.8, 1.0), 192
-#: The script that the sheet is drawn with.
+#: The script that draws the sheet.
 SOURCE = Path(__file__).parents[1] / "studio" / "static" / "face.js"
 SHEET = Path(__file__).parent / "faces.png"
 
 
 def face(shown: Expression | None) -> NDArray[np.uint8]:
-    """Return the face nearest to what is shown, (SIZE, SIZE, 3).
+    """Return the face on the sheet nearest to an expression, (SIZE, SIZE, 3).
 
-    It is the face at rest for nothing, and for a feeling that is not on the sheet.
+    For None, and for a feeling that is not on the sheet, it is the face at rest.
     """
     if shown is None or shown.feeling not in PAPER or shown.mood < MOODS[0] / 2:
         row = column = 0
@@ -40,7 +40,7 @@ def face(shown: Expression | None) -> NDArray[np.uint8]:
 
 
 def source_digest() -> str:
-    """Return the check sum of all that the sheet is drawn from; the sheet holds its own."""
+    """Return the check sum of everything that the sheet is drawn from; the sheet stores it too."""
     faces = json.dumps(SHIPPED.faces())
     return hashlib.sha256((SOURCE.read_text(encoding="utf-8") + faces).encode()).hexdigest()
 

@@ -1,7 +1,7 @@
-"""Pictures and films of the simulated robot, drawn by MuJoCo without a screen.
+"""Draw scenes of the simulated robot as pictures and films, with MuJoCo and without a screen.
 
-Films are written by Debian's ffmpeg; where it is missing, a sheet of pictures takes the film's
-place. Drawing needs EGL (Debian: libegl1 libegl-mesa0 libgl1-mesa-dri).
+ffmpeg writes the films; without it, a sheet of pictures takes the film's place. Drawing needs EGL
+(Debian: libegl1 libegl-mesa0 libgl1-mesa-dri).
 """
 
 import shutil
@@ -28,20 +28,20 @@ __all__ = [
     "Camera",
     "Picture",
     "Scene",
+    "add_caption",
     "camera",
-    "captioned",
     "contact_sheet",
     "write_film",
 ]
 
 Picture = NDArray[np.uint8]
 
-#: A screen that is lit and shows nothing.
+#: The phone's screen, lit and empty.
 BLANK: Picture = np.full((FACE_PIXELS, FACE_PIXELS, 3), (212, 228, 228), dtype=np.uint8)
-#: Eye height of someone at the table, a little to the robot's left (ours): degrees.
+#: The view of a person at the table, a little to the robot's left, degrees (ours).
 AZIMUTH, ELEVATION = 212.0, -8.0
-#: The camera looks so far below the shoulders, m, from so many times the farthest that a hand
-#: goes from the body's axis or above the base (ours): the raised arms are in the picture.
+#: The camera looks at a point this far below the shoulders, m. Its distance is this many times the
+#: farthest reach of a hand from the body's axis, or above the base: raised arms fit (ours).
 _BELOW, _BACK_OF_REACH, _BACK_OF_HEIGHT = 0.01, 0.70 / 0.19, 0.70 / 0.26
 
 
@@ -54,12 +54,12 @@ class Scene:
     angles
         (8,) rad, the true joint angles.
     hand
-        (7,) the human hand's place in m and quaternion; None: nobody is there.
+        (7,) the human hand's position in m and quaternion; None for no hand.
     caption
-        Lines written into the picture.
+        Lines of text for the picture.
     face
-        (192, 192, 3), drawn on the phone's screen, see :func:`miburi.studies.face.face`;
-        None: a blank screen.
+        (192, 192, 3), for the phone's screen, see :func:`miburi.studies.face.face`;
+        None for a blank screen.
     """
 
     angles: Array
@@ -69,7 +69,7 @@ class Scene:
 
 
 class Camera:
-    """Draws the robot from one place; open it with :func:`camera`."""
+    """Draw the robot from one viewpoint; open a camera with :func:`camera`."""
 
     def __init__(self, robot: Robot, width: int, height: int) -> None:
         self._model = mujoco.MjModel.from_xml_string(to_mjcf(robot, face=True))
@@ -102,7 +102,7 @@ class Camera:
         self._draw_face(scene.face)
         self._renderer.update_scene(data, self._camera)
         pixels: Picture = self._renderer.render()
-        return captioned(pixels, scene.caption) if scene.caption else pixels.copy()
+        return add_caption(pixels, scene.caption) if scene.caption else pixels.copy()
 
     def _draw_face(self, face: Picture | None) -> None:
         if face is self._drawn:
@@ -122,24 +122,24 @@ class Camera:
 
 @contextmanager
 def camera(robot: Robot, width: int = 640, height: int = 480) -> Iterator[Camera]:
-    """Open a camera on the robot; sizes in pixels, even numbers.
+    """Open a camera on the robot; width and height are even numbers of pixels.
 
     Raises
     ------
     OutputError
-        This machine cannot draw; the message names the packages that it needs.
+        This machine cannot draw; the message names the missing packages.
     """
     try:
-        made = Camera(robot, width, height)
-    except Exception as error:  # each graphics layer fails in a way of its own
+        opened = Camera(robot, width, height)
+    except Exception as error:  # each graphics layer raises errors of its own
         raise OutputError(
             f"cannot draw pictures here ({error}). "
             "On Debian: apt install libegl1 libegl-mesa0 libgl1-mesa-dri"
         ) from error
     try:
-        yield made
+        yield opened
     finally:
-        made.close()
+        opened.close()
 
 
 def write_film(
@@ -151,12 +151,12 @@ def write_film(
     size: tuple[int, int] = (640, 480),
     progress: Callable[[int], None] = lambda _: None,
 ) -> Path:
-    """Write an MP4 film of ``scenes`` at ``rate`` pictures a second, ``size`` in pixels.
+    """Write an MP4 film of scenes at ``rate`` pictures a second and ``size`` in pixels.
 
     Returns
     -------
-    The file written: ``path`` with the suffix ``.mp4``; where ffmpeg is missing, a sheet of
-    twelve pictures with the suffix ``.sheet.png``.
+    The file: ``path`` with the suffix ``.mp4``; without ffmpeg a sheet of twelve pictures,
+    with the suffix ``.sheet.png``.
 
     Raises
     ------
@@ -178,7 +178,7 @@ def write_film(
             "-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "23", "-movflags", "+faststart",
             str(film),
         ]  # fmt: skip
-        # No shell reads these words.
+        # No shell reads this command.
         with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:  # noqa: S603
             stdin, stderr = process.stdin, process.stderr
             if stdin is None or stderr is None:
@@ -189,7 +189,7 @@ def write_film(
                     progress(index + 1)
                 stdin.close()
             except BrokenPipeError:
-                pass  # ffmpeg has gone; it says why below
+                pass  # ffmpeg has ended; its message comes below
             words = stderr.read().decode().strip()
             if process.wait() != 0:
                 raise OutputError(f"{film}: ffmpeg could not write the film: {words}")
@@ -197,7 +197,7 @@ def write_film(
 
 
 def contact_sheet(pictures: Sequence[Picture], columns: int) -> Picture:
-    """Lay pictures of one size out in rows of ``columns``; missing places stay white."""
+    """Lay pictures of one size out in rows of ``columns``; empty places stay white."""
     blank = np.full_like(pictures[0], 255)
     padded = [*pictures, *[blank] * (-len(pictures) % columns)]
     rows = [np.hstack(padded[i : i + columns]) for i in range(0, len(padded), columns)]
@@ -205,9 +205,9 @@ def contact_sheet(pictures: Sequence[Picture], columns: int) -> Picture:
     return sheet
 
 
-def captioned(picture: Picture, caption: str) -> Picture:
-    """Write lines of text into a picture's upper left corner."""
-    # Matplotlib brings this font, so that pictures look the same on every machine.
+def add_caption(picture: Picture, caption: str) -> Picture:
+    """Return a picture with lines of text in its upper left corner."""
+    # Matplotlib brings this font, so pictures look the same on every machine.
     path = Path(matplotlib.get_data_path()) / "fonts/ttf/DejaVuSans.ttf"
     font = ImageFont.truetype(str(path), max(12, picture.shape[0] // 24))
     image = Image.fromarray(picture)

@@ -105,5 +105,7 @@ def test_nonsense_is_refused(robot: Robot, seed: int, seconds: float) -> None:
 
 
 def test_a_body_in_whose_way_no_hand_can_be_put_is_refused(robot: Robot) -> None:
-    with pytest.raises(InputError, match="in whose way a hand can be put"):
+    with pytest.raises(
+        InputError, match="puts a hand in the robot's way, and this body is no simulation"
+    ):
         experiment.conduct(RealBody(robot), 1, 4.0)

@@ -6,7 +6,7 @@ from PIL import Image
 from miburi.feelings import FEELINGS
 from miburi.gestures import key_poses, load, shipped_repertoire
 from miburi.studies.gestures import gallery
-from miburi.studies.gestures.pictures import Shown
+from miburi.studies.gestures.pictures import Pictures
 from miburi.studies.gestures.rehearsal import rehearse
 
 
@@ -18,7 +18,7 @@ def test_the_page_shows_every_feeling_at_three_moods(robot, tmp_path, monkeypatc
         for name in names:
             (folder / name).touch()
         Image.new("RGB", (60, 10)).save(folder / names[0])
-        return Shown(function, mood, rehearsal, *names)
+        return Pictures(function, mood, rehearsal, *names)
 
     monkeypatch.setattr(gallery, "show", show)
     monkeypatch.setattr(gallery, "camera_on", lambda _: nullcontext())

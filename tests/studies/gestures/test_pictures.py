@@ -47,4 +47,4 @@ def test_showing_a_gesture_writes_what_it_names(robot, tmp_path, monkeypatch):
     assert (shown.strip, shown.paths) == ("surprise-0.3-strip.png", "surprise-0.3-paths.png")
     assert shown.film == "surprise-0.3.mp4"
     assert {file.name for file in tmp_path.iterdir()} == {shown.strip, shown.paths}
-    assert shown.measured.mood == 0.3
+    assert shown.mood == 0.3

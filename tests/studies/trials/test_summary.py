@@ -12,7 +12,7 @@ from miburi.errors import InputError
 from miburi.robot import Robot
 from miburi.safety.contact import PAPER_PERIOD, PAPER_RATIO, Rule
 from miburi.studies.trials.figures import Point, rule_map
-from miburi.studies.trials.replay import calibrated, record
+from miburi.studies.trials.replay import calibrate_rule, record
 from miburi.studies.trials.report import in_words, rows
 from miburi.studies.trials.safety_page import write_page
 from miburi.studies.trials.summary import summarise, wilson
@@ -78,7 +78,7 @@ def recorded(robot: Robot) -> list[Run]:
 
 
 def test_calibrated_servos_are_not_stopped_for_nothing(robot: Robot, recorded: list[Run]) -> None:
-    rule = calibrated(robot, seed=4, moves=32)
+    rule = calibrate_rule(robot, seed=4, moves=32)
     does = assess(rule, recorded)
     assert does.false_stops == 0
     assert does.missed == 0

@@ -15,7 +15,14 @@ from miburi.studies.trials.conditions import HandKind, draw, varied_servos
 from miburi.studies.trials.meeting import carriers
 from miburi.studies.trials.plant import Skin, TrialPlant, Variation
 from miburi.studies.trials.replay import DeafRule, judge
-from miburi.studies.trials.trial import IN_THE_WAY, TrialKind, enact, measure, sustained, trial
+from miburi.studies.trials.trial import (
+    IN_THE_WAY,
+    TrialKind,
+    enact,
+    measure,
+    sustained_force,
+    trial,
+)
 
 RAISED = np.array([0.2, 1.4, 0.9, 0.3, 1.4, -0.9, -0.3, 1.0])
 
@@ -146,10 +153,10 @@ def test_load_and_weak_batteries_make_the_arms_sag(
 
 
 def test_sustained_force_is_a_mean_over_the_rules_period() -> None:
-    assert sustained(np.full(100, 3.0)) == pytest.approx(3.0)
+    assert sustained_force(np.full(100, 3.0)) == pytest.approx(3.0)
     blow = np.zeros(100)
     blow[50] = 50.0
-    assert sustained(blow) == pytest.approx(1.0)
+    assert sustained_force(blow) == pytest.approx(1.0)
 
 
 def test_varied_servos_span_what_they_promise(robot: Robot) -> None:

@@ -1,4 +1,4 @@
-"""Section 5 of the paper on a physical body: what it does, what it measures, its files."""
+"""The paper's experiment (Section 5) on a physical body, with its measurements and files."""
 
 from miburi.studies.experiment.procedure import STEP, STEPS_PER_FRAME, Experiment, Frame, conduct
 

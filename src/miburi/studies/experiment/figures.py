@@ -1,4 +1,4 @@
-"""Figures of results, readable in print."""
+"""Draw the experiment's result as a figure that is readable in print."""
 
 from pathlib import Path
 
@@ -17,9 +17,9 @@ _INK, _CORAL, _BLUE, _GREY = "#2b2b2b", "#d9553f", "#2f6f9f", "#9a9a9a"
 
 
 def experiment_figure(result: Experiment, path: Path) -> None:
-    """Draw the experiment: mood, hand speed and extent over time, and where the body stopped.
+    """Draw mood, hand speed, extent and contact stops over time.
 
-    The hand speed is the mean of both hands' over 0.1 s.
+    The hand speed is the mean of both hands, smoothed over 0.1 s.
     """
     with plt.rc_context({"font.size": 9, "axes.spines.top": False, "axes.spines.right": False}):
         figure, (mood, speed, extent) = plt.subplots(

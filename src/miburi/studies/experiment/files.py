@@ -1,4 +1,4 @@
-"""The experiment's results as files: JSON, a figure, a film and a recording."""
+"""Conduct the experiment and write its results: JSON, a figure, a film and a recording."""
 
 import json
 from dataclasses import replace
@@ -17,7 +17,7 @@ from miburi.robot import Robot
 from miburi.studies import experiment
 from miburi.studies import face as faces
 from miburi.studies.experiment.figures import experiment_figure
-from miburi.studies.film import Scene, camera, captioned, contact_sheet, write_film
+from miburi.studies.film import Scene, add_caption, camera, contact_sheet, write_film
 
 __all__ = ["write_experiment"]
 
@@ -33,7 +33,7 @@ def write_experiment(
     hand: bool,
     face: bool,
 ) -> list[str]:
-    """Conduct the experiment and write its files, all of them or none.
+    """Conduct the experiment and write its files: all of them, or none.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def write_experiment(
         As for :func:`miburi.studies.experiment.conduct`.
     out
         Folder for ``experiment.json``, ``timing.json``, ``experiment.png``,
-        ``experiment.mcap`` and, if wished for, ``experiment.mp4`` and ``experiment-strip.png``.
+        ``experiment.mcap`` and, with ``film``, ``experiment.mp4`` and ``experiment-strip.png``.
     film
         Whether to draw the film.
     face
@@ -49,7 +49,7 @@ def write_experiment(
 
     Returns
     -------
-    What happened, in lines for people.
+    A summary in words, line by line.
 
     Raises
     ------
@@ -110,16 +110,16 @@ def _summary(result: experiment.Experiment) -> list[str]:
 def _write_strip(
     robot: Robot, result: experiment.Experiment, scenes: list[Scene], path: Path
 ) -> None:
-    """Tell the story of the first stop in six pictures, cut upright around the robot."""
-    met = result.stops[0].time if result.stops else result.times[-1] / 2
-    moments = [met - 1.2, met - 0.15, met + 0.25, met + 1.9, met + 3.2, met + 4.2]
+    """Show the first stop in six pictures, cropped upright around the robot."""
+    stop = result.stops[0].time if result.stops else result.times[-1] / 2
+    moments = [stop - 1.2, stop - 0.15, stop + 0.25, stop + 1.9, stop + 3.2, stop + 4.2]
     with camera(robot, 960, 720) as opened:
         pictures = []
         for moment in moments:
             index = min(range(len(scenes)), key=lambda i: abs(result.frames[i].time - moment))
             plain = replace(scenes[index], caption="")
             upright = opened.picture(plain)[40:700, 110:850]
-            pictures.append(captioned(upright, scenes[index].caption))
+            pictures.append(add_caption(upright, scenes[index].caption))
     Image.fromarray(contact_sheet(pictures, 3)).save(path)
 
 

@@ -1,8 +1,9 @@
-"""Section 5 of the paper: happiness at a mood of 0.9, a gesture each 2 s, a hand in the way.
+"""Conduct the experiment of Section 5: happiness at a mood of 0.9, and a hand in the way.
 
-A human hand blocks an arm now and then. The paper's claim, measured here on the physical body:
-movement stops when, and only when, it is blocked; each encounter lowers the mood by 20 %; the
-gestures after it are smaller and slower.
+:func:`conduct` takes a simulated body and a seed and returns an :class:`Experiment` with every
+stop and gesture. The robot makes a gesture every 2 s, and a human hand blocks an arm now and
+then. The paper claims that the robot stops when, and only when, it is blocked; that each encounter
+lowers the mood by 20 %; and that the gestures after it are smaller and slower.
 """
 
 from collections.abc import Callable
@@ -48,7 +49,7 @@ STEPS_PER_FRAME = 3
 
 @dataclass(frozen=True)
 class StopRecord:
-    """A stop: s, what the motors said, what the simulation knows (N), and the moods."""
+    """A stop, in s and N: what the motors reported, what the simulation knows, and the moods."""
 
     time: float
     motor: str | None
@@ -63,10 +64,10 @@ class StopRecord:
 
 @dataclass(frozen=True)
 class GestureRecord:
-    """A gesture as performed.
+    """A performed gesture.
 
-    ``extent``: the larger hand's largest distance from where the gesture began, m;
-    ``mean_speed``: path length of both hands over 2 × duration, m/s; ``complete``: not broken off.
+    ``extent`` is the largest distance of a hand from where it began, m; ``mean_speed`` is the
+    path length of both hands over 2 × duration, m/s; ``complete`` is false if it was broken off.
     """
 
     start: float
@@ -80,7 +81,7 @@ class GestureRecord:
 
 @dataclass
 class Frame:
-    """One picture of the film: true angles (8,), the hand's pose (7,), and what is written in."""
+    """One picture of the film: true angles (8,), the hand's pose (7,), and the caption."""
 
     time: float
     angles: Array
@@ -92,7 +93,7 @@ class Frame:
 
 @dataclass
 class Experiment:
-    """What was measured; ``report`` is reproducible from the seed, ``timing`` is not."""
+    """The measurements of a run; the seed reproduces ``report``, but not ``timing``."""
 
     seed: int
     stops: list[StopRecord] = field(default_factory=list)
@@ -109,7 +110,7 @@ class Experiment:
 
     @property
     def false_stops(self) -> int:
-        """Stops without a hand on the robot in the ``PATIENCE`` before them."""
+        """The number of stops without a hand on the robot in the ``PATIENCE`` before them."""
         return sum(stop.contact_time is None for stop in self.stops)
 
     def report(self) -> dict[str, object]:
@@ -119,11 +120,11 @@ class Experiment:
             "version": __version__,
             "seed": self.seed,
             "seconds": round(self.times[-1], 3),
-            "stops": [_rounded(asdict(stop)) for stop in self.stops],
+            "stops": [_round(asdict(stop)) for stop in self.stops],
             "false_stops": self.false_stops,
             "missed_contacts": self.missed,
             "self_collisions": self.self_collisions,
-            "gestures": [_rounded(asdict(gesture)) for gesture in self.gestures],
+            "gestures": [_round(asdict(gesture)) for gesture in self.gestures],
             "ik": {
                 "solves": len(self.solutions),
                 "evaluations": sum(solution.evaluations for solution in self.solutions),
@@ -132,7 +133,7 @@ class Experiment:
         }
 
     def timing(self) -> dict[str, float]:
-        """Return ``timing.json``: figures by the clock on the wall."""
+        """Return ``timing.json``: figures by the wall clock."""
         milliseconds = np.array(self.solve_seconds or [0.0]) * 1e3
         return {
             "ik_median_ms": round(float(np.median(milliseconds)), 4),
@@ -156,15 +157,15 @@ def conduct(
     Parameters
     ----------
     body
-        What is moved, at neutral.
+        The body to move; it must be at neutral.
     seed
-        0 or more; chooses which arm is blocked, when, and where.
+        0 or more; chooses which arm the hand blocks, when, and where.
     seconds
         Length in the robot's time; at least one period of 2 s.
     repertoire
         The gestures; by default those that ship with Miburi.
     hand
-        Whether a hand gets in the way at all.
+        Whether a hand gets in the way.
     recorder
         Takes states, feelings, commands and contacts as they happen.
     progress
@@ -192,14 +193,14 @@ def conduct(
     touchable = body.touchable
     if touchable is None:
         raise InputError(
-            "the experiment needs a body in whose way a hand can be put, and this one is no "
-            "simulation: take the simulated body or an emulated card."
+            "the experiment puts a hand in the robot's way, and this body is no simulation: take "
+            "the simulated body or an emulated card."
         )
     feelings = EmotionalModel()
     feelings.set_state(emotion={FEELING: 1.0}, mood={FEELING: MOOD}, hold=True)
     partner = Partner(body, feelings, repertoire=repertoire, period=PERIOD, solve=timed_solve)
     visitor = Visitor(robot, touchable, np.random.default_rng(seed)) if hand else None
-    # The first call compiles or loads the kernel: not part of what is timed.
+    # The first call compiles or loads the kernel, so it is not timed.
     ik.solve(robot, forward(robot, robot.neutral), start=robot.neutral)
     observer = _Observer(result, robot)
     began = perf_counter()
@@ -218,7 +219,7 @@ def conduct(
 
 
 class _Observer:
-    """Fills an :class:`Experiment` from what happens."""
+    """Fill an :class:`Experiment` from states, touches and events."""
 
     def __init__(self, result: Experiment, robot: Robot) -> None:
         self._result = result
@@ -257,7 +258,7 @@ class _Observer:
                     pass
 
     def finish(self) -> None:
-        """Judge the last contact, unless the run ended before a stop was due."""
+        """Judge the last contact, unless the run ended before its stop was due."""
         if self._touched is not None and self._result.times[-1] - self._touched > PATIENCE:
             self._end_contact()
 
@@ -265,7 +266,7 @@ class _Observer:
         if touch.began is not None:
             if self._touched is None:
                 self._touched, self._peak = touch.began, 0.0
-                # A hand that brushes a stopped arm on its way out asks for no other stop.
+                # A hand that brushes a stopped arm on its way out needs no other stop.
                 self._stopped = state.stop is not None and state.stop.time < touch.began
             self._peak, self._last_touch = max(self._peak, touch.force), state.time
         elif self._touched is not None and state.time - self._last_touch > PATIENCE:
@@ -316,7 +317,7 @@ class _Observer:
         self._gesture = None
 
 
-def _rounded(values: dict[str, object]) -> dict[str, object]:
+def _round(values: dict[str, object]) -> dict[str, object]:
     return {
         key: round(value, 6) if isinstance(value, float) else value for key, value in values.items()
     }

@@ -1,7 +1,8 @@
-"""A person who gets in the way: the scripted hand of the experiment.
+"""The person who gets in the way: the scripted hand of the experiment.
 
-Every third or fourth gesture, during one of its moves, the hand reaches into the path of an arm
-while the arm is on its way there, stays a moment after the robot has stopped, and goes away.
+A :class:`Visitor` reads the robot's angles and the partner's events, and moves the simulated hand.
+At every third or fourth gesture, during one move, the hand reaches into the path of an arm, stays
+a moment after the robot has stopped, and goes away.
 """
 
 from dataclasses import dataclass
@@ -15,10 +16,10 @@ from miburi.robot.geometry import shoulders
 
 __all__ = ["REACH", "Visitor"]
 
-#: Seconds that the hand needs to reach in; about 1 m/s (ours).
+#: Seconds in which the hand reaches in, at about 1 m/s (ours).
 REACH = 0.16
-#: How far away the hand comes from, in m, and the directions that it may choose: outwards,
-#: forwards and up, as seen from where it blocks (ours).
+#: The distance from which the hand comes, in m, and the directions to choose from: outwards,
+#: forwards and up from the place where it blocks (ours).
 _APPROACH = 0.16
 _DIRECTIONS = (
     (1, 0, 0),
@@ -29,7 +30,7 @@ _DIRECTIONS = (
     (0.7, 0, -0.7),
     (0.6, -0.6, 0.3),
 )
-#: Moves shorter than this, in m, are over before a hand could get in their way.
+#: A move shorter than this, in m, ends before a hand could block it.
 _WORTH_BLOCKING = 0.08
 #: Seconds that the hand waits for an arm that does not come.
 _PATIENCE = 2.5
@@ -45,14 +46,14 @@ class _Visit:
 
 
 class Visitor:
-    """Blocks an arm every third or fourth gesture.
+    """Block an arm at every third or fourth gesture.
 
     Parameters
     ----------
     robot
-        Gives the arms' shape.
+        The description, for the arms' shape.
     body
-        The body in whose way the hand gets.
+        The body whose hand to move.
     rng
         Chooses gestures, arms, places and how long the hand stays.
     """
@@ -66,9 +67,9 @@ class Visitor:
         self._visit: _Visit | None = None
 
     def step(self, angles: Array, events: list[Event], dt: float) -> None:
-        """Let ``dt`` seconds pass; move the hand according to what the partner did.
+        """Let ``dt`` seconds pass, and move the hand.
 
-        The encoders show ``angles``, (8,) rad.
+        ``angles`` are the encoders' (8,) rad, ``events`` those of the partner in this step.
         """
         for event in events:
             match event:
@@ -87,7 +88,7 @@ class Visitor:
             self._move_hand(self._visit, dt)
 
     def _is_due(self, angles: Array, event: MoveSent) -> bool:
-        """Whether this is the gesture, and a move of it that is worth blocking."""
+        """Whether to block this move: its gesture is due, and it is long enough."""
         return (
             self._visit is None
             and self._gestures_left < 0
@@ -96,15 +97,15 @@ class Visitor:
         )
 
     def _travel(self, angles: Array, event: MoveSent) -> Array:
-        """How far each hand goes in a move, (2,) m."""
+        """Return how far each hand goes in a move, (2,) m."""
         ways = forward(self._robot, np.array([angles, event.move.angles]))
         travel: Array = np.linalg.norm((ways[1] - ways[0])[:6].reshape(2, 3), axis=1)
         return travel
 
     def _plan(self, angles: Array, event: MoveSent) -> _Visit:
-        """Choose a place on the swept path of an arm that really moves, and a way in."""
+        """Choose a place on the path of an arm that really moves, and a way to reach it."""
         end = event.move.angles
-        # The hand is there before the arm: it aims at the later part of the way.
+        # Aim at the later part of the way, so that the hand is there before the arm.
         part = self._rng.uniform(0.55, 0.75)
         ways = [forward(self._robot, angles + f * (end - angles)) for f in (part, part + 0.05)]
         travel = self._travel(angles, event)
@@ -119,7 +120,7 @@ class Visitor:
         return _Visit(place, outside, along)
 
     def _free_way(self, start: Array, end: Array, part: float, arm: int, place: Array) -> Array:
-        """Return where to come from so as to meet the arm at ``place`` and not on the way in."""
+        """Return a starting point from which the hand meets the arm at ``place``, not before."""
         sign = 1.0 if arm else -1.0
         poses = start + np.linspace(0.0, part - 0.2, 5)[:, None] * (end - start)
         hands = forward(self._robot, poses)[:, 3 * arm : 3 * arm + 3]

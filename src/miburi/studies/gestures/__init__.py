@@ -1,1 +1,1 @@
-"""Gestures measured: rehearsals, checks, pictures, the gallery."""
+"""Perform gestures on the simulated body to measure, check, film and classify them."""

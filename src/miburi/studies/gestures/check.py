@@ -1,7 +1,8 @@
-"""Does a gesture keep its promises? Performed on the simulated body at every mood.
+"""Check that a gesture keeps its promises: perform it at every mood on the simulated body.
 
-The paper asks that the greater the mood, the more space the movement uses and the faster it is
-(Section 4); safety asks that it meets neither the robot itself nor the contact rule.
+The paper asks that a greater mood makes the movement larger and faster (Section 4). Safety asks
+that no part of the robot meets another, and that the contact rule stops nothing. :func:`check`
+returns each broken promise in words.
 """
 
 from collections.abc import Iterator
@@ -12,11 +13,11 @@ import numpy as np
 from miburi.gestures import MovementFunction, key_poses, misfits
 from miburi.robot import Robot, forward
 from miburi.studies.gestures.measures import Measures
-from miburi.studies.gestures.rehearsal import Rehearsal, rehearse
+from miburi.studies.gestures.rehearsal import rehearse
 
-__all__ = ["MOST_ERROR", "Measured", "check", "measured", "moods", "perform"]
+__all__ = ["MOST_ERROR", "Measured", "check", "moods", "perform"]
 
-#: m, the largest error of the inverse kinematics that a key pose may have.
+#: The largest error of the inverse kinematics that a key pose may have, m.
 MOST_ERROR = 1e-3
 
 
@@ -27,13 +28,14 @@ class Measured:
     Attributes
     ----------
     feeling, mood
-        What was shown, and how much.
+        The gesture's feeling, and the mood.
     measures
         Laban's effort in the motion.
     ik_error
-        m, the worst of all key poses and extremities.
+        m, the largest of all key poses and extremities.
     self_collisions
-        Records (one each 0.02 s) in which two parts of the robot met; ``met`` names the first.
+        Number of records (one each 0.02 s) in which two parts of the robot met; ``met`` names the
+        first two.
     contact_stops
         0 or 1; ``stopped_by`` names the motor.
     """
@@ -65,8 +67,9 @@ def moods(step: float) -> list[float]:
     return [round(index / count, 6) for index in range(count + 1)]
 
 
-def measured(function: MovementFunction, mood: float, rehearsal: Rehearsal) -> Measured:
-    """Sum up what the body did when it performed a gesture at one mood."""
+def perform(robot: Robot, function: MovementFunction, mood: float) -> Measured:
+    """Perform a gesture at one mood on the simulated body, and sum up what it did."""
+    rehearsal = rehearse(robot, key_poses(robot, function, mood))
     stop = rehearsal.stop
     return Measured(
         feeling=function.feeling,
@@ -80,17 +83,12 @@ def measured(function: MovementFunction, mood: float, rehearsal: Rehearsal) -> M
     )
 
 
-def perform(robot: Robot, function: MovementFunction, mood: float) -> Measured:
-    """Perform a gesture at one mood on the simulated body and sum up what it did."""
-    return measured(function, mood, rehearse(robot, key_poses(robot, function, mood)))
-
-
 def check(robot: Robot, function: MovementFunction, *, step: float = 0.1) -> Iterator[str]:
-    """Say in words what is wrong with a gesture; nothing where all is well.
+    """Yield in words what is wrong with a gesture; nothing if all is well.
 
-    Checked: every pose in reach and inside the limits; and at every mood from 0 to 1: exactly
-    neutral at 0, kinematics within 1 mm, no part meets another, no contact stop, and space and
-    speed that strictly rise.
+    Every pose must be in reach and inside the limits. Mood 0 must be exactly neutral. At every
+    mood the kinematics must be within 1 mm, no part may meet another, and the contact rule may
+    not stop the body. Space and speed must strictly rise with the mood.
     """
     yield from misfits(robot, function)
     rest = forward(robot, robot.neutral)

@@ -1,8 +1,8 @@
-"""Are the gestures told apart by their motion alone? A nearest-neighbour classifier.
+"""Tell gestures apart by their motion alone, with a nearest-neighbour classifier.
 
-It sees of each performance what an observer without labels could: Laban's measures and the mean
-posture. It learns performances at two moods and names others, with variations that it has not
-seen, at moods that it has not seen.
+The features of a performance are Laban's measures, its mean posture and its widest posture.
+:func:`learn` performs every gesture at two moods; :func:`confusion` counts how the classifier
+names performances at another mood, with variations that it has not learnt.
 """
 
 from collections.abc import Sequence
@@ -18,17 +18,16 @@ from miburi.studies.gestures.rehearsal import Rehearsal, rehearse
 
 __all__ = ["LEARNT_MOODS", "NearestNeighbour", "confusion", "features", "learn"]
 
-#: The moods whose performances are learnt (the issue's choice, not the paper's).
+#: The moods at which the classifier learns (ours).
 LEARNT_MOODS = (0.5, 0.9)
 
 
 def features(robot: Robot, rehearsal: Rehearsal) -> Array:
-    """Describe a performance, (24,): the measures, and how the body stood.
+    """Return the features of a performance, (24,): eight measures and two postures.
 
-    The eight measures are taken as logarithms, as they span decades. The mean posture is the
-    mean of the joint angles away from neutral, and the widest posture the joint angles at their
-    farthest; both are divided by the largest of their angles, so that they say how the body
-    stood and leave how much to the measures.
+    The measures are logarithms, as they span decades. The mean posture is the mean of the joint
+    angles, and the widest posture the joint angles at their farthest, both relative to neutral.
+    Each posture is divided by its largest angle: it tells the shape, and the measures the size.
     """
     offset = rehearsal.angles - robot.neutral
     mean = offset.mean(axis=0)
@@ -43,12 +42,12 @@ def _shape(posture: Array) -> Array:
 
 
 class NearestNeighbour:
-    """Name what is closest among the learnt, each feature scaled by its spread.
+    """Name a performance after the nearest one learnt, with features scaled by their spread.
 
     Parameters
     ----------
     rows, names
-        What is learnt: (n, k) features, and n names.
+        What to learn: (n, k) features, and n names.
     """
 
     def __init__(self, rows: Array, names: Sequence[str]) -> None:
@@ -56,7 +55,7 @@ class NearestNeighbour:
         self._rows, self._names = (rows - self._mean) / self._spread, list(names)
 
     def name(self, row: Array) -> str:
-        """Name one performance, given its features (k,)."""
+        """Return the name of a performance, given its features (k,)."""
         scaled = (row - self._mean) / self._spread
         return self._names[int(np.linalg.norm(self._rows - scaled, axis=1).argmin())]
 
@@ -64,12 +63,12 @@ class NearestNeighbour:
 def learn(
     robot: Robot, repertoire: Repertoire, *, variations: int = 6, seed: int = 0
 ) -> NearestNeighbour:
-    """Learn every gesture at the moods 0.5 and 0.9, each in so many variations."""
+    """Learn every gesture at the moods 0.5 and 0.9, each in ``variations`` variations."""
     rows, names = [], []
     for function in repertoire.functions:
         for mood in LEARNT_MOODS:
             for number in range(variations):
-                rows.append(_performed(robot, function, mood, seed + number))
+                rows.append(_features_of(robot, function, mood, seed + number))
                 names.append(function.feeling)
     return NearestNeighbour(np.array(rows), names)
 
@@ -83,19 +82,19 @@ def confusion(
     variations: int = 10,
     seed: int = 1000,
 ) -> NDArray[np.int64]:
-    """Count, (8, 8), what was performed (rows) and what it was named (columns), as FEELINGS.
+    """Return how often each gesture (row) got each name (column), in the order of FEELINGS.
 
-    The seeds of the variations must not be among those learnt.
+    The seeds of the variations must not be among the learnt ones.
     """
     table = np.zeros((len(FEELINGS), len(FEELINGS)), dtype=np.int64)
     for function in repertoire.functions:
         row = FEELINGS.index(function.feeling)
         for number in range(variations):
-            named = classifier.name(_performed(robot, function, mood, seed + number))
+            named = classifier.name(_features_of(robot, function, mood, seed + number))
             table[row, FEELINGS.index(named)] += 1
     return table
 
 
-def _performed(robot: Robot, function: MovementFunction, mood: float, variation: int) -> Array:
+def _features_of(robot: Robot, function: MovementFunction, mood: float, variation: int) -> Array:
     performance = key_poses(robot, function, mood, variation=variation)
     return features(robot, rehearse(robot, performance))

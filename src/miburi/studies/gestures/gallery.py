@@ -1,4 +1,4 @@
-"""The gallery: every gesture at three moods, on one page."""
+"""The gallery: film every gesture at three moods, and put all of them on one page."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -10,9 +10,9 @@ from miburi.gestures import Repertoire
 from miburi.ground.files import whole_files
 from miburi.ground.templates import render
 from miburi.robot import Robot
-from miburi.studies.film import captioned, contact_sheet
+from miburi.studies.film import add_caption, contact_sheet
 from miburi.studies.gestures.measures import Measures
-from miburi.studies.gestures.pictures import STRIP_STEP, Shown, camera_on, show
+from miburi.studies.gestures.pictures import STRIP_STEP, Pictures, camera_on, show
 
 __all__ = ["MOODS", "write_gallery"]
 
@@ -44,44 +44,45 @@ def write_gallery(
 
     Returns
     -------
-    The page, ``index.html``; all else lies beside it. ``overview.png`` shows the strips at 0.9.
+    The page, ``index.html``, with its pictures beside it; ``overview.png`` has the strips at 0.9.
 
     Raises
     ------
     OutputError
-        The place cannot be written to, or this machine cannot draw.
+        The folder cannot be written to, or this machine cannot draw.
     """
-    shown: dict[str, list[Shown]] = {}
+    gestures: dict[str, list[Pictures]] = {}
     with whole_files(out) as draft, camera_on(robot) as camera:
         for function in repertoire.functions:
-            shown[function.name] = []
+            gestures[function.name] = []
             for mood in MOODS:
                 progress(f"{function.name} {mood}")
-                shown[function.name].append(show(robot, function, mood, draft, camera, face=face))
-        (draft / "index.html").write_text(_page(shown), encoding="utf-8")
-        strips = {name: draft / cells[-1].strip for name, cells in shown.items()}
+                cell = show(robot, function, mood, draft, camera, face=face)
+                gestures[function.name].append(cell)
+        (draft / "index.html").write_text(_page(gestures), encoding="utf-8")
+        strips = {name: draft / cells[-1].strip for name, cells in gestures.items()}
         _overview(strips).save(draft / "overview.png")
     return Path(out) / "index.html"
 
 
 def _overview(strips: dict[str, Path]) -> Image.Image:
-    """Put strips under each other at half their size, each with its name."""
+    """Stack strips at half their size, each with its name."""
     rows = []
     for name, path in strips.items():
         strip = Image.open(path).convert("RGB").reduce(2)
-        rows.append(captioned(np.array(strip), name))
+        rows.append(add_caption(np.array(strip), name))
     return Image.fromarray(contact_sheet(rows, 1))
 
 
-def _page(shown: dict[str, list[Shown]]) -> str:
+def _page(gestures: dict[str, list[Pictures]]) -> str:
     return render(
         _PAGE,
-        shown=shown,
+        shown=gestures,
         strip_step=STRIP_STEP,
         heads=[(heading, unit) for heading, unit, _, _ in _COLUMNS.values()],
         rows=[
-            (name, cell.measured.mood, _numbers(cell.measured.measures))
-            for name, cells in shown.items()
+            (name, cell.mood, _numbers(cell.measures))
+            for name, cells in gestures.items()
             for cell in cells
         ],
     )

@@ -1,7 +1,8 @@
-"""What a recorded motion shows of Laban's space, weight, time and flow, as eight numbers.
+"""Measure Laban's space, weight, time and flow in a recorded motion, as eight numbers.
 
-They follow the practice of affective movement analysis: the hull as space, speed and its
-derivatives as time and weight, jerk and curvature as flow (Larboulette and Gibet, A review of
+:func:`measure` takes the paths of hands and head and returns :class:`Measures`. As usual in
+affective movement analysis, the hull stands for space, speed and acceleration for time and weight,
+jerk and curvature for flow (Larboulette and Gibet, A review of
 computable expressive descriptors of human motion, MOCO 2015; Wallbott, Bodily expression of
 emotion, Eur. J. Soc. Psychol. 28, 1998; Hartmann, Mancini and Pelachaud, Implementing expressive
 gesture synthesis for embodied conversational agents, GW 2005).
@@ -24,7 +25,7 @@ STILL = 0.01
 
 @dataclass(frozen=True)
 class Measures:
-    """What a recorded motion shows of space, weight, time and flow.
+    """Measures of space, weight, time and flow in a recorded motion.
 
     With p(t) a hand's path, v, a, j its derivatives, and means over time and both hands:
 
@@ -43,8 +44,8 @@ class Measures:
     mean_jerk
         m/s³, |j| (flow).
     directness
-        2 · max|p(t) − p(0)| ÷ ∫|v| dt, 0 to 1: 1 is straight there and straight back. (Where a
-        motion does not return, the literature divides path by displacement instead.)
+        2 · max|p(t) − p(0)| ÷ ∫|v| dt, 0 to 1: 1 is straight there and straight back. (For a
+        motion that does not return, the literature divides path by displacement instead.)
     curvature
         1/m, median of |v × a| ÷ |v|³ while a hand moves (flow).
     """
@@ -67,12 +68,12 @@ def measure(positions: Array, period: float) -> Measures:
     positions
         (n, 9) m: right hand, left hand and head at equal intervals; n at least 5.
     period
-        s between two of them.
+        s between two positions.
 
     Raises
     ------
     InputError
-        The shape is another, a value is not finite, or the period is not positive.
+        The shape is wrong, a value is not finite, or the period is not positive.
     MiburiError
         SciPy is not installed.
     """
@@ -101,7 +102,7 @@ def measure(positions: Array, period: float) -> Measures:
 
 
 def _hull_volume(points: Array) -> float:
-    """Return the volume in m³ of the convex hull of points, (n, 3) m; 0 where they are flat."""
+    """Return the volume in m³ of the convex hull of points, (n, 3) m; 0 if they are flat."""
     try:
         from scipy.spatial import ConvexHull, QhullError
     except ModuleNotFoundError as error:

@@ -1,4 +1,4 @@
-"""Pictures of a performed gesture: a strip of six, a film, and the paths of the hands."""
+"""Perform a gesture and draw it: a strip of six moments, a film, and the paths of the hands."""
 
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
@@ -18,26 +18,35 @@ from miburi.gestures import MovementFunction, key_poses
 from miburi.robot import Array, Robot
 from miburi.studies import face as faces
 from miburi.studies.film import Camera, Picture, Scene, camera, write_film
-from miburi.studies.gestures.check import Measured, measured
+from miburi.studies.gestures.measures import Measures
 from miburi.studies.gestures.rehearsal import PERIOD, Rehearsal, rehearse
 
-__all__ = ["STRIP_MOMENTS", "STRIP_STEP", "Shown", "camera_on", "film", "paths", "show", "strip"]
+__all__ = [
+    "STRIP_MOMENTS",
+    "STRIP_STEP",
+    "Pictures",
+    "camera_on",
+    "film",
+    "paths",
+    "show",
+    "strip",
+]
 
 #: Width and height of films and of a strip's pictures.
 _PIXELS = 320
-#: Records from one picture of a film to the next: 16.7 pictures a second.
+#: A film shows every third record: 16.7 pictures a second.
 _FILM_EVERY = 3
 #: A strip shows six moments, this many s apart.
 STRIP_MOMENTS, STRIP_STEP = 6, 0.4
-#: Each with what was 0.08, 0.16 and 0.24 s before it, fading: so a still picture shows motion.
+#: Each moment fades into those 0.08, 0.16 and 0.24 s before it, so a still picture shows motion.
 _TRAIL = ((0.0, 0.62), (0.08, 0.19), (0.16, 0.12), (0.24, 0.07))
 #: Colours of the right hand, the left hand and the head.
 _COLOURS = ("#d9553f", "#2f6f9f", "#8a7f74")
 
 
 @dataclass(frozen=True)
-class Shown:
-    """A gesture performed at one mood, and the names of its pictures' files."""
+class Pictures:
+    """A gesture performed at one mood, and the names of its files."""
 
     function: MovementFunction
     mood: float
@@ -47,13 +56,13 @@ class Shown:
     paths: str
 
     @property
-    def measured(self) -> Measured:
-        """What was measured; only this needs SciPy."""
-        return measured(self.function, self.mood, self.rehearsal)
+    def measures(self) -> Measures:
+        """Laban's effort in the motion; only this needs SciPy."""
+        return self.rehearsal.measures
 
 
 def camera_on(robot: Robot) -> AbstractContextManager[Camera]:
-    """Open the camera that strips are drawn with; see :func:`miburi.studies.film.camera`."""
+    """Open the camera for strips; see :func:`miburi.studies.film.camera`."""
     return camera(robot, _PIXELS, _PIXELS)
 
 
@@ -65,22 +74,22 @@ def show(
     camera: Camera,
     *,
     face: bool = False,
-) -> Shown:
+) -> Pictures:
     """Perform a gesture and write its strip, film and hand paths into ``folder``.
 
-    With ``face`` the phone shows the feeling's face, else its screen is blank.
+    With ``face`` the phone shows the feeling's face; otherwise its screen is blank.
     """
-    drawn = faces.face(Expression(function.feeling, mood)) if face else None
+    screen = faces.face(Expression(function.feeling, mood)) if face else None
     rehearsal = rehearse(robot, key_poses(robot, function, mood))
     stem = f"{function.name}-{mood:g}"
     strip_file = folder / f"{stem}-strip.png"
-    Image.fromarray(strip(camera, rehearsal, drawn)).save(strip_file)
-    return Shown(
+    Image.fromarray(strip(camera, rehearsal, screen)).save(strip_file)
+    return Pictures(
         function,
         mood,
         rehearsal,
         strip=strip_file.name,
-        film=film(robot, rehearsal, folder / f"{stem}.mp4", drawn).name,
+        film=film(robot, rehearsal, folder / f"{stem}.mp4", screen).name,
         paths=paths(robot, rehearsal, folder / f"{stem}-paths.png").name,
     )
 
@@ -90,7 +99,7 @@ def strip(camera: Camera, rehearsal: Rehearsal, face: Picture | None = None) -> 
 
     Returns
     -------
-    (height, 6 · width, 3), without a word in it.
+    (height, 6 · width, 3), without text.
     """
     return np.hstack(
         [_moment(camera, rehearsal.angles, STRIP_STEP * k, face) for k in range(STRIP_MOMENTS)]
@@ -98,7 +107,7 @@ def strip(camera: Camera, rehearsal: Rehearsal, face: Picture | None = None) -> 
 
 
 def film(robot: Robot, rehearsal: Rehearsal, path: Path, face: Picture | None = None) -> Path:
-    """Write a film of a performance in its own time; see :func:`miburi.studies.film.write_film`."""
+    """Write a film of a performance in real time; see :func:`miburi.studies.film.write_film`."""
     rate = 1 / (_FILM_EVERY * PERIOD)
     scenes = [Scene(angles, face=face) for angles in rehearsal.angles[::_FILM_EVERY]]
     last = [scenes[-1]] * round(rate / 2)
@@ -106,7 +115,7 @@ def film(robot: Robot, rehearsal: Rehearsal, path: Path, face: Picture | None = 
 
 
 def paths(robot: Robot, rehearsal: Rehearsal, path: Path) -> Path:
-    """Draw the paths of hands and head, seen from the front and from the robot's left."""
+    """Draw the paths of hands and head, from the front and from the robot's left."""
     size = robot.lengths
     arm = size.L23 + size.L34
     side = round(1e3 * (size.L12 + arm)) + 20

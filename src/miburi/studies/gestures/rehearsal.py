@@ -1,4 +1,4 @@
-"""Rehearsals: perform key poses on the simulated body, and write down what it did."""
+"""Rehearse: perform key poses on a simulated body, and record its motion."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,16 +21,16 @@ PERIOD = 0.02
 
 @dataclass(frozen=True)
 class Rehearsal:
-    """What the simulated body did.
+    """The recorded motion of the simulated body.
 
     Attributes
     ----------
     angles
-        (n, 8) rad, true joint angles, one each ``PERIOD``; the first before anything moves.
+        (n, 8) rad, true joint angles, one each ``PERIOD``; the first is before the first move.
     positions
         (n, 9) m, right hand, left hand and head.
     ik_error
-        m, the largest distance of an extremity from where a key pose wanted it.
+        m, the largest distance of an extremity from its place in a key pose.
     self_collisions
         Number of records in which two parts of the robot met.
     met
@@ -53,7 +53,7 @@ class Rehearsal:
 
 
 def rehearse(robot: Robot, performance: Sequence[KeyPose]) -> Rehearsal:
-    """Perform ``performance`` from neutral on a simulated body of its own."""
+    """Perform key poses from neutral on a new simulated body."""
     body = Simulated(robot)
     present = np.array(robot.neutral)
     poses = [body.configuration[0]]
@@ -72,7 +72,7 @@ def rehearse(robot: Robot, performance: Sequence[KeyPose]) -> Rehearsal:
         began = len(poses)
         body.move(plan_move(robot, present, solution.angles, pose.duration))
         present = solution.angles
-        # Where there is no way to go, the time passes all the same.
+        # A move of no distance takes its time, too.
         while body.state.phase is Phase.MOVING or (len(poses) - began) * PERIOD < pose.duration:
             pass_time()
             if body.state.phase is Phase.STOPPED:

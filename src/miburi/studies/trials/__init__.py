@@ -1,1 +1,1 @@
-"""Contact safety in numbers: thousands of simulated people getting in the robot's way."""
+"""Contact trials: thousands of simulated people in the robot's way, counted and measured."""

@@ -1,6 +1,7 @@
-"""What happens in one trial, drawn from the run's seed and the trial's number alone.
+"""Draw the conditions of one trial: the robot's moves, how it differs, and the person.
 
-All ranges here are our assumptions, wide enough to hold a person's fingers as well as a wall.
+The random numbers come from a passed generator. All ranges are our assumptions; they are wide
+enough for a person's fingers and for a wall.
 """
 
 from dataclasses import dataclass
@@ -23,8 +24,8 @@ __all__ = ["LINKS", "Conditions", "HandKind", "Person", "draw", "draw_person", "
 class HandKind(StrEnum):
     """What a person's hand does.
 
-    ``rigid`` stands as on a table; ``compliant`` gives way; ``towards`` comes at the robot and
-    halts where it feels it; ``grasping`` takes hold of the moving link.
+    ``rigid`` stays where it is, as on a table; ``compliant`` gives way; ``towards`` moves at the
+    robot and halts when it feels it; ``grasping`` takes hold of the moving link.
     """
 
     RIGID = "rigid"
@@ -33,7 +34,7 @@ class HandKind(StrEnum):
     GRASPING = "grasping"
 
 
-#: The robot's links that can be met.
+#: The links of the robot that a person can meet.
 LINKS = (
     "right_upper_arm",
     "right_forearm",
@@ -47,23 +48,24 @@ LINKS = (
 
 @dataclass(frozen=True)
 class Person:
-    """Somebody in the way.
+    """A person in the way.
 
     Attributes
     ----------
     kind, skin
         What the hand does, and what it is made of.
     link, spot
-        The link it is meant to meet, and where on it: 0 at its joint to 1 at its end; of the
-        head, from its lower to its upper edge.
+        The link that the hand shall meet, and the place on it: from 0 at its joint to 1 at its
+        end, or from the lower to the upper edge of the head.
     part
-        Where on the link's way it is met, 0 to 1.
+        Where on the link's way they meet, 0 to 1.
     speed
-        m/s, of a hand that comes towards.
+        m/s, of a hand that moves towards the robot.
     tilt, roll
-        rad: how far off the link's motion it comes from or stands, and around it.
+        rad: the angle between the hand's direction and the link's motion, and the angle around
+        that motion.
     reach
-        m, how far over the link its fingers reach beyond their middle.
+        m, how far the fingers reach over the link beyond their middle.
     """
 
     kind: HandKind
@@ -79,16 +81,16 @@ class Person:
 
 @dataclass(frozen=True)
 class Conditions:
-    """What the robot does in one trial, and how it differs.
+    """What the robot does in one trial, and how it differs from its description.
 
     Attributes
     ----------
     feeling, mood, pose
         The gesture, and the number of the key pose that the (first) move leads to.
     start
-        (8,) rad, where the robot rests before.
+        (8,) rad, the pose in which the robot rests before.
     moves
-        The moves that it makes one after another, each with the s it then rests.
+        The moves in order, each with the rest after it in s.
     variation
         How this robot differs.
     """
@@ -104,8 +106,8 @@ class Conditions:
 def draw(
     robot: Robot, rng: np.random.Generator, moves: int, repertoire: Repertoire | None = None
 ) -> Conditions:
-    """Draw ``moves`` moves in a row of any gesture; by default of those that ship with Miburi."""
-    # The order in which the feelings stand is no part of the draw: sorted, it stays the same.
+    """Draw ``moves`` moves in a row of any gesture, by default of those that ship with Miburi."""
+    # Sorted, so that the draw does not depend on the order of the feelings.
     feeling = str(rng.choice(sorted(FEELINGS)))
     mood = float(rng.uniform(0.1, 1.0))
     function = (repertoire or shipped_repertoire()).choose(feeling, rng)
@@ -169,16 +171,16 @@ def draw_person(rng: np.random.Generator, kind: HandKind) -> Person:
 
 
 def varied_servos(robot: Robot, seed: int, count: int) -> tuple[Robot, ...]:
-    """Return robots with other servos (ours): calibrate each before its trials.
+    """Return robots with other servos (ours); calibrate each before its trials.
 
-    Stiffness from half to twice the default (damping so that the loop's damping ratio is kept
-    within a third), friction from the default to its double, ramps from half to twice, and
-    encoders of 4096 and 1229 steps a turn by turns.
+    The stiffness is half to twice the default, and the damping follows it, so that the loop's
+    damping ratio stays within a third. Friction is one to two times the default, ramps are half
+    to twice. Encoders have 4096 or 1229 steps a turn, in alternation.
     """
     rng = np.random.default_rng([seed, _SERVOS])
     servo = robot.servo
 
-    def varied(number: int) -> Robot:
+    def vary(number: int) -> Robot:
         stiffer = float(2.0 ** rng.uniform(-1.0, 1.0))
         changes = {
             "steps_per_turn": (4096, 1229)[number % 2],
@@ -189,7 +191,7 @@ def varied_servos(robot: Robot, seed: int, count: int) -> tuple[Robot, ...]:
         }
         return robot.model_copy(update={"servo": servo.model_copy(update=changes)})
 
-    return tuple(varied(number) for number in range(count))
+    return tuple(vary(number) for number in range(count))
 
 
 _SERVOS = 7  # its own stream of random numbers

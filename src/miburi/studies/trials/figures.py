@@ -1,4 +1,4 @@
-"""Figures of contact trials, readable in print."""
+"""Draw figures of contact trials and of recorded runs, readable in print."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -26,13 +26,13 @@ __all__ = ["PERIODS", "RATIOS", "Point", "distributions", "rule_map", "rule_map_
 
 _INK, _CORAL, _BLUE, _GREY = "#2b2b2b", "#d9553f", "#2f6f9f", "#9a9a9a"
 _STYLE: Any = {"font.size": 9, "axes.spines.top": False, "axes.spines.right": False}
-#: Periods in µs and ratios in parts of 10 000 that the map shows.
+#: Periods in µs, and ratios in parts of 10 000, on the map.
 PERIODS = (50_000, 100_000, 150_000, 200_000)
 RATIOS = (5000, 7000, 8500, PAPER_RATIO, 9800)
 
 
 def distributions(outcomes: Sequence[Outcome], path: Path) -> None:
-    """Draw how long stops take and how hard people are pressed, by what the hand does."""
+    """Draw the latencies of stops and the forces on people, by the kind of hand."""
     met = [o for o in outcomes if o.kind == TrialKind.BLOCKED and o.touched and not o.false_stop]
     with plt.rc_context(_STYLE):
         figure, (late, hard, fast) = plt.subplots(1, 3, figsize=(7.6, 2.7), layout="constrained")
@@ -41,7 +41,7 @@ def distributions(outcomes: Sequence[Outcome], path: Path) -> None:
             some = [o for o in met if o.hand == hand]
             if not some:
                 continue
-            latency = np.sort(as_array(some, "latency"))  # NaN, the missed, comes last
+            latency = np.sort(as_array(some, "latency"))  # the missed are NaN and come last
             share = np.arange(1, len(some) + 1) / len(some)
             late.plot(1e3 * latency, share, color=colour, label=hand.value)
             hard.plot(np.sort(as_array(some, "peak_force")), share, color=colour)
@@ -65,7 +65,7 @@ def distributions(outcomes: Sequence[Outcome], path: Path) -> None:
 
 @dataclass(frozen=True)
 class Point:
-    """One rule on the map: µs, parts of 10 000, whether as printed, and what it does."""
+    """A rule on the map: period in µs, ratio in parts of 10 000, and what the rule does."""
 
     period: int
     ratio: int
@@ -74,9 +74,10 @@ class Point:
 
 
 def rule_map(runs: Sequence[Run], guards: Guards[Steps]) -> list[Point]:
-    """Judge recorded runs by the rule with ``guards`` and as printed, over (p, ratio).
+    """Judge recorded runs over (p, ratio), by the rule with ``guards`` and by the printed rule.
 
-    The guards are the same for all, made for the paper's point: what else would p and ratio show?
+    All points use the same guards, those for the paper's p and ratio, so that the map shows the
+    effect of p and ratio alone.
     """
     points = []
     for period in PERIODS:
@@ -88,7 +89,7 @@ def rule_map(runs: Sequence[Run], guards: Guards[Steps]) -> list[Point]:
 
 
 def rule_map_figure(points: Sequence[Point], path: Path) -> None:
-    """Draw false stops against missed contacts and delay; the paper's point is ringed."""
+    """Draw false stops against missed contacts and delay, with a ring at the paper's point."""
     with plt.rc_context(_STYLE):
         figure, axes = plt.subplots(1, 2, figsize=(7.2, 3.0), layout="constrained", sharey=True)
         colours = dict(zip(PERIODS, (_CORAL, _BLUE, _INK, _GREY), strict=True))

@@ -1,4 +1,4 @@
-"""Where and when a person meets the moving robot, and what the person's hand then does."""
+"""Plan where and when a person meets the moving robot, and move the person's hand."""
 
 from dataclasses import dataclass
 
@@ -15,29 +15,29 @@ from miburi.studies.trials.plant import TrialPlant
 
 __all__ = ["LEAST_REST", "Actor", "Meeting", "carriers", "plan"]
 
-#: A person is in the way only where the link still wants to go this far, m (ours).
+#: A person is in the way only if the link still has this far to go, m (ours).
 LEAST_REST = 0.015
-#: How far a hand that comes towards the robot starts from where it is to meet it, m.
+#: A hand that moves towards the robot starts this far from the meeting point, m.
 _APPROACH = 0.10
-#: How far beyond that it goes at most, m.
+#: It goes at most this far beyond the meeting point, m.
 _BEYOND = 0.05
 
 
 @dataclass(frozen=True)
 class Meeting:
-    """Where and when a link is met.
+    """Where and when the hand meets a link.
 
     Attributes
     ----------
     body, local
-        The model's body, and the met point in its frame, (3,) m.
+        The model's body, and the meeting point in its frame, (3,) m.
     time
         s since the move began.
     place, out, along
-        (3,) each: the hand's middle, m; the direction from which it stands against the link's
-        motion; the direction of its fingers.
+        (3,) each: the middle of the hand, m; the direction in which it lies from the link; the
+        direction of its fingers.
     speed
-        m/s, of the met point as commanded.
+        m/s, the commanded speed of the meeting point.
     """
 
     body: str
@@ -50,9 +50,9 @@ class Meeting:
 
 
 def plan(plant: TrialPlant, person: Person, start: Array, move: Move) -> Meeting | None:
-    """Work out where ``person`` meets the link on its way; None where it hardly moves.
+    """Return where ``person`` meets the link on its way; None if the link hardly moves.
 
-    The way is taken as straight in the joint angles, and the robot as free of sag and lag.
+    The way is assumed straight in the joint angles, and the robot without sag and lag.
     """
     robot = plant.robot
     body, local, axis, depth = _spot(robot, person)
@@ -72,7 +72,7 @@ def plan(plant: TrialPlant, person: Person, start: Array, move: Move) -> Meeting
     if np.linalg.norm(along) < 0.3:
         along = np.cross(out, across)
     along /= np.linalg.norm(along)
-    # The rest of the hand is on the side away from the robot's middle.
+    # The rest of the hand lies on the side away from the robot's middle.
     outwards = along if along[:2] @ points[row, :2] >= 0 else -along
     place = points[row] + (HAND_SIZE[0] + depth) * out + (HAND_SIZE[1] - person.reach) * outwards
     time, rate = _when(robot, start, move, float(fractions[row]))
@@ -89,7 +89,7 @@ def _across(direction: Array, roll: float) -> Array:
 
 
 def _spot(robot: Robot, person: Person) -> tuple[str, Array, Array, float]:
-    """Return the model's body, met point and axis of the link in its frame, and half its depth."""
+    """Return the model's body, the meeting point and link axis in its frame, and half its depth."""
     shape, tips = robot.shape, extremities(robot)
     if person.link == "head":
         tilt = shape.phone_level
@@ -110,7 +110,7 @@ def _spot(robot: Robot, person: Person) -> tuple[str, Array, Array, float]:
 
 
 def _when(robot: Robot, start: Array, move: Move, fraction: float) -> tuple[float, float]:
-    """Return when the move has come that far, s, and how fast it then goes, 1/s."""
+    """Return when a fraction of the move is done, s, and its speed at that time, 1/s."""
     origin, goal = to_steps(robot, start), to_steps(robot, move.angles)
     profile, _ = plan_profile(robot, origin, goal, to_steps(robot, move.speeds))
     motor = int(np.argmax(profile.distance))
@@ -122,7 +122,7 @@ def _when(robot: Robot, start: Array, move: Move, fraction: float) -> tuple[floa
 
 
 class Actor:
-    """Moves the person's hand, once each reading."""
+    """Move the person's hand, once at each reading."""
 
     def __init__(self, plant: TrialPlant, person: Person, meeting: Meeting) -> None:
         self._plant, self._person, self._meeting = plant, person, meeting
@@ -130,10 +130,10 @@ class Actor:
             plant.offer_hand(self._place(0.0), meeting.along, np.zeros(3), person.skin)
 
     def act(self, phase: Phase) -> None:
-        """Do what the person does now; the robot's ``phase`` is what the person feels of it."""
+        """Move the hand at this reading; the person feels the robot's ``phase``."""
         plant, person, meeting = self._plant, self._person, self._meeting
         if phase is Phase.STOPPED:
-            # Who feels that the robot has stopped pushes no more; a wall stays where it is.
+            # A person who feels that the robot has stopped stops pushing; a wall stays where it is.
             if person.kind is not HandKind.RIGID:
                 plant.anchor = plant.hand[:3]
         elif plant.touched_at is None:
@@ -143,7 +143,7 @@ class Actor:
                 plant.grasp(meeting.body, meeting.local, person.skin)
 
     def _place(self, time: float) -> Array:
-        """Where the person wants the hand to be, (3,) m."""
+        """Return where the person wants the hand to be, (3,) m."""
         meeting, ahead = self._meeting, 0.0
         if self._person.kind is HandKind.TOWARDS:
             ahead = self._person.speed * (meeting.time - time)

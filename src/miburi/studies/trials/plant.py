@@ -1,8 +1,7 @@
-"""The physical robot of contact trials: servos that differ, and a human hand on springs.
+"""The physical robot of contact trials: varied servos, and a human hand on springs.
 
-Unlike the hand of the experiment, this one has mass and hangs on springs, so that it can give
-way, come towards the robot, or hold on to it; and the force on it is known at every physics
-step, whatever the kind of contact.
+Unlike the hand of the experiment, this one has mass and hangs on springs. It can give way, move
+towards the robot, or hold on to it, and the plant records the force on it at every physics step.
 """
 
 from dataclasses import dataclass
@@ -20,7 +19,7 @@ from miburi.safety.profile import Steps
 
 __all__ = ["NOMINAL_VOLTAGE", "Skin", "TrialPlant", "Variation"]
 
-#: Voltage at which the description's torque and stiffness hold.
+#: The voltage at which the description's torque and stiffness hold, V.
 NOMINAL_VOLTAGE = 5.0
 
 
@@ -39,7 +38,7 @@ class Variation:
     noise
         Standard deviation of an encoder's reading, in steps.
     delay
-        Physics steps (2 ms) by which a servo hears its setpoint late.
+        Physics steps (2 ms) by which a setpoint reaches the servo late.
     """
 
     voltage: float = NOMINAL_VOLTAGE
@@ -75,11 +74,11 @@ class TrialPlant(Plant):
     Attributes
     ----------
     touched
-        Part that the human first met, or None.
+        The part that the human met first, or None.
     touched_at
-        s, when; None before.
+        When, s; None before.
     itself
-        Two parts of the robot that met before anybody touched it, or None.
+        Two parts of the robot that met before the human touched it, or None.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -90,7 +89,7 @@ class TrialPlant(Plant):
         self._base = {name: np.array(getattr(model, name)) for name in _VARIED}
         dofs = [int(model.joint(f"hand_{axis}").dofadr[0]) for axis in "xyz"]
         self._hand_joints = [model.joint(f"hand_{axis}").id for axis in "xyz"]
-        # Slides only: dofs and positions count alike from the robot's eight.
+        # The hand has slides only, so its dofs and positions have the same indices.
         self._slides = slice(dofs[0], dofs[-1] + 1)
         self._constraint: NDArray[np.float64] = self.data.qfrc_constraint[self._slides]
         self._robot_dofs = [int(model.joint(name).dofadr[0]) for name in JOINTS]
@@ -98,7 +97,7 @@ class TrialPlant(Plant):
         self._anchor = np.array(HAND_AWAY)
 
     def begin(self, pose: Array, variation: Variation, rng: np.random.Generator) -> None:
-        """Begin a trial: a robot of this ``variation`` at rest in ``pose`` (8,) rad, nobody near.
+        """Begin a trial: a robot of this variation rests in ``pose`` (8,) rad, with no hand near.
 
         ``rng`` makes the encoders' noise.
         """
@@ -120,7 +119,7 @@ class TrialPlant(Plant):
         """Begin anew; see :meth:`Plant.rest`."""
         super().rest(pose, settle)
         self._pushes: list[Array] = []
-        self._torque: float | None = None  # what the servos are limited to, if all alike
+        self._torque: float | None = None  # the servos' limit, if all have the same
         self.touched: str | None = None
         self.touched_at: float | None = None
         self.itself: tuple[str, str] | None = None
@@ -128,7 +127,7 @@ class TrialPlant(Plant):
 
     @property
     def forces(self) -> Array:
-        """N, the force between human and robot at each physics step since :meth:`begin`, (n,)."""
+        """The force between human and robot at each physics step since :meth:`begin`, (n,) N."""
         x, y, z = np.array(self._pushes).reshape(-1, 3).T
         forces: Array = np.sqrt(x * x + y * y + z * z)
         return forces
@@ -161,7 +160,7 @@ class TrialPlant(Plant):
         self.anchor = position
 
     def path(self, body: str, local: Array, axis: Array, poses: Array) -> tuple[Array, Array]:
-        """Return where a point of a link goes, (n, 3) m, and how its axis turns, (n, 3).
+        """Return the path of a point on a link, (n, 3) m, and the directions of its axis, (n, 3).
 
         ``local`` and ``axis`` (3,) are in the frame of the model's ``body``; ``poses`` (n, 8) rad.
         """
@@ -176,7 +175,7 @@ class TrialPlant(Plant):
         return points, axes
 
     def overlaps(self) -> bool:
-        """Whether hand and robot would be in each other at this moment."""
+        """Whether the hand and the robot overlap now."""
         mujoco.mj_fwdPosition(self.model, self.data)
         return any(self._hand in (c.geom1, c.geom2) for c in self.data.contact)
 
@@ -189,7 +188,7 @@ class TrialPlant(Plant):
         jacobian = np.zeros((3, model.nv))
         mujoco.mj_comPos(model, data)
         mujoco.mj_jac(model, data, jacobian, None, place, body)
-        # It closes on the moving link without a blow.
+        # The hand closes on the moving link at the link's speed, without a blow.
         self.offer_hand(place, np.array([0.0, 0.0, 1.0]), jacobian @ data.qvel, skin)
         model.geom_contype[self._hand] = model.geom_conaffinity[self._hand] = 0
         model.eq_obj2id[self._grasp] = body
@@ -206,13 +205,13 @@ class TrialPlant(Plant):
     def advance(self, setpoints: Array, torque: Array | float) -> Touch:
         """Let the servos follow ``setpoints``; see :meth:`Plant.advance`."""
         model, data = self.model, self.data
-        # Written only when it changes: it seldom does, and this is done at every reading.
+        # Write the limit only when it changes: it seldom does, and this runs at every reading.
         if not isinstance(torque, float) or torque != self._torque:
             self.limit(torque * (self._variation.voltage / NOMINAL_VOLTAGE))
             self._torque = torque if isinstance(torque, float) else None
         if self._variation.delay:
-            heard = np.concatenate([self._late, setpoints])
-            setpoints, self._late = heard[: len(setpoints)], heard[len(setpoints) :]
+            queue = np.concatenate([self._late, setpoints])
+            setpoints, self._late = queue[: len(setpoints)], queue[len(setpoints) :]
         control, constraint, note = data.ctrl, self._constraint, self._pushes.append
         for setpoint in setpoints:
             control[:] = setpoint
@@ -220,10 +219,10 @@ class TrialPlant(Plant):
             note(constraint.copy())
             if data.ncon and self.touched_at is None:
                 self._note_contacts()
-        return _KEPT_HERE
+        return _NO_TOUCH
 
     def _note_contacts(self) -> None:
-        """Write down what was met first."""
+        """Record the first contacts."""
         for contact in self.data.contact:
             pair = (contact.geom1, contact.geom2)
             if self._hand not in pair:
@@ -233,10 +232,10 @@ class TrialPlant(Plant):
                 self.touched_at = self.time
 
 
-#: What happened is kept in the plant's own lists; nobody asks a trial's body for it.
-_KEPT_HERE = Touch()
+#: The plant records touches itself, so it reports none to the body.
+_NO_TOUCH = Touch()
 
-#: The model's fields that trials vary.
+#: The fields of the model that trials vary.
 _VARIED = (
     "actuator_gainprm", "actuator_biasprm", "dof_frictionloss", "dof_damping", "jnt_stiffness",
     "body_mass", "body_inertia", "body_ipos", "geom_quat", "geom_solref", "geom_friction",
@@ -245,7 +244,7 @@ _VARIED = (
 
 
 def _load(model: Any, side: str, mass: float) -> None:
-    """Put ``mass`` kg into a hand of the robot: a point where its hand is."""
+    """Put a load of ``mass`` kg into a hand of the robot, as a point mass."""
     if not mass:
         return
     body = model.body(f"{side}_forearm").id

@@ -1,7 +1,8 @@
-"""What another rule would have done: recorded runs, judged again without physics.
+"""Record runs once, and judge them by any contact rule without physics.
 
-Until it stops, a body moves the same whatever watches it. So runs that no rule broke off
-(:class:`DeafRule`) can be judged by any rule afterwards, thousands in a second.
+Until a rule stops a body, its motion does not depend on the rule. So :func:`record` runs trials
+under a rule that never stops (:class:`DeafRule`), and :func:`judge` returns what another rule
+would have done, for thousands of runs in a second.
 """
 
 from dataclasses import dataclass
@@ -14,7 +15,7 @@ from miburi.safety.profile import SECOND, Profile, Steps
 from miburi.studies.trials.plant import TrialPlant
 from miburi.studies.trials.trial import Run, TrialKind, enact
 
-__all__ = ["CALIBRATION_MOVES", "DeafRule", "Judgement", "calibrated", "judge", "record"]
+__all__ = ["CALIBRATION_MOVES", "DeafRule", "Judgement", "calibrate_rule", "judge", "record"]
 
 #: µs for which a deaf rule waits for a blocked motor after its profile has ended.
 _WAIT = SECOND // 5
@@ -32,25 +33,25 @@ class _DeafWatch(Watch):
 
 
 class DeafRule(Rule):
-    """Never stops: a move that is blocked just ends. For recording only."""
+    """A rule that never stops: a blocked move just ends. For recording only."""
 
     def watch(self, profile: Profile, start: Steps, direction: Steps) -> Watch:
-        """Begin to watch one move, and see nothing."""
+        """Return a watch that notices nothing."""
         return _DeafWatch(self, profile, start, direction)
 
 
 @dataclass(frozen=True)
 class Judgement:
-    """What a rule makes of a recorded run.
+    """What a rule does to a recorded run.
 
     Attributes
     ----------
     stopped_at
-        s; None where the rule never stops.
+        s; None if the rule never stops the body.
     latency
-        s from the first touch; None without stop, without touch, or where the stop came first.
+        s from the first touch; None without a stop or a touch, or if the stop came first.
     peak_force
-        N until then.
+        The largest force before the stop, N.
     """
 
     stopped_at: float | None
@@ -82,17 +83,17 @@ def _first_stop(rule: Rule, run: Run) -> float | None:
 
 
 def record(robot: Robot, seed: int, free: int, blocked: int = 0) -> list[Run]:
-    """Record runs of ``robot`` under a deaf rule: free ones first."""
+    """Record runs of a robot under a deaf rule, free ones first."""
     plant, rule = TrialPlant(robot), DeafRule.of(robot)
     kinds = [(TrialKind.FREE, index) for index in range(free)]
     kinds += [(TrialKind.BLOCKED, index) for index in range(blocked)]
     return [enact(plant, rule, seed, kind, index) for kind, index in kinds]
 
 
-def calibrated(
+def calibrate_rule(
     robot: Robot, seed: int, moves: int = CALIBRATION_MOVES, margin: float = MARGIN
 ) -> Rule:
-    """Return the paper's period and ratio with guards from free moves of ``robot``'s own."""
+    """Return the paper's period and ratio, with guards from free moves of this robot."""
     runs = record(robot, seed, (moves + 1) // 2)
-    traces = [trace for recorded in runs for trace in recorded.traces]
+    traces = [trace for run in runs for trace in run.traces]
     return Rule(calibrate(traces, robot.servo.step, margin=margin))

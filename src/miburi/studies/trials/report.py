@@ -1,4 +1,4 @@
-"""Runs of trials in words and tables."""
+"""Turn summaries of trials into words and tables."""
 
 from miburi.studies.trials.summary import ISO_LIMITS, Summary
 
@@ -30,13 +30,13 @@ _ROWS: tuple[tuple[str, str], ...] = (
 
 
 def in_words(summary: Summary) -> str:
-    """Return a summary for people, a line each figure."""
+    """Return a summary as text, a line for each figure."""
     width = max(len(words) for _, words in _ROWS)
     return "\n".join(f"{words:<{width}}  {_cell(summary, name)}" for name, words in _ROWS)
 
 
 def rows(columns: dict[str, Summary]) -> list[list[str]]:
-    """Return summaries beside each other: each row its words, then a cell of each summary."""
+    """Return a table of summaries: in each row its title, then a cell for each summary."""
     return [
         [words, *(_cell(summary, name) for summary in columns.values())] for name, words in _ROWS
     ]
@@ -53,7 +53,7 @@ def _cell(summary: Summary, name: str) -> str:
 
 
 def iso_sentence() -> str:
-    """Return the limits that forces are compared with, and where they come from."""
+    """Return a sentence with the limits for forces, and their source."""
     limits = ", ".join(f"{part} {force} N" for part, force in ISO_LIMITS.items())
     return (
         f"Quasi-static limits of ISO/TS 15066, as secondary sources quote them ({limits}); we "

@@ -1,8 +1,9 @@
-"""Many trials: on the processes of one machine, or on several machines by Ray.
+"""Carry out many trials, on the processes of one machine or on several machines with Ray.
 
-A trial depends on its run's seed and its own number alone, so it does not matter where it is
-carried out: the same run gives the same file, byte for byte. Finished chunks are kept in a
-journal beside the file that is to be; a run that was broken off goes on from there.
+:func:`carry_out_plan` takes a :class:`Plan` and returns the outcomes, and can write them to a
+Parquet file. A trial depends only on the run's seed and its own number, so the same plan gives the
+same file, byte for byte, wherever it runs. A journal beside the file keeps finished chunks; a run
+that was broken off continues from there.
 """
 
 import hashlib
@@ -43,9 +44,9 @@ __all__ = [
     "write_parquet",
 ]
 
-#: Trials that a process takes at once: about a second's work.
+#: Trials in a chunk: about a second's work for a process.
 CHUNK = 25
-#: s for a cluster's address to answer.
+#: s to wait for a cluster's address to answer.
 _KNOCK = 5.0
 
 Chunk = tuple[TrialKind, int, int]  # kind, first index, index after the last
@@ -54,14 +55,14 @@ Done = tuple[Chunk, list[Outcome]]
 
 @dataclass(frozen=True)
 class Plan:
-    """What a run is made of; trial i is made by servo i modulo their number.
+    """A run of trials; trial i uses servo i modulo their number.
 
     Attributes
     ----------
     servos
         Robots, each with the rule that watches it.
     seed, free, blocked
-        0 or more; how many trials of each kind.
+        The seed, and the number of trials of each kind; 0 or more.
     repertoire
         The gestures; by default those that ship with Miburi.
 
@@ -79,21 +80,21 @@ class Plan:
 
     def __post_init__(self) -> None:
         if not self.servos:
-            raise InputError("a run of trials needs a servo at least.")
+            raise InputError("a run of trials needs at least one servo.")
         for name in ("seed", "free", "blocked"):
             if getattr(self, name) < 0:
                 raise InputError(f"{name} must be 0 or more, got {getattr(self, name)}.")
         if self.free + self.blocked == 0:
-            raise InputError("a run needs a trial at least: ask for free or blocked ones.")
+            raise InputError("a run needs at least one trial, free or blocked.")
 
     @property
     def key(self) -> str:
-        """Name the run by its contents: same key, same results."""
+        """A name made from the contents of the run: same key, same results."""
         words = hashlib.sha256(f"{__version__} {self.seed} {self.free} {self.blocked}".encode())
         for robot, rule in self.servos:
             grants = {name: values.tolist() for name, values in vars(rule.guards).items()}
-            told = [robot.model_dump(), grants, type(rule).__name__, rule.period, rule.ratio]
-            words.update(json.dumps(told, sort_keys=True).encode())
+            servo = [robot.model_dump(), grants, type(rule).__name__, rule.period, rule.ratio]
+            words.update(json.dumps(servo, sort_keys=True).encode())
         if self.repertoire != shipped_repertoire():
             for function in self.repertoire.functions:
                 words.update(function.model_dump_json().encode())
@@ -117,18 +118,18 @@ def carry_out_plan(
     ray: str | None = None,
     progress: Callable[[int, int], None] = lambda _done, _all: None,
 ) -> list[Outcome]:
-    """Carry out all trials of ``plan``, free ones first, each kind in the order of its numbers.
+    """Carry out all trials of a plan, free ones first, each kind in order of its numbers.
 
     Parameters
     ----------
     out
-        The Parquet file to write; a run that was broken off before is resumed.
+        The Parquet file to write. A run that was broken off before continues.
     workers
-        Processes on this machine, from 1.
+        Processes on this machine, 1 or more.
     ray
-        Address of a Ray cluster (``auto`` finds a local one) that works instead.
+        Address of a Ray cluster to use instead; ``auto`` finds a local one.
     progress
-        Called with the number of finished trials, and of all.
+        Called with the number of finished trials, and of all trials.
 
     Raises
     ------
@@ -137,16 +138,15 @@ def carry_out_plan(
     OutputError
         ``out`` cannot be written, or another run's journal is in its place.
     MiburiError
-        Ray is asked for and not installed, or cannot be reached; or ``out`` is given and PyArrow
-        is not installed.
+        ``ray`` is given and Ray is not installed or does not answer, or ``out`` is given and
+        PyArrow is not installed.
     """
     if workers < 1:
-        raise InputError(f"--workers must be from 1, got {workers}.")
+        raise InputError(f"--workers must be 1 or more, got {workers}.")
     if out is not None:
-        _arrow()  # a missing library is missed now, not after the last trial
+        _arrow()  # fail now if it is missing, not after the last trial
     total, chunks = plan.free + plan.blocked, plan.chunks
-    with _journal(plan, out) as (known, write):
-        done = dict(known)
+    with _journal(plan, out) as (done, write):
         finished = sum(map(len, done.values()))
         progress(finished, total)
         todo = [chunk for chunk in chunks if chunk not in done]
@@ -185,7 +185,7 @@ def carry_out_chunk(plan: Plan, chunk: Chunk) -> list[Outcome]:
     return outcomes
 
 
-# A model takes longer to build than to use: each process keeps those that it has built.
+# A model takes longer to build than to use, so each process keeps the models that it built.
 _plants: dict[tuple[str, int], TrialPlant] = {}
 _MOST_PLANTS = 64
 
@@ -206,9 +206,9 @@ def _on_processes(plan: Plan, todo: list[Chunk], workers: int) -> Iterator[Done]
 
 
 def _begin_worker(plan: Plan) -> None:
-    global _plan  # noqa: PLW0603  (a process pool hands its workers nothing else once)
+    global _plan  # noqa: PLW0603  (a pool can hand this to its workers only once)
     _plan = plan
-    # Ctrl-C is for the run; it lets the workers finish what they have in hand.
+    # Ctrl-C is for the parent, which lets the workers finish their chunks.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
 
@@ -229,7 +229,7 @@ _plan: Plan | None = None
 
 
 def _knock(address: str) -> None:
-    """Ask whether anybody listens at an ``address`` with a port: Ray itself waits for minutes."""
+    """Check that a server listens at ``address``, because Ray itself waits for minutes."""
     host, _, port = address.removeprefix("ray://").rpartition(":")
     if port.isdecimal():
         try:
@@ -256,7 +256,7 @@ def _on_cluster(plan: Plan, todo: list[Chunk], address: str) -> Iterator[Done]:
         raise _no_answer(address, error) from error
     try:
         shared = ray.put(plan)
-        # A node that dies takes its chunks with it; they are carried out again elsewhere.
+        # If a node dies, its chunks are carried out again elsewhere.
         work: Any = ray.remote(num_cpus=1, max_retries=-1)(carry_out_chunk)
         left = iter(todo)
         slots = 2 * max(1, int(ray.cluster_resources().get("CPU", 1)))
@@ -290,16 +290,16 @@ Write = Callable[[Chunk, list[Outcome]], None]
 
 @contextmanager
 def _journal(plan: Plan, out: Path | None) -> Iterator[tuple[dict[Chunk, list[Outcome]], Write]]:
-    """Yield what was finished before, and the way to write down what is finished now."""
+    """Yield the chunks finished before, and a function that writes a finished chunk."""
     if out is None:
         yield {}, lambda _chunk, _outcomes: None
         return
     path = _journal_path(out)
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
-        known, length = _read_journal(path, plan)
+        done, length = _read_journal(path, plan)
         with path.open("ab") as file:
-            # A line that a kill cut off is forgotten.
+            # Drop a last line that a kill has cut off.
             file.truncate(length)
             if not length:
                 _append(file, {"run": plan.key})
@@ -307,7 +307,7 @@ def _journal(plan: Plan, out: Path | None) -> Iterator[tuple[dict[Chunk, list[Ou
             def write(chunk: Chunk, outcomes: list[Outcome]) -> None:
                 _append(file, {"chunk": chunk, "rows": [astuple(o) for o in outcomes]})
 
-            yield known, write
+            yield done, write
     except OSError as error:
         raise OutputError(f"{out} cannot be written: {error.strerror}; choose another.") from error
 
@@ -320,9 +320,9 @@ def _append(file: Any, entry: dict[str, Any]) -> None:
 
 def _read_journal(path: Path, plan: Plan) -> tuple[dict[Chunk, list[Outcome]], int]:
     """Return the finished chunks, and the length in bytes of the journal's whole lines."""
-    known: dict[Chunk, list[Outcome]] = {}
+    done: dict[Chunk, list[Outcome]] = {}
     if not path.exists():
-        return known, 0
+        return done, 0
     length = 0
     for line in path.read_bytes().splitlines(keepends=True):
         if not line.endswith(b"\n"):
@@ -335,25 +335,25 @@ def _read_journal(path: Path, plan: Plan) -> tuple[dict[Chunk, list[Outcome]], i
             )
         if "chunk" in entry:
             kind, first, last = entry["chunk"]
-            known[TrialKind(kind), first, last] = [Outcome(*row) for row in entry["rows"]]
+            done[TrialKind(kind), first, last] = [Outcome(*row) for row in entry["rows"]]
         length += len(line)
-    return known, length
+    return done, length
 
 
 def write_parquet(plan: Plan, outcomes: list[Outcome], out: Path) -> None:
-    """Write one row a trial; whole, or not at all.
+    """Write a Parquet file with a row for each trial: whole, or not at all.
 
     Raises
     ------
     OutputError
-        The place cannot be written to, or is full.
+        The folder cannot be written to, or the disk is full.
     MiburiError
         PyArrow is not installed.
     """
     pa, pq = _arrow()
     columns = {f.name: [getattr(o, f.name) for o in outcomes] for f in fields(Outcome)}
-    said = {"miburi": __version__, "seed": str(plan.seed), "run": plan.key}
-    table = pa.table(columns).replace_schema_metadata(said)
+    metadata = {"miburi": __version__, "seed": str(plan.seed), "run": plan.key}
+    table = pa.table(columns).replace_schema_metadata(metadata)
     with whole_files(out.parent) as draft:
         pq.write_table(table, draft / out.name, compression="zstd")
 

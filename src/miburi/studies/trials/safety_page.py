@@ -1,4 +1,4 @@
-"""The page on contact safety: method, figures and tables, made from files of trials."""
+"""Write the page on contact safety from outcomes of trials: method, figures and tables."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -15,7 +15,7 @@ from miburi.studies.trials.trial import Outcome
 
 __all__ = ["CAPS", "write_page"]
 
-#: m/s: the caps of the table of speeds.
+#: The speeds in the table of forces, m/s.
 CAPS = (0.1, 0.2, 0.3, 0.5, 0.8)
 _PAGE = Path(__file__).with_suffix(".md")
 
@@ -25,7 +25,7 @@ def write_page(
 ) -> None:
     """Write ``safety.md`` and its pictures into ``folder``.
 
-    ``outcomes`` are the trials of each column of the table; the first is shown in the pictures.
+    ``outcomes`` holds the trials for each column of the table; the pictures show the first.
     """
     first = next(iter(outcomes.values()))
     distributions(first, folder / "safety-distributions.png")

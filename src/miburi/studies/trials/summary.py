@@ -1,4 +1,4 @@
-"""A run of trials in a few numbers, each with what can be said of it by so many trials."""
+"""Sum up the outcomes of a run in a few figures, with confidence intervals for the counts."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -16,9 +16,9 @@ try:
 except ModuleNotFoundError as error:
     raise needs_extra("studies", error) from error
 
-#: A force from which on a missed contact matters, N (ours).
+#: A missed contact matters from this force on, N (ours).
 MATTERS = 2.0
-#: A stop later than this after the first touch is counted as late, s (ours).
+#: A stop counts as late if it comes more than this after the first touch, s (ours).
 LATE = 0.25
 #: Quasi-static limits of ISO/TS 15066 in N, as secondary sources quote them: we have not read
 #: the standard itself. Transient contact is commonly taken as twice that; none is allowed on
@@ -45,13 +45,21 @@ def wilson(hits: int, trials: int) -> tuple[float, float]:
 class Summary:
     """Figures of a run; s and N.
 
-    ``false_stops`` are stops before any touch, in free and blocked trials. ``missed`` are people
-    pressed with 1 N or more over 0.1 s whom no stop followed; ``missed_above_2N`` those of them
-    pressed with 2 N over 0.1 s, ``missed_peak_above_2N`` those on whom the force reached 2 N for
-    a moment. ``late`` are stops more than 0.25 s after the first touch; ``latency_above_2N_max``
-    is the latest where the force over 0.1 s reached 2 N. ``brushes`` are people only brushed
-    past, in whose place others were drawn. Intervals are Wilson's, 95 %. Figures of no trial at
-    all are None.
+    Attributes
+    ----------
+    false_stops
+        Stops before any touch, in free and blocked trials.
+    missed, missed_above_2N, missed_peak_above_2N
+        People pressed with 1 N or more over 0.1 s without a stop after it; those of them pressed
+        with 2 N over 0.1 s; those of them on whom the force reached 2 N for a moment.
+    brushes
+        People whom the robot only brushed past; the trial drew others in their place.
+    late
+        Stops more than 0.25 s after the first touch.
+    latency_above_2N_max
+        The longest latency of contacts that reached 2 N over 0.1 s.
+
+    Intervals are Wilson's, 95 %. A figure without any trial is None.
     """
 
     free: int
@@ -79,7 +87,7 @@ class Summary:
     self_collisions: int
 
     def as_json(self) -> dict[str, object]:
-        """Return the figures for JSON, rounded to what they mean."""
+        """Return the figures for JSON, rounded to six decimals."""
         return {
             name: round(value, 6) if isinstance(value, float) else value
             for name, value in asdict(self).items()
@@ -87,7 +95,7 @@ class Summary:
 
 
 def summarise(outcomes: Sequence[Outcome]) -> Summary:
-    """Sum up trials."""
+    """Return the summary of a run's outcomes."""
     blocked = [o for o in outcomes if o.kind == TrialKind.BLOCKED]
     touched = [o for o in blocked if o.touched and not o.false_stop]
     answered = [o for o in touched if o.stopped]

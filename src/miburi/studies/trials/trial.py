@@ -1,4 +1,4 @@
-"""One trial: a robot moves, somebody may be in its way, and all that matters is measured."""
+"""Carry out one trial: the robot moves, a person may be in its way, and the outcome is measured."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -31,23 +31,22 @@ __all__ = [
     "TrialKind",
     "enact",
     "measure",
-    "sustained",
+    "sustained_force",
     "trace_of",
     "trial",
 ]
 
-#: s after the touch for which a robot that has not stopped is watched; then the contact is
-#: missed (ours).
+#: s after the touch in which the robot must stop; after that the contact is missed (ours).
 PATIENCE = 1.0
-#: s after a stop from which on the robot must no longer push, and for how long that is watched.
+#: s after a stop until the robot must no longer push, and s for which that is measured.
 SETTLED, WATCHED = 0.3, 0.2
-#: Length of the mean that is called sustained force, s: the rule's own period.
+#: The sustained force is a mean over this time, s: the rule's own period.
 SUSTAINED = 0.1
-#: Somebody is in the way if a robot that does not stop presses on them with this sustained
-#: force, N (ours); what is less only brushes past.
+#: A person is in the way if a robot that does not stop presses on them with this sustained
+#: force, N (ours); with less it only brushes past.
 IN_THE_WAY = 1.0
 _READING_US = round(READING * SECOND)
-#: At most so often the gesture, and for each the person, are drawn again until they meet.
+#: How often to draw another gesture, and another person for each gesture, until they meet.
 _GESTURES, _PERSONS = 50, 25
 
 
@@ -60,38 +59,38 @@ class TrialKind(StrEnum):
 
 @dataclass(frozen=True)
 class Outcome:
-    """What one trial measured; s and N.
+    """The measurements of one trial; s and N.
 
     Attributes
     ----------
     kind, index, servo
-        Free or blocked, the trial's number among those, and which of the run's servos.
+        Free or blocked, the trial's number in its kind, and the number of the run's servo.
     feeling, mood, pose
         The gesture, and the number of the key pose that the (first) move leads to.
     hand, link, speed
-        What the person's hand does, which link it meets, and how fast that goes there by
-        command, m/s; empty and NaN where nobody is in the way.
+        What the person's hand does, which link it meets, and the link's commanded speed there,
+        m/s; empty and NaN if nobody is in the way.
     seconds
         Simulated time.
     stopped, sign, motor
-        Whether the contact rule stopped the body, by what, and naming which motor.
+        Whether the contact rule stopped the body, the sign that it noticed, and the motor.
     false_stop
-        It stopped before anybody touched it.
+        Whether it stopped before anybody touched it.
     touched
-        Part of the robot that was met first.
+        The part of the robot that met the person first.
     latency, latency_from_1N
-        To the stop from the first touch, and from the moment at which the force reached 1 N; NaN
-        without, and 0 where the stop came before.
+        From the first touch to the stop, and from the moment when the force reached 1 N; NaN
+        without that moment, and 0 if the stop came before it.
     peak_force, sustained_force
-        Largest force, and largest mean over 0.1 s, from touch to half a second after the stop.
+        The largest force, and the largest mean over 0.1 s, until half a second after the stop.
     push_after_stop
-        Largest force from 0.3 s to 0.5 s after the stop; NaN without.
+        The largest force from 0.3 s to 0.5 s after the stop; NaN without a stop.
     right_motor
-        Whether the motor named carries what was met.
+        Whether the stop names a motor that carries the touched part.
     brushes, brush_force
-        How many persons drawn before were only brushed past, and the largest peak on them.
+        How many persons the robot only brushed past before, and the largest force on them.
     self_collision
-        Two parts of the robot met before anybody touched it.
+        Whether two parts of the robot met before anybody touched it.
     """
 
     kind: str
@@ -122,9 +121,9 @@ class Outcome:
 
 @dataclass
 class Run:
-    """What happened in a trial: a trace each move, forces in N each physics step.
+    """The record of a trial: a trace for each move, and the force in N at each physics step.
 
-    ``brushes`` are the peak forces, N, of what was drawn before and only brushed past.
+    ``brushes`` are the largest forces, N, on persons drawn before whom the robot only brushed past.
     """
 
     conditions: Conditions
@@ -150,14 +149,14 @@ def trial(
     servo: int = 0,
     repertoire: Repertoire | None = None,
 ) -> Outcome:
-    """Carry out one trial: a pure function of the robot, the rule, the seed and the number.
+    """Carry out one trial; it depends only on robot, rule, repertoire, seed, kind and number.
 
-    The gestures are, by default, those that ship with Miburi.
+    The repertoire is, by default, the gestures that ship with Miburi.
 
     Raises
     ------
     InputError
-        No gesture was found in which this robot can be met.
+        No drawn gesture lets a person meet this robot.
     """
     return measure(enact(plant, rule, seed, kind, index, repertoire), kind, index, servo)
 
@@ -170,7 +169,7 @@ def enact(
     index: int,
     repertoire: Repertoire | None = None,
 ) -> Run:
-    """Draw one trial and let it happen; see :func:`trial`."""
+    """Draw one trial and run it; see :func:`trial`."""
     stream = [seed, list(TrialKind).index(kind), index]
     if kind is TrialKind.FREE:
         rng = np.random.default_rng(stream)
@@ -187,22 +186,22 @@ def enact(
             if result.touched is None and result.stop is None:
                 continue
             motors = carriers(person.link)
-            # Somebody else's arm, or the stand, is no obstacle to the link that was meant.
+            # A hand that met another limb, or the stand, was no obstacle to the chosen link.
             if result.touched is not None and carriers(result.touched)[1:2] != motors[1:2]:
                 continue
-            # Without a stop, what happened does not depend on the rule: so this choice does not.
-            if result.stop is None and sustained(result.forces) < IN_THE_WAY:
+            # Without a stop, the run does not depend on the rule, so neither does this choice.
+            if result.stop is None and sustained_force(result.forces) < IN_THE_WAY:
                 brushes.append(float(result.forces.max()))
                 continue
             result.brushes = brushes
             return result
-    raise InputError(f"{kind} trial {index} of seed {seed}: nobody can be met by this robot.")
+    raise InputError(f"{kind} trial {index} of seed {seed}: nobody can meet this robot.")
 
 
 def _meetings(
     plant: TrialPlant, conditions: Conditions, hand: HandKind, rng: np.random.Generator
 ) -> Iterator[tuple[Person, Meeting]]:
-    """Yield ways in which the drawn move can be met."""
+    """Yield persons who can meet the drawn move, each with the meeting."""
     for _ in range(_PERSONS):
         person = draw_person(rng, hand)
         meeting = plan(plant, person, conditions.start, conditions.moves[0][0])
@@ -218,7 +217,7 @@ def _perform(
     meeting: Meeting | None,
     rng: np.random.Generator,
 ) -> Run:
-    """Let the robot move and the person act; nothing happens where they overlap at the start."""
+    """Let the robot move and the person act; if they overlap at the start, do nothing."""
     result = Run(conditions, person, meeting)
     plant.begin(conditions.start, conditions.variation, rng)
     actor = None
@@ -262,7 +261,7 @@ def _perform(
 
 
 def trace_of(robot: Robot, origin: Array, move: Move, readings: list[Steps]) -> Trace:
-    """Return a move from ``origin`` (8,) rad with the encoders' regular ``readings`` of it."""
+    """Return the trace of a move from ``origin`` (8,) rad, with the encoders' readings."""
     profile, direction = plan_profile(
         robot, to_steps(robot, origin), to_steps(robot, move.angles), to_steps(robot, move.speeds)
     )
@@ -271,7 +270,7 @@ def trace_of(robot: Robot, origin: Array, move: Move, readings: list[Steps]) -> 
 
 
 def measure(result: Run, kind: TrialKind, index: int, servo: int) -> Outcome:
-    """Return what a run measured."""
+    """Return the measurements of a run."""
     conditions, person, stop = result.conditions, result.person, result.stop
     touched_at = result.touched_at
     false_stop = stop is not None and (touched_at is None or stop.time < touched_at)
@@ -302,7 +301,7 @@ def measure(result: Run, kind: TrialKind, index: int, servo: int) -> Outcome:
         latency=latency,
         latency_from_1N=firm,
         peak_force=float(forces.max()),
-        sustained_force=sustained(forces),
+        sustained_force=sustained_force(forces),
         push_after_stop=push,
         right_motor=answered and stop is not None and stop.motor in carriers(result.touched or ""),
         brushes=len(result.brushes),
@@ -311,8 +310,8 @@ def measure(result: Run, kind: TrialKind, index: int, servo: int) -> Outcome:
     )
 
 
-def sustained(forces: Array) -> float:
-    """Return the largest mean of forces (n,), one each physics step, over 0.1 s."""
+def sustained_force(forces: Array) -> float:
+    """Return the largest mean over 0.1 s of forces (n,), N, one for each physics step."""
     width = round(SUSTAINED / TIMESTEP)
     sums = np.cumsum(np.concatenate([[0.0], forces]))
     return float((sums[width:] - sums[:-width]).max() / width)
