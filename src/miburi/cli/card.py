@@ -1,4 +1,4 @@
-"""The commands ``miburi card …``: parse, call, print."""
+"""The commands ``miburi card …``: parse the arguments, talk to a card, print the result."""
 
 import shutil
 import subprocess
@@ -31,7 +31,7 @@ _SHOULDER = (
     "the bent forearm swings forward",
 )
 _STRAIGHT = "straight out, in line with the upper arm"
-#: Each joint's zero, and which way is positive, for the hand that turns it (miburi.robot.forward).
+#: Each joint's zero and its positive direction, in words for the person who turns it.
 _BY_HAND = {
     "waist": ("the chest faces straight ahead", "to the robot's own left"),
     "right_shoulder": _SHOULDER,
@@ -43,32 +43,32 @@ _BY_HAND = {
     "head": ("its link lies level, forwards", "the head goes up"),
 }
 _NOT_STORED = (
-    "Its settings are not stored: it forgets them when it is switched off. "
+    "Its settings are not stored: the card forgets them when it is switched off. "
     "`miburi card calibrate` and `miburi card load` store them."
 )
 
 
 @app.command("list")
 def list_ports() -> None:
-    """Name the serial ports of this computer."""
+    """List the serial ports of this computer."""
     from serial.tools.list_ports import comports
 
     ports = sorted(comports(), key=lambda port: (port.vid is None, port.device))
     for port in ports:
-        told = port.description if port.description not in (None, "n/a") else "built in"
-        print(f"{port.device}  {told}{'' if port.vid is None else ' (USB)'}")
+        kind = port.description if port.description not in (None, "n/a") else "built in"
+        print(f"{port.device}  {kind}{'' if port.vid is None else ' (USB)'}")
     if not any(port.vid for port in ports):
-        print("No USB device is among them." if ports else "No serial port is there.", end=" ")
+        print("None of them is a USB device." if ports else "There is no serial port.", end=" ")
         print("Plug the card in, or pair its Bluetooth module first.")
 
 
 @app.command()
 def info(port: Port, robot: RobotFile = None) -> None:
-    """Say what the card knows and how its servos are; nothing moves."""
+    """Print the card's state, rule and servos; nothing moves."""
     from miburi.robot import JOINTS
 
-    with _connected(port, robot_of(robot)) as card:
-        for _ in range(10):  # the servos' health is looked at twice a second
+    with _open_card(port, robot_of(robot)) as card:
+        for _ in range(10):  # the card looks at the servos' health twice a second
             card.step(0.2)
             if all(card.report.voltages):
                 break
@@ -103,24 +103,24 @@ def upload(
         raise BodyError("avrdude is missing; install it (Debian: apt install avrdude).")
     if port.startswith("/") and not Path(port).exists():
         raise BodyError(f"There is no port {port}; `miburi card list` names those that are there.")
-    # No shell reads these words, and avrdude is the one that the user's own path names.
+    # No shell reads this command, and avrdude is the one on the user's own path.
     done = subprocess.run(  # noqa: S603
         ["avrdude", "-p", "m2560", "-c", "wiring", "-P", port, "-b", "115200", "-D",  # noqa: S607
          "-U", f"flash:w:{image}:i"],
         check=False,
     )  # fmt: skip
     if done.returncode != 0:
-        raise BodyError(f"avrdude could not write to {port}; its words are above.")
+        raise BodyError(f"avrdude could not write to {port}; its message is above.")
 
 
 @app.command()
 def monitor(
     port: Port,
-    seconds: Annotated[float, typer.Option(help="How long.")] = 60.0,
+    seconds: Annotated[float, typer.Option(help="How long to print, s.")] = 60.0,
     robot: RobotFile = None,
 ) -> None:
     """Print the card's state five times a second; nothing moves."""
-    with _connected(port, robot_of(robot)) as card:
+    with _open_card(port, robot_of(robot)) as card:
         for _ in range(round(seconds * 5)):
             state = card.step(0.2)
             angles = " ".join(f"{angle:+.2f}" for angle in state.angles)
@@ -135,12 +135,12 @@ def calibrate(
     zeros: Annotated[bool, typer.Option(help="Find zero poses and directions by hand.")] = False,
     robot: RobotFile = None,
 ) -> None:
-    """Measure the servos in free motion and store their guards, on the card and in a file."""
+    """Measure the servos in free motion; store their guards on the card and in a file."""
     from miburi.calibration.file import write_calibration
     from miburi.card.calibration import in_words, measure
     from miburi.ground.files import whole_files
 
-    with _connected(port, robot_of(robot)) as card, whole_files(out.parent) as draft:
+    with _open_card(port, robot_of(robot)) as card, whole_files(out.parent) as draft:
         if ids:
             _give_ids(card)
         if zeros:
@@ -168,23 +168,23 @@ def calibrate(
 def load(
     port: Port,
     file: Annotated[
-        Path, typer.Argument(metavar="FILE", help="From miburi card calibrate, or miburi tune.")
+        Path, typer.Argument(metavar="FILE", help="From miburi card calibrate, calibrate or tune.")
     ],
     robot: RobotFile = None,
 ) -> None:
-    """Load a calibration file onto the card, and store it there; nothing moves."""
+    """Load a calibration file onto the card and store it there; nothing moves."""
     from miburi.calibration.file import read_calibration
     from miburi.card.calibration import apply_calibration, changes
 
     description = robot_of(robot)
     calibration = read_calibration(description, file)
-    with _connected(port, description) as card:
+    with _open_card(port, description) as card:
         before = card.settings
         after = apply_calibration(before, calibration)
         card.configure(after)
-        said = changes(before, after)
-        print("\n".join(said or ["The card had the same figures already."]))
-        if said:
+        lines = changes(before, after)
+        print("\n".join(lines or ["The card has these values already."]))
+        if lines:
             step = card.robot.servo.step
             print(f"Angles are rounded to the servo's steps of {step:.6f} rad.")
         if calibration.servos is None:
@@ -201,14 +201,14 @@ def _why(state: "BodyState") -> str:
     if stop is None:
         return ""
     reason = words(FALLBACK)["reason"][stop.reason]
-    return f" ({reason}{'' if stop.motor is None else ', ' + _spoken(stop.motor)})"
+    return f" ({reason}{'' if stop.motor is None else ', ' + _words_of(stop.motor)})"
 
 
 def _give_ids(card: "Card") -> None:
     from miburi.robot import JOINTS
 
     for name, joint in zip(JOINTS, card.settings.joints, strict=True):
-        _wait_for_enter(f"Connect only the servo of the {_spoken(name)}")
+        _wait_for_enter(f"Connect only the servo of the {_words_of(name)}")
         while True:
             try:
                 card.identify(1, joint.servo)
@@ -232,7 +232,7 @@ def _find_zeros(card: "Card") -> None:
         while True:
             places = []
             for what in (f"to its zero: {zero}", f"by about 10°: {onwards}"):
-                _wait_for_enter(f"Turn the {_spoken(name)} {what}")
+                _wait_for_enter(f"Turn the {_words_of(name)} {what}")
                 card.look()
                 if not card.report.heard >> motor & 1:
                     raise BodyError(f"{name}: its servo does not answer. Look at cable and supply.")
@@ -245,7 +245,7 @@ def _find_zeros(card: "Card") -> None:
     card.configure(settings)
 
 
-def _spoken(joint: str) -> str:
+def _words_of(joint: str) -> str:
     return joint.replace("_", " ")
 
 
@@ -254,8 +254,8 @@ def _wait_for_enter(what: str) -> None:
 
 
 @contextmanager
-def _connected(port: str, robot: "Robot") -> Iterator["Card"]:
-    """Reach the card; in the end, whatever it was, stop it and let go of the port."""
+def _open_card(port: str, robot: "Robot") -> Iterator["Card"]:
+    """Open the card; at the end, even after an error, stop it and close the port."""
     from miburi.card.card import Card
 
     card = Card(port, robot)
@@ -267,10 +267,10 @@ def _connected(port: str, robot: "Robot") -> Iterator["Card"]:
 
 @app.command()
 def emulate(
-    seconds: Annotated[float, typer.Option(help="How long; 0 for ever.")] = 0.0,
+    seconds: Annotated[float, typer.Option(help="How long, s; 0 for ever.")] = 0.0,
     robot: RobotFile = None,
 ) -> None:
-    """Put an emulated card with eight servos on a pseudo-terminal, in real time."""
+    """Run an emulated card with eight servos in real time, and print its port."""
     from miburi.emulation.terminal import serve
 
     serve(robot_of(robot), seconds, print)

@@ -1,4 +1,4 @@
-"""The command ``miburi``: parse, call, print."""
+"""The command ``miburi``: parse the arguments, call the library, print the result."""
 
 import json
 import os
@@ -55,24 +55,24 @@ app = typer.Typer(
 )
 _NEGATIVE_NUMBERS = {"ignore_unknown_options": True}
 
-AsJson = Annotated[bool, typer.Option("--json", help="Answer as JSON, a line each.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON, one line each.")]
 Point = tuple[float, float, float]
 
 
 class _Interrupted(BaseException):
-    """Ctrl-C or SIGTERM: passes every handler of errors, so that only cleaning up happens."""
+    """Ctrl-C or SIGTERM; no handler of errors catches it, so only clean-up code runs."""
 
 
 def main() -> None:
-    """Run the command line; errors become one clear line and an exit code."""
+    """Run the command line; an error becomes one clear line and an exit code."""
     signal.signal(signal.SIGINT, _interrupt)
     signal.signal(signal.SIGTERM, _interrupt)
     try:
         app()
     except InputError as error:
-        sys.exit(_said(error, 2))
+        sys.exit(_report(error, 2))
     except MiburiError as error:
-        sys.exit(_said(error, 1))
+        sys.exit(_report(error, 1))
     except _Interrupted as interrupted:
         print("miburi: interrupted.", file=sys.stderr)
         sys.exit(128 + int(interrupted.args[0]))
@@ -82,12 +82,13 @@ def _interrupt(signum: int, _frame: FrameType | None) -> None:
     raise _Interrupted(signum)
 
 
-def _said(error: MiburiError, code: int) -> int:
+def _report(error: MiburiError, code: int) -> int:
+    """Print an error and return the exit code."""
     print(f"miburi: {error}", file=sys.stderr)
     return code
 
 
-def _version(wanted: bool) -> None:
+def _print_version(wanted: bool) -> None:
     if wanted:
         print(f"miburi {__version__}")
         raise typer.Exit
@@ -95,20 +96,23 @@ def _version(wanted: bool) -> None:
 
 def _choose_feelings(path: Path | None) -> None:
     if path is not None:
-        # Processes that this one starts inherit it, wherever they run.
+        # Processes that this one starts inherit the variable.
         os.environ["MIBURI_FEELINGS"] = str(path.resolve())
-        import_module("miburi.feelings")  # which refuses a wrong file before anything is done
+        import_module("miburi.feelings")  # refuses a wrong file now, before anything else
 
 
 @app.callback()
 def common(
     version: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Say the version.")
+        bool,
+        typer.Option(
+            "--version", callback=_print_version, is_eager=True, help="Print the version."
+        ),
     ] = False,
     feelings: Annotated[
         Path | None,
         typer.Option(
-            help="A file of feelings, for all that this command does; default: the paper's eight.",
+            help="A file of feelings; default: the paper's eight.",
             envvar="MIBURI_FEELINGS",
             callback=_choose_feelings,
             show_default=False,
@@ -120,7 +124,7 @@ def common(
 
 @app.command()
 def experiment(
-    seed: Annotated[int, typer.Option(help="0 or more; the same seed gives the same run.")] = 1,
+    seed: Annotated[int, typer.Option(help="0 or more; the same seed, the same run.")] = 1,
     seconds: Annotated[float, typer.Option(help="Length in the robot's time.")] = 30.0,
     out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("out/experiment"),
     film: Annotated[bool, typer.Option(help="Draw the film (the longest part).")] = True,
@@ -133,30 +137,30 @@ def experiment(
     robot: RobotFile = None,
     gestures: GesturesFolder = None,
 ) -> None:
-    """Run the paper's experiment: happiness, mood 0.9, and a hand in the way (Section 5)."""
+    """Run the paper's experiment (Section 5): happiness, mood 0.9, and a hand in the way."""
     from miburi.studies.experiment.files import write_experiment
 
-    if body not in (known := ("simulated", "emulated-card")):
+    if body not in (bodies := ("simulated", "emulated-card")):
         raise InputError(
-            f"the body must be one of {', '.join(known)}, got {body!r}: only in a simulation can "
-            "the hand be put in the way."
+            f"the body must be one of {', '.join(bodies)}, got {body!r}: only a simulation has a "
+            "hand to put in the way."
         )
     description = robot_of(robot)
     rule = rule_of(description, calibration)
     repertoire = repertoire_of(description, gestures)
-    moved: Body
+    simulation: Body
     if body == "emulated-card":
         from miburi.emulation.body import EmulatedBody
 
-        moved = EmulatedBody(description, rule)
+        simulation = EmulatedBody(description, rule)
     else:
         from miburi.bodies.simulated import Simulated
 
-        moved = Simulated(description, rule)
-    written = write_experiment(
-        moved, seed, seconds, out, repertoire=repertoire, film=film, hand=hand, face=face
+        simulation = Simulated(description, rule)
+    summary = write_experiment(
+        simulation, seed, seconds, out, repertoire=repertoire, film=film, hand=hand, face=face
     )
-    for line in written:
+    for line in summary:
         print(line)
 
 
@@ -172,7 +176,7 @@ def forward(
         bool, typer.Option("--as-printed", help="Use Eqs. 3–11 with their misprints.")
     ] = False,
 ) -> None:
-    """Where hands and head are, for eight angles (or a line of JSON each on standard input)."""
+    """Print where hands and head are, for eight angles or for JSON lines on standard input."""
     from miburi import robot as body
 
     description = robot_of(robot)
@@ -197,15 +201,15 @@ def ik(
     robot: RobotFile = None,
     as_json: AsJson = False,
 ) -> None:
-    """Which angles bring hands and head somewhere (or nine numbers a line on standard input)."""
+    """Print the angles that bring hands and head to a place, or to JSON lines on standard input."""
     from miburi.ik import solve
     from miburi.robot import EXTREMITIES, JOINTS
 
     description = robot_of(robot)
-    given = [point for point in (right, left, head) if point is not None]
-    if given and len(given) < len(EXTREMITIES):
+    points = [point for point in (right, left, head) if point is not None]
+    if points and len(points) < len(EXTREMITIES):
         raise InputError("ik needs all of --right, --left and --head, each with X Y Z in m.")
-    for target in [[x for point in given for x in point]] if given else _lines():
+    for target in [[x for point in points for x in point]] if points else _lines():
         solution = solve(description, _row(target, 9, "coordinates"))
         angles, error = solution.angles.round(9).tolist(), solution.error.round(9).tolist()
         if as_json:
@@ -268,7 +272,7 @@ def export(
 
 
 def _lines() -> Iterator[Any]:
-    """Parse standard input, a JSON value each line; empty lines are passed over."""
+    """Parse standard input, one JSON value a line; skip empty lines."""
     if sys.stdin.isatty():
         raise InputError("give the numbers as arguments, or as JSON lines on standard input.")
     for number, line in enumerate(sys.stdin, start=1):

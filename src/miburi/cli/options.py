@@ -1,4 +1,4 @@
-"""The options that several commands share, and what becomes of the files that they name."""
+"""The options that several commands share, and the functions that read the files they name."""
 
 import sys
 from collections.abc import Iterable
@@ -33,13 +33,13 @@ GesturesFolder = Annotated[
     Path | None,
     typer.Option(
         "--gestures",
-        help="A folder of gesture files; they replace those of the same feelings.",
+        help="A folder of gesture files; they replace the shipped ones of their feelings.",
         show_default=False,
     ),
 ]
 CalibrationFile = Annotated[
     Path | None,
-    typer.Option("--calibration", help="A file of miburi calibrate or tune.", show_default=False),
+    typer.Option("--calibration", help="A file from miburi calibrate or tune.", show_default=False),
 ]
 TemperamentName = Annotated[
     str, typer.Option("--temperament", help="default, calm, lively, playful, or a file (….toml).")
@@ -47,28 +47,28 @@ TemperamentName = Annotated[
 
 
 def robot_of(file: Path | None) -> "Robot":
-    """Read the robot that a command is for."""
+    """Return the robot in a file; by default the iphonoid."""
     from miburi.robot import iphonoid, load_robot
 
     return iphonoid() if file is None else load_robot(file)
 
 
 def rule_of(robot: "Robot", file: Path | None) -> "Rule | None":
-    """Read the contact rule of a calibration, if one is given."""
+    """Return the contact rule in a calibration file; None without a file."""
     from miburi.calibration.file import read_calibration
 
     return None if file is None else read_calibration(robot, file).rule
 
 
 def temperament_of(source: str) -> "Temperament":
-    """Read a temperament that ships with Miburi, or one's own."""
+    """Return a shipped temperament by its name, or the temperament in a file."""
     from miburi.feelings import load_temperament, shipped_temperament
 
     return load_temperament(source) if source.endswith(".toml") else shipped_temperament(source)
 
 
 def gesture_of(robot: "Robot", source: str) -> "MovementFunction":
-    """Read the gesture that ships for a feeling, or one's own."""
+    """Return the shipped gesture of a feeling, or the gesture in a file."""
     from miburi.gestures import load, load_for
 
     if source.endswith(".toml"):
@@ -79,7 +79,7 @@ def gesture_of(robot: "Robot", source: str) -> "MovementFunction":
 
 
 def repertoire_of(robot: "Robot", folder: Path | None) -> "Repertoire":
-    """Read the gestures that a command is for."""
+    """Return the shipped gestures; those in a folder replace the ones of their feelings."""
     from miburi.gestures import read_repertoire, shipped_repertoire
 
     repertoire = shipped_repertoire() if folder is None else read_repertoire(folder, robot)
@@ -88,13 +88,13 @@ def repertoire_of(robot: "Robot", folder: Path | None) -> "Repertoire":
 
 
 def _warn_of_bent(robot: "Robot", functions: Iterable["MovementFunction"]) -> None:
-    """Name the gestures that ship with Miburi and that the robot cannot do as written."""
+    """Warn about the shipped gestures that the robot cannot do as written."""
     from miburi.gestures import misfits
 
     bent = [function.name for function in functions if any(misfits(robot, function))]
     if bent:
         print(
-            f"miburi: gestures that {robot.name} cannot do as written are bent to what its joint "
-            f"limits allow: {', '.join(bent)}. Gestures of your own (--gestures) replace them.",
+            f"miburi: {robot.name} cannot do these gestures as written, so they are bent to its "
+            f"joint limits: {', '.join(bent)}. Gestures of your own (--gestures) replace them.",
             file=sys.stderr,
         )

@@ -1,4 +1,4 @@
-"""``miburi run``: parse and call."""
+"""``miburi run``: parse the arguments and start the live partner."""
 
 from pathlib import Path
 from typing import Annotated
@@ -25,19 +25,24 @@ def run(
         str | None, typer.Option(help="A card's serial port.", show_default=False)
     ] = None,
     host: Annotated[
-        str, typer.Option(help="Where to listen; 0.0.0.0 lets phones in, with a token.")
+        str, typer.Option(help="The address to listen on; 0.0.0.0 lets phones in, with a token.")
     ] = "127.0.0.1",
-    port: Annotated[int, typer.Option(help="0 takes any that is free.")] = 8080,
-    headless: Annotated[bool, typer.Option("--headless", help="Open no browser.")] = False,
+    port: Annotated[int, typer.Option(help="The port to listen on; 0 takes a free one.")] = 8080,
+    headless: Annotated[bool, typer.Option("--headless", help="Do not open a browser.")] = False,
     temperament: TemperamentName = "playful",
     robot: RobotFile = None,
     gestures: GesturesFolder = None,
     calibration: CalibrationFile = None,
     folder: Annotated[
         Path | None,
-        typer.Option(help="For token, feelings and recordings.", show_default=False),
+        typer.Option(
+            help="Folder for token, feelings and recordings; default: ~/.local/state/miburi.",
+            show_default=False,
+        ),
     ] = None,
-    forget: Annotated[bool, typer.Option("--forget", help="Start afresh; keep no mood.")] = False,
+    forget: Annotated[
+        bool, typer.Option("--forget", help="Forget the moods of last time.")
+    ] = False,
     seed: Annotated[int, typer.Option(help="Varies the gestures; 0 or more.")] = 0,
 ) -> None:
     """Wake the live partner and open its studio."""

@@ -1,4 +1,4 @@
-"""The command line of contact trials: ``miburi trials``, ``miburi calibrate``, ``miburi tune``."""
+"""``miburi trials``, ``calibrate``, ``tune``, ``safety-page``: parse the arguments, call, print."""
 
 import json
 from collections.abc import Callable, Iterator
@@ -37,18 +37,22 @@ def trials(
     blocked: Annotated[int, typer.Option(help="Trials with somebody in the way.", min=0)] = 1000,
     seed: Seed = 1,
     workers: Workers = None,
-    out: Annotated[Path | None, typer.Option(help="Parquet file, a row each trial.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Parquet file to write, a row for each trial.")
+    ] = None,
     servos: Annotated[
-        int, typer.Option(help="0: the servo described; N: N varied ones, each calibrated.", min=0)
+        int, typer.Option(help="0: the robot's servo; N: N varied servos, each calibrated.", min=0)
     ] = 0,
-    rule: Annotated[str, typer.Option(help="miburi, or the paper's as printed.")] = "miburi",
+    rule: Annotated[
+        str, typer.Option(help="miburi, or printed: the paper's rule as printed.")
+    ] = "miburi",
     calibration: CalibrationFile = None,
-    ray: Annotated[str | None, typer.Option(help="Address of a Ray cluster.")] = None,
+    ray: Annotated[str | None, typer.Option(help="Address of a Ray cluster to use.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Answer as JSON.")] = False,
     robot: RobotFile = None,
     gestures: GesturesFolder = None,
 ) -> None:
-    """Let simulated people get in the robot's way, and count what the contact rule does."""
+    """Put simulated people in the robot's way, and count what the contact rule does."""
     from miburi.studies.trials.runs import carry_out_plan
     from miburi.studies.trials.summary import summarise
 
@@ -65,15 +69,15 @@ def trials(
             show(done, total)
 
         outcomes = carry_out_plan(plan, out, workers=workers, ray=ray, progress=progress)
-    # What a broken-off run had done before is not this one's speed.
+    # Trials that a broken-off run had finished do not count for the speed.
     rate = (counts[-1] - counts[0]) / (perf_counter() - began)
-    found = summarise(outcomes)
+    summary = summarise(outcomes)
     if as_json:
-        print(json.dumps({**found.as_json(), "trials_per_second": round(rate, 2)}))
+        print(json.dumps({**summary.as_json(), "trials_per_second": round(rate, 2)}))
         return
     from miburi.studies.trials.report import in_words
 
-    print(in_words(found))
+    print(in_words(summary))
     print(f"{rate:.1f} trials/s" + (f"; written to {out}" if out else ""))
 
 
@@ -81,10 +85,12 @@ def calibrate(
     out: Annotated[Path, typer.Option(help="The calibration file to write.")],
     seed: Seed = 1,
     moves: Annotated[int, typer.Option(help="Free moves to measure.", min=2)] = 1600,
-    margin: Annotated[float, typer.Option(help="Times what they needed; 1 or more.")] = 1.2,
+    margin: Annotated[
+        float, typer.Option(help="Factor on the guards that the servos needed; 1 or more.")
+    ] = 1.2,
     robot: RobotFile = None,
 ) -> None:
-    """Measure the simulated servos of a robot in free motion, and write their guards."""
+    """Measure a robot's simulated servos in free motion, and write their guards."""
     from miburi.calibration.file import write_calibration
     from miburi.ground.files import whole_files
     from miburi.studies.trials.replay import calibrate_rule
@@ -101,13 +107,15 @@ def calibrate(
 
 def tune(
     out: Annotated[Path, typer.Option(help="The calibration file to write.")],
-    bound: Annotated[float, typer.Option(help="Share of false stops allowed, 0 to 1.")] = 0.001,
+    bound: Annotated[
+        float, typer.Option(help="Largest allowed share of false stops, 0 to 1.")
+    ] = 0.001,
     seed: Seed = 1,
     free: Annotated[int, typer.Option(help="Free runs to record.", min=2)] = 200,
     blocked: Annotated[int, typer.Option(help="Blocked runs to record.", min=1)] = 200,
     robot: RobotFile = None,
 ) -> None:
-    """Find the best period, ratio and guards for a robot's servos, by the project's own BMA."""
+    """Search the best period, ratio and guards for a robot's servos, with the project's BMA."""
     from miburi.calibration.file import write_calibration
     from miburi.calibration.free_motion import calibrate as calibrate_traces
     from miburi.ground.files import whole_files
@@ -146,13 +154,15 @@ def tune(
 
 
 def safety_page(
-    runs: Annotated[list[Path], typer.Argument(help="Files of trials; a column each.")],
+    runs: Annotated[list[Path], typer.Argument(help="Files of trials, one for each column.")],
     out: Annotated[Path, typer.Option(help="Folder for safety.md and pictures.")] = Path("docs"),
-    recorded: Annotated[int, typer.Option(help="Free, and blocked, runs to judge rules.")] = 200,
+    recorded: Annotated[
+        int, typer.Option(help="Free runs, and blocked runs, that judge the rules.")
+    ] = 200,
     seed: Seed = 1,
     robot: RobotFile = None,
 ) -> None:
-    """Write the page on contact safety from files of trials; a column is named by its file."""
+    """Write the page on contact safety from files of trials; each file names its column."""
     from miburi.ground.files import whole_files
     from miburi.safety.contact import Rule
     from miburi.studies.trials.figures import rule_map
@@ -192,7 +202,7 @@ def _plan(
     if rule_name not in ("miburi", "printed"):
         raise InputError(f'--rule must be "miburi" or "printed", got {rule_name!r}.')
     if calibration is not None and servos:
-        raise InputError("--servos calibrates each servo itself: leave out --calibration.")
+        raise InputError("--servos calibrates each servo itself; leave --calibration out.")
     if servos:
         bodies = varied_servos(body, seed, servos)
         with ProcessPoolExecutor(workers) as pool, _progress("calibrations") as show:
@@ -202,8 +212,8 @@ def _plan(
                 show(len(rules), servos)
         watched = list(zip(bodies, rules, strict=True))
     elif calibration is not None:
-        found = read_calibration(body, calibration)
-        watched = [(found.robot, found.rule)]
+        measured = read_calibration(body, calibration)
+        watched = [(measured.robot, measured.rule)]
     else:
         watched = [(body, Rule.of(body))]
     if rule_name == "printed":
@@ -213,7 +223,7 @@ def _plan(
 
 @contextmanager
 def _progress(what: str = "trials") -> Iterator[Callable[[int, int], None]]:
-    """Show how far a run is, on standard error, where somebody looks."""
+    """Show the progress of a run on standard error, if it is a terminal."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
 

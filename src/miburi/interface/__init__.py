@@ -1,1 +1,1 @@
-"""The doors for programs: HTTP, WebSocket, client, and who may use them."""
+"""How programs reach a live partner: HTTP, WebSocket, the Python client, and access control."""

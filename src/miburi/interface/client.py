@@ -1,4 +1,6 @@
-"""Talk to a live partner from another program, with the library's own words.
+"""Control a live partner from another Python program, with the library's own types.
+
+:func:`connect` takes the partner's address and returns a :class:`RemotePartner`.
 
 >>> from miburi import Stimulus, connect
 >>> partner = connect("http://127.0.0.1:8080")  # doctest: +SKIP
@@ -32,27 +34,29 @@ _PATIENCE = 10.0
 def connect(url: str, token: str | None = None) -> "RemotePartner":
     """Return a live partner at ``url``, such as ``http://127.0.0.1:8080``.
 
-    The token is needed where the partner was started with another ``--host``.
+    It needs the token if the partner was started with another ``--host``.
 
     Raises
     ------
     InputError
-        The address is not one.
+        The address does not start with ``http://`` or ``https://``.
     """
     return RemotePartner(url, token)
 
 
 class ConnectionLostError(MiburiError):
-    """The partner cannot be reached, or does not let us in."""
+    """The partner cannot be reached, or refuses access."""
 
 
 class RemotePartner:
     """A live partner at the other end of a connection; made by :func:`miburi.connect`.
 
     Use it as a context manager, or call :meth:`close`. Every method raises
-    :class:`ConnectionLostError` where the partner cannot be reached or the token is wrong,
-    ``InputError`` where a value is not allowed, and ``BodyError`` where the body cannot do it
-    now, ``OutputError`` where recordings have no room.
+
+    - :class:`ConnectionLostError` if the partner cannot be reached or the token is wrong,
+    - ``InputError`` if a value is not allowed,
+    - ``BodyError`` if the body cannot do it now,
+    - ``OutputError`` if there is no room for recordings.
     """
 
     def __init__(self, url: str, token: str | None = None) -> None:
@@ -91,11 +95,11 @@ class RemotePartner:
 
     @property
     def motors(self) -> MotorsOut:
-        """The motors' temperatures and supply, and what they were calibrated to."""
+        """The motors' temperatures, supply and calibration."""
         return MotorsOut.model_validate(self._get("/motors"))
 
     def watch(self, rate: float = 30.0) -> Iterator[State]:
-        """Yield states as they come, ``rate`` a second (0.1 to 50), until the loop is left."""
+        """Yield states, ``rate`` a second (0.1 to 50), until you leave the loop."""
         address = "ws" + self._url.removeprefix("http") + f"/api/v1/live?rate={rate:g}"
         try:
             with open_socket(address, additional_headers=self._headers) as socket:
@@ -128,7 +132,7 @@ class RemotePartner:
         blend: Mapping[str, float] | None = None,
         effort: Effort | None = None,
     ) -> None:
-        """Perform a gesture once, alone or blended with others, with its own or another effort."""
+        """Perform a gesture once; ``blend`` mixes in other feelings' gestures, each with its μ."""
         self._post(
             "/express",
             {
@@ -144,17 +148,17 @@ class RemotePartner:
         self._post("/stop")
 
     def release(self) -> None:
-        """Let a stopped body go back to neutral, and go on."""
+        """Let a stopped body go back to neutral, then continue."""
         self._post("/release")
 
     def pause(self, paused: bool = True) -> None:
-        """Let the partner rest at neutral, or go on."""
+        """Let the partner rest at neutral, or continue."""
         self._post("/pause", {"paused": paused})
 
     def place_hand(
         self, position: tuple[float, float, float], along: tuple[float, float, float]
     ) -> None:
-        """Move the simulated human hand to ``position`` (m), its fingers pointing ``along``."""
+        """Move the simulated human hand to ``position``, m, with its fingers along ``along``."""
         self._post("/hand", {"position": list(position), "along": list(along)})
 
     def remove_hand(self) -> None:
@@ -162,7 +166,7 @@ class RemotePartner:
         self._post("/hand", {"position": None})
 
     def temperament(self, name: str) -> None:
-        """Go on with another of the temperaments that ship with Miburi."""
+        """Change the temperament to a shipped one, or the one that the partner was started with."""
         self._post("/temperament", {"name": name})
 
     def gestures(self) -> list[GestureOut]:
@@ -170,7 +174,7 @@ class RemotePartner:
         return TypeAdapter(list[GestureOut]).validate_python(self._get("/gestures"))
 
     def log(self, after: int = 0) -> list[Entry]:
-        """Return what happened since the entry of number ``after``."""
+        """Return the log entries after number ``after``."""
         return TypeAdapter(list[Entry]).validate_python(self._get(f"/log?after={after}"))
 
     def bodies(self) -> list[BodyOut]:
@@ -178,7 +182,7 @@ class RemotePartner:
         return TypeAdapter(list[BodyOut]).validate_python(self._get("/bodies"))
 
     def use_body(self, name: str, port: str | None = None) -> None:
-        """Move another body from now on."""
+        """Change the body."""
         self._post("/bodies", {"name": name, "port": port})
 
     def record(self, on: bool = True) -> None:
@@ -207,7 +211,7 @@ class RemotePartner:
             return State.model_validate_json(text)
         except ValidationError as error:
             raise InputError(
-                f"{self._url}: this partner's state is not one that this program knows. If the "
+                f"{self._url}: this program does not understand this partner's state. If the "
                 "partner has feelings of its own, start this program with the same file of "
                 "feelings (MIBURI_FEELINGS)."
             ) from error

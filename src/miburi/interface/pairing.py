@@ -1,4 +1,4 @@
-"""Pairing: a phone scans a QR code, the page hands in the token, and a cookie remembers it."""
+"""Pair a phone: it scans a QR code, the page sends the token, and a cookie keeps it."""
 
 from io import StringIO
 from pathlib import Path
@@ -13,7 +13,7 @@ from miburi.interface.wire import Message
 
 __all__ = ["PairIn", "pairing_router", "pairing_url", "qr_for_terminal", "qr_svg"]
 
-#: Wrong tokens a second and at once, from everybody together (ours).
+#: Wrong tokens allowed per second, and in a burst, from all devices together (ours).
 _RATE, _BURST = 0.5, 20.0
 _MONTH = 30 * 24 * 3600
 _PAGE = Path(__file__).with_suffix(".html")
@@ -28,13 +28,13 @@ class PairIn(Message):
 def pairing_url(address: str, token: str, page: str = "/") -> str:
     """Return the address that pairs a device and opens ``page``.
 
-    The token stands behind the ``#``: browsers do not send that part, so no log can keep it.
+    The token comes after the ``#``. Browsers do not send that part, so no log can keep it.
     """
     return f"{address}{PAIRING}#{token}{page}"
 
 
 def qr_for_terminal(text: str) -> str:
-    """Return a QR code in characters."""
+    """Return a QR code as text for a terminal."""
     out = StringIO()
     segno.make(text, error="m").terminal(out, compact=True)
     return out.getvalue()
@@ -46,7 +46,7 @@ def qr_svg(text: str) -> str:
 
 
 def pairing_router(token: str | None) -> APIRouter:
-    """Return the pairing page: the one route that answers without a token."""
+    """Return the routes of the pairing page, the only ones that answer without a token."""
     router = APIRouter(include_in_schema=False)
     wrong = Allowance(_RATE, _BURST)
     content = _PAGE.read_text(encoding="utf-8")

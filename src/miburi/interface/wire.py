@@ -1,7 +1,6 @@
-"""What goes over the wire: checked at the door, described by OpenAPI, the same for every client.
+"""The requests and answers of the interface, as pydantic models that OpenAPI describes.
 
-Nothing here can name, and so nothing that comes over the net can change, any part of the
-contact rule.
+No model has a field for any part of the contact rule, so no request can change it.
 """
 
 from typing import Annotated
@@ -47,7 +46,7 @@ class Message(BaseModel):
 
 
 class StimulusIn(Message):
-    """Somebody said, showed or did something."""
+    """Something that the partner shall feel."""
 
     feeling: FeelingName
     strength: Share = 0.7
@@ -77,7 +76,7 @@ class SayOut(BaseModel):
 
 
 class EffortIn(Message):
-    """Laban's effort, to perform a gesture otherwise than it is written."""
+    """Laban's effort, to replace the effort in a gesture's file."""
 
     space: Share
     weight: Share
@@ -91,20 +90,20 @@ class ExpressIn(Message):
     feeling: FeelingName
     mood: Share = Field(default=0.7, description="The intensity μ.")
     blend: dict[FeelingName, Share] = Field(
-        default_factory=dict, description="Other feelings' gestures to mix in, with their μ."
+        default_factory=dict, description="Other feelings' gestures to mix in, each with its μ."
     )
     effort: EffortIn | None = None
 
 
 class HandIn(Message):
-    """Where the simulated human hand goes; null takes it away."""
+    """A place for the simulated human hand; a null position takes it away."""
 
     position: Point | None = Field(description="The middle of the fingers, m in the base frame.")
     along: Point = Field(default=[0.0, 0.0, 1.0], description="The direction of the fingers.")
 
 
 class BodyIn(Message):
-    """The body to move from now on."""
+    """The body to change to."""
 
     name: Name
     port: Annotated[str, Field(max_length=200)] | None = None
@@ -117,13 +116,13 @@ class PauseIn(Message):
 
 
 class TemperamentIn(Message):
-    """The character to go on with."""
+    """The temperament to change to."""
 
     name: Name
 
 
 class RecordingIn(Message):
-    """Whether to record."""
+    """Whether to start or end a recording."""
 
     on: bool
 
@@ -147,7 +146,7 @@ class BodyOut(BaseModel):
 
 
 class RecordingOut(BaseModel):
-    """A recording; it is not whole while it is written, or if it was broken off."""
+    """A recording; ``whole`` is false until it has ended properly."""
 
     name: str
     bytes: int
@@ -178,7 +177,7 @@ class PartOut(BaseModel):
 
 
 class RobotOut(BaseModel):
-    """The description that the scene is built from."""
+    """The robot's description, from which a viewer can draw it."""
 
     name: str
     joints: list[str]
@@ -189,7 +188,9 @@ class RobotOut(BaseModel):
     lower: Eight
     upper: Eight
     floor: float = Field(description="Height of the table, m.")
-    threshold: float = Field(description="The running rule's limit on measured over expected.")
+    threshold: float = Field(
+        description="The contact rule's limit on measured over expected travel."
+    )
     hand: list[float] = Field(description="The human hand: radius and half length, m.")
     hand_away: list[float]
     links: list[LinkOut]
@@ -197,6 +198,6 @@ class RobotOut(BaseModel):
 
 
 class Refusal(BaseModel):
-    """Why something was not done, in words."""
+    """The reason for a refusal, in words."""
 
     detail: str

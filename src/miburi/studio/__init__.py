@@ -1,1 +1,1 @@
-"""What people see and touch: the live partner's pages, and its interface for programs."""
+"""The pages of a live partner: the studio and the face."""

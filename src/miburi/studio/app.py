@@ -1,4 +1,4 @@
-"""The whole application: the interface, the live WebSocket, and the pages."""
+"""Put the web application together: the interface, the live WebSocket, and the pages."""
 
 from pathlib import Path
 
@@ -19,16 +19,16 @@ HERE = Path(__file__).parent
 
 
 def make_app(runner: Runner, addresses: list[str], token: str | None) -> FastAPI:
-    """Return the application around a live partner; NiceGUI allows one in a process.
+    """Return the application for a live partner; NiceGUI allows one in a process.
 
     Parameters
     ----------
     runner
         The partner.
     addresses
-        Under which other devices reach this server.
+        The addresses at which other devices reach this server.
     token
-        What they need, to be shown as QR code; None on the loopback address.
+        The token that they need, to show as a QR code; None on the loopback address.
     """
     app = make_api(runner)
     app.include_router(live_router(runner))

@@ -1,4 +1,4 @@
-"""The studio's panel for the body: which one, how its motors are, temperament, recordings."""
+"""The studio's panel for the body: its kind, motors, temperament and recordings."""
 
 import asyncio
 from collections.abc import Callable
@@ -20,15 +20,15 @@ from miburi.studio.words import Words
 
 __all__ = ["Update", "body_panel"]
 
-#: So many °C below the limit a motor is shown as warm.
+#: A motor is shown as warm from this many °C below the limit.
 _WARM = 5.0
-#: s between two looks at the recordings, and how many are listed.
+#: s between two looks at the recordings, and the length of their list.
 _LOOK, _LISTED = 0.5, 20
 Update = Callable[[State], None]
 
 
 def body_panel(runner: Runner, words: Words, updates: list[Update]) -> None:
-    """Choose the body and the temperament, see how the motors are, and record."""
+    """Add the panel; ``updates`` gets the functions to call with each new state."""
     with ui.element("div").classes("panel"):
         with ui.element("div"):
             _body(runner, words["body"], updates)
@@ -73,7 +73,7 @@ def _body(runner: Runner, say: dict[str, str], updates: list[Update]) -> None:
 
     def update(state: State) -> None:
         nonlocal shown
-        if state.body != shown:  # another page, or a program, has chosen
+        if state.body != shown:  # another page or a program has changed it
             shown = state.body
             kind.set_value(state.body)
 
@@ -124,17 +124,17 @@ def _recordings(runner: Runner, say: dict[str, str], updates: list[Update]) -> N
         if latest == seen:
             return
         kept = await asyncio.to_thread(recordings.kept)
-        seen, found = latest, [one for one in kept if one.name != recordings.current]
-        if found == shown:
+        seen, ended = latest, [one for one in kept if one.name != recordings.current]
+        if ended == shown:
             return
-        shown = found
-        taken, limit = sum(one.bytes for one in found) / 1e6, recordings.limit / 1e6
+        shown = ended
+        taken, limit = sum(one.bytes for one in ended) / 1e6, recordings.limit / 1e6
         words = say["kept"].format(taken=f"{taken:.0f}", limit=f"{limit:.0f}")
-        total.set_text(words if found else say["none"])
+        total.set_text(words if ended else say["none"])
         listed.clear()
         with listed:
-            for one in reversed(found[-_LISTED:]):
-                _kept(recordings, one, say)
+            for one in reversed(ended[-_LISTED:]):
+                _add_recording(recordings, one, say)
 
     ui.timer(_LOOK, look)
 
@@ -144,8 +144,8 @@ def _recordings(runner: Runner, say: dict[str, str], updates: list[Update]) -> N
     updates.append(update)
 
 
-def _kept(recordings: Archive, one: Kept, say: dict[str, str]) -> None:
-    """List a recording, with a button that deletes it when it is pressed twice."""
+def _add_recording(recordings: Archive, one: Kept, say: dict[str, str]) -> None:
+    """Add a recording to the list, with a button that deletes it when pressed twice."""
     with ui.element("li"):
         ui.link(one.name, f"/api/v1/recordings/{one.name}").props("download")
         ui.label(f"{one.bytes / 1e6:.1f} MB" + ("" if one.whole else f", {say['broken_off']}"))
@@ -165,7 +165,7 @@ def _kept(recordings: Archive, one: Kept, say: dict[str, str]) -> None:
 
 
 async def _try(act: Callable[[], None]) -> None:
-    """Do what may wait for the disk, in a thread; say why it was refused, if it was."""
+    """Run what may wait for the disk in a thread; show the reason if it is refused."""
     try:
         await asyncio.to_thread(act)
     except MiburiError as error:
@@ -229,9 +229,9 @@ def _mark(motor: MotorOut, motors: MotorsOut) -> str:
 def _calibration(motors: MotorsOut, say: dict[str, str]) -> str:
     if motors.settings is None:
         return escape(say["simulated_guards"])
-    known = say["own_guards" if motors.calibrated else "shipped_guards"]
-    told = escape(known.format(settings=motors.settings))
+    origin = say["own_guards" if motors.calibrated else "shipped_guards"]
+    text = escape(origin.format(settings=motors.settings))
     if motors.port is None:
-        return told
+        return text
     command = escape(f"miburi card calibrate {motors.port}")
-    return f"{told} {escape(say['calibrate'])} <code>{command}</code>"
+    return f"{text} {escape(say['calibrate'])} <code>{command}</code>"

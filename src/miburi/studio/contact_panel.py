@@ -1,4 +1,4 @@
-"""The studio's panel for contacts: what holds the body, why it stopped, and what happened."""
+"""The studio's panel for contacts: why the body is stopped, what was measured, and the log."""
 
 from collections.abc import Callable
 from html import escape
@@ -18,7 +18,7 @@ _LOG_LINES = 60
 
 
 def contact_panel(runner: Runner, words: Words, updates: list[Callable[[State], None]]) -> None:
-    """Say what is in the way now, what was measured at the latest contact, and the log."""
+    """Add the panel; ``updates`` gets the function to call with each new state."""
     say = words["contact"]
     with ui.element("div").classes("panel"):
         with ui.element("div"):
@@ -52,7 +52,7 @@ def contact_panel(runner: Runner, words: Words, updates: list[Callable[[State], 
 
 
 def why(state: State, words: Words) -> tuple[str, str]:
-    """Say in two sentences what holds the body, if anything does."""
+    """Return two sentences: why the body is stopped or not, and what comes next."""
     say, stop = words["contact"], state.stop
     if stop is None:
         going_back = state.phase == "returning"
@@ -63,24 +63,24 @@ def why(state: State, words: Words) -> tuple[str, str]:
         }
         return say["free"], say["returning" if going_back else "free_more"].format(**rule)
     if stop.reason is StopReason.CONTACT and stop.motor is not None:
-        met = say["met"].format(motor=words["joint"][stop.motor])
-        return met, say["held" if state.held else "waits"]
+        contact = say["met"].format(motor=words["joint"][stop.motor])
+        return contact, say["held" if state.held else "waits"]
     if stop.reason is StopReason.ASKED:
         return say["asked"], say["held"]
     return say["failed"].format(reason=words["reason"][stop.reason]), say["held"]
 
 
 def why_ended(reason: EndReason, detail: str | None, words: Words) -> str:
-    """Say why a recording ended by itself."""
+    """Return the reason why a recording ended by itself, in words."""
     return words["recording"][reason].format(detail=detail)
 
 
 def facts(state: State, entries: list[Entry], words: Words) -> str:
-    """Return what was measured at the contact of now, or at the latest one, as HTML."""
+    """Return the measurements of the present contact, or of the latest one, as HTML."""
     stop = state.stop
     if stop is not None:
         contact = stop.reason is StopReason.CONTACT
-        return _measured(stop, state.rule.ratio, words) if contact else ""
+        return _measurements(stop, state.rule.ratio, words) if contact else ""
     contacts = [
         entry for entry in entries if entry.stop and entry.stop.reason is StopReason.CONTACT
     ]
@@ -90,10 +90,10 @@ def facts(state: State, entries: list[Entry], words: Words) -> str:
     title = words["contact"]["latest"].format(
         motor=words["joint"].get(latest.motor or "", ""), time=f"{contacts[-1].time:.1f} s"
     )
-    return f"<h3>{escape(title)}</h3>{_measured(latest, contacts[-1].limit, words)}"
+    return f"<h3>{escape(title)}</h3>{_measurements(latest, contacts[-1].limit, words)}"
 
 
-def _measured(stop: StopOut, limit: float | None, words: Words) -> str:
+def _measurements(stop: StopOut, limit: float | None, words: Words) -> str:
     say = words["contact"]
     rows = []
     if stop.measured is not None and stop.expected is not None:
@@ -135,7 +135,7 @@ def _log(entries: list[Entry], words: Words) -> str:
 
 
 def line(entry: Entry, words: Words) -> str:
-    """Say what happened in one line of the log."""
+    """Return an entry of the log in words."""
     say, stop = words["log"], entry.stop
     if stop is not None and stop.reason is StopReason.CONTACT and stop.motor is not None:
         return say["stopped" if stop.sign == "speed" else "stopped_way"].format(

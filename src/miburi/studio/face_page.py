@@ -1,4 +1,4 @@
-"""The face (``/face``): full screen on a phone, one page without any library."""
+"""The face (``/face``): one page for a phone's whole screen, without any library."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The studio's panel for gestures: try any of them."""
+"""The studio's panel for gestures: choose one, change it, and perform it."""
 
 import asyncio
 
@@ -19,7 +19,7 @@ _EFFORT = ("space", "weight", "time", "flow")
 
 
 def gestures_panel(runner: Runner, words: Words) -> None:
-    """Preview any gesture: its μ, another blended in, its effort."""
+    """Add the panel: a gesture, its μ, a second gesture to blend in, and the effort."""
     say, names = words["gesture"], dict(words["feeling"])
     with ui.element("div").classes("panel"):
         with ui.element("div"):

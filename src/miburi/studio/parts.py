@@ -1,4 +1,4 @@
-"""Small parts that all panels are made of."""
+"""Small parts that the panels share."""
 
 from concurrent.futures import Future
 from html import escape
@@ -13,7 +13,7 @@ __all__ = ["attempt", "button", "heading", "set_label"]
 
 
 async def attempt(future: Future[None]) -> None:
-    """Wait for a command; say why it was refused, if it was."""
+    """Wait for a command; show the reason if it is refused."""
     try:
         await done(future)
     except MiburiError as error:
@@ -21,20 +21,20 @@ async def attempt(future: Future[None]) -> None:
 
 
 def button(label: str, hint: str, classes: str = "", key: str = "") -> ui.html:
-    """Add a plain button; a hint is shown when it is pointed at, and its key if it has one."""
-    shown = escape(label) + (f"<kbd aria-hidden=true>{escape(key)}</kbd>" if key else "")
-    made = ui.html(shown, sanitize=False, tag="button")
-    made.classes(f"plain-button {classes}").props('type="button"')
+    """Add a plain button, with a hint for the pointer and its key, if any."""
+    content = escape(label) + (f"<kbd aria-hidden=true>{escape(key)}</kbd>" if key else "")
+    element = ui.html(content, sanitize=False, tag="button")
+    element.classes(f"plain-button {classes}").props('type="button"')
     if hint:
-        made.props["title"] = hint
-    return made
+        element.props["title"] = hint
+    return element
 
 
-def set_label(made: ui.html, label: str) -> None:
-    """Change what a button says."""
-    made.set_content(escape(label))
+def set_label(element: ui.html, label: str) -> None:
+    """Change the label of a button."""
+    element.set_content(escape(label))
 
 
 def heading(text: str) -> Element:
-    """Add a heading of a panel."""
+    """Add a heading."""
     return ui.html(escape(text), sanitize=False, tag="h2")

@@ -1,7 +1,7 @@
-"""The studio (``/``): the robot, its feelings, and why it stopped.
+"""The studio (``/``): the robot, its feelings, and the panels.
 
-What changes many times a second is drawn by the browser from the live WebSocket
-(:mod:`miburi.studio.elements`); the rest is put together here.
+The browser draws what changes many times a second, from the live WebSocket
+(:mod:`miburi.studio.elements`). This module builds the rest and updates it four times a second.
 """
 
 from collections.abc import Callable
@@ -28,9 +28,9 @@ from miburi.studio.words import LANGUAGES, Words, own_name, preferred, words
 
 __all__ = ["DARK_COOKIE", "HAND_START", "LANGUAGE_COOKIE", "add_studio_page"]
 
-#: Seconds between two looks at what changes slowly.
+#: Seconds between two updates of what changes slowly.
 _LOOK = 0.25
-#: Where the hand appears, m: beside the right arm, in front.
+#: Where the hand appears, m: in front of the robot, beside the right arm.
 HAND_START = (0.05, -0.24, 0.16)
 LANGUAGE_COOKIE, DARK_COOKIE = "miburi_language", "miburi_dark"
 _TOGGLE_DARK = f"""() => {{
@@ -60,14 +60,14 @@ def add_studio_page(runner: Runner, addresses: list[str], token: str | None) -> 
 
 @dataclass(frozen=True)
 class _Phones:
-    """Under which addresses other devices reach us, and the token that they need."""
+    """The addresses at which other devices reach the server, and the token that they need."""
 
     addresses: list[str]
     token: str | None
 
 
 class _Studio:
-    """One open studio page."""
+    """An open studio page."""
 
     def __init__(
         self, runner: Runner, words: Words, language: str, dark: bool | None, phones: _Phones
@@ -80,7 +80,7 @@ class _Studio:
         self._updates: list[Callable[[State], None]] = []
 
     def build(self) -> None:
-        """Put the page together."""
+        """Build the page."""
         ui.colors(primary="#b3432f")
         ui.page_title(self._words["studio"]["title"])
         ui.query("html").props(f'lang="{self._language}"')
@@ -140,7 +140,7 @@ class _Studio:
             robot = describe(self._runner).model_dump()
             view = RobotView(robot, CATALOGUE.faces(), say["scene"], say["no_3d"])
             with ui.element("div").classes("why").props('role="alert" aria-live="assertive"'):
-                said = ui.label()
+                headline = ui.label()
                 with ui.element("small"):
                     more = ui.label()
             with ui.element("div").classes("over low"):
@@ -163,7 +163,7 @@ class _Studio:
             set_label(hand, say["hand_away" if shown else "hand_out"])
             if state.stop is not None:
                 first, second = why(state, self._words)
-                said.set_text(first)
+                headline.set_text(first)
                 more.set_text(second)
 
         self._updates.append(update)

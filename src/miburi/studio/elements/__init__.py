@@ -1,4 +1,4 @@
-"""The parts of the pages that the browser draws itself, from the live WebSocket."""
+"""Page elements that the browser draws itself, from the live WebSocket."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -7,7 +7,7 @@ from nicegui.element import Element
 
 
 class RobotView(Element, component="robot.js", esm={"three": "vendor/three"}):
-    """The robot in 3D, and a hand that can be dragged."""
+    """The robot in 3D, and a hand to drag."""
 
     def __init__(
         self, robot: Mapping[str, Any], faces: Mapping[str, object], label: str, without: str
@@ -21,12 +21,12 @@ class RobotView(Element, component="robot.js", esm={"three": "vendor/three"}):
         }
 
     def reset(self) -> None:
-        """Look at the robot as at the beginning."""
+        """Return to the first view of the robot."""
         self.run_method("reset")
 
 
 class Levels(Element, component="levels.js"):
-    """A button with a face for each feeling, and its three levels."""
+    """For each feeling a button with its face, and its three levels."""
 
     def __init__(
         self, words: Mapping[str, Any], faces: Mapping[str, object], strength: float
@@ -40,7 +40,7 @@ class Levels(Element, component="levels.js"):
 
 
 class Plots(Element, component="plots.js"):
-    """Moods, hands and speed ratios over the last minute."""
+    """Plots of moods, hands and speed ratios over the last minute."""
 
     def __init__(
         self, words: Mapping[str, str], feelings: list[str], colours: list[str], joints: list[str]

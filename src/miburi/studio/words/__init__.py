@@ -1,4 +1,4 @@
-"""What the pages say, one text file for each language; feelings bring words of their own."""
+"""The words of the pages: one file for each language, and the feelings' own words."""
 
 import tomllib
 from functools import cache
@@ -22,7 +22,7 @@ FALLBACK = "en"
 
 @cache
 def words(language: str) -> Words:
-    """Return a language's words by section and key.
+    """Return a language's words, by section and key.
 
     Raises
     ------
@@ -39,13 +39,13 @@ def words(language: str) -> Words:
 
 @cache
 def own_name(language: str) -> str:
-    """Return what a language calls itself."""
+    """Return a language's name in that language."""
     text = (resources.files(__package__) / f"{language}.toml").read_text(encoding="utf-8")
     return str(tomllib.loads(text)["language"])
 
 
 def preferred(*wishes: str | None) -> str:
-    """Return the first language that we have of what a visitor asks for, in order.
+    """Return the first language in a visitor's wishes that we have.
 
     A wish is a language's name, or an ``Accept-Language`` header.
     """
