@@ -120,4 +120,4 @@ def test_the_command_says_it_to_a_live_partner(server: Server) -> None:
     assert (done.returncode, done.stderr) == (0, "")
     first, second = done.stdout.splitlines()
     assert ": sadness " in first
-    assert second.startswith("it feels sadness 0.")
+    assert second.startswith("it feels sadness ")
