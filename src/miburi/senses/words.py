@@ -44,7 +44,7 @@ _DENIALS = frozenset({"not", "never", "no", "nor", "nobody", "hardly"})
 _NO_DENIAL = frozenset({"only", "just", "wait", "so", "been", "forget", "idea", "way", "wonder"})
 _TURNS = frozenset({"but", ",", ".", "!", "?", ";", "just"})
 _WINDOW = 4
-_CLEAR = 2.5  # evidence for a feeling over none, in log-odds
+_CLEAR = 2.0  # evidence for a feeling over none, in log-odds
 _TAKEN_BACK = 1.6
 
 _TOLD = 4  # words named as the reason, at most
@@ -173,12 +173,16 @@ def judge(words: list[str]) -> tuple[Array, Array]:
 def deny(words: list[str], evidence: Array) -> Array:
     """Take back what is denied: "I am not happy" says nothing of happiness.
 
-    Of the next words after a denial, up to a sign or a "but", the clearest is taken back more than
-    whole, if it is clear: half of that goes to none, and half of what was glad to sadness.
+    The word of denial itself, which quarrels are full of, counts half. Of the next words, up to a
+    sign or a "but", the clearest is taken back more than whole, if it is clear: half of that goes
+    to none, and half of what was glad to sadness.
     """
     evidence = evidence.copy()
     for place, word in enumerate(words):
-        if word not in _DENIALS or _NO_DENIAL.intersection(words[place + 1 : place + 2]):
+        if word not in _DENIALS:
+            continue
+        evidence[place] -= np.maximum(evidence[place] - evidence[place, _NEUTRAL], 0) / 2
+        if _NO_DENIAL.intersection(words[place + 1 : place + 2]):
             continue
         end = place + 1
         while end < min(place + 1 + _WINDOW, len(words)) and words[end] not in _TURNS:
