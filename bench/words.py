@@ -147,9 +147,7 @@ def main() -> None:
         for _, text in rows:
             hear(text)
     each = (time.process_time() - loaded) / len(rows) / 10
-    print(
-        f"\nload {1e3 * (loaded - begin):.0f} ms; {1e3 * each:.2f} ms an utterance, of processor time"
-    )
+    print(f"\nload {1e3 * (loaded - begin):.0f} ms; {1e3 * each:.2f} ms an utterance (of one core)")
 
 
 if __name__ == "__main__":
