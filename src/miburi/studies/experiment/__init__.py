@@ -1,11 +1,17 @@
 """The paper's experiment (Section 5) on a physical body, with its measurements and files."""
 
-from miburi.studies.experiment.procedure import STEP, STEPS_PER_FRAME, Experiment, Frame, conduct
+from miburi.studies.experiment.procedure import (
+    STEP,
+    STEPS_PER_FRAME,
+    Experiment,
+    FilmFrame,
+    conduct,
+)
 
 __all__ = [
     "STEP",
     "STEPS_PER_FRAME",
     "Experiment",
-    "Frame",
+    "FilmFrame",
     "conduct",
 ]

@@ -123,13 +123,13 @@ def _write_strip(
     Image.fromarray(contact_sheet(pictures, 3)).save(path)
 
 
-def _scene(frame: experiment.Frame, *, face: bool) -> Scene:
+def _scene(frame: experiment.FilmFrame, *, face: bool) -> Scene:
     shown = Expression(frame.feeling, frame.mood) if frame.feeling else None
     picture = faces.face(shown) if face else None
     return Scene(frame.angles, frame.hand, _caption(frame), picture)
 
 
-def _caption(frame: experiment.Frame) -> str:
+def _caption(frame: experiment.FilmFrame) -> str:
     return f"{frame.feeling}   mood {frame.mood:.2f}\n{frame.phase}   {frame.time:.1f} s"
 
 

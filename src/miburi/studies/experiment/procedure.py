@@ -31,7 +31,7 @@ __all__ = [
     "STEP",
     "STEPS_PER_FRAME",
     "Experiment",
-    "Frame",
+    "FilmFrame",
     "GestureRecord",
     "StopRecord",
     "conduct",
@@ -80,7 +80,7 @@ class GestureRecord:
 
 
 @dataclass
-class Frame:
+class FilmFrame:
     """One picture of the film: true angles (8,), the hand's pose (7,), and the caption."""
 
     time: float
@@ -105,7 +105,7 @@ class Experiment:
     times: list[float] = field(default_factory=list)
     moods: list[float] = field(default_factory=list)
     hands: list[Array] = field(default_factory=list)
-    frames: list[Frame] = field(default_factory=list)
+    frames: list[FilmFrame] = field(default_factory=list)
     self_collisions: int = 0
 
     @property
@@ -240,7 +240,9 @@ class _Observer:
         mood = float(feelings.mood[FEELINGS.index(feeling)]) if shown else 0.0
         angles, hand = body.configuration
         if len(result.times) % STEPS_PER_FRAME == 0:
-            result.frames.append(Frame(state.time, angles, hand, feeling, mood, state.phase.value))
+            result.frames.append(
+                FilmFrame(state.time, angles, hand, feeling, mood, state.phase.value)
+            )
         result.times.append(state.time)
         result.moods.append(mood)
         result.hands.append(forward(self._robot, state.angles)[:6])
