@@ -18,7 +18,7 @@ from typing import IO, Literal, NamedTuple
 
 from miburi.errors import InputError, OutputError
 from miburi.ground.files import write_whole
-from miburi.live.recording import Message, Recorder, is_whole
+from miburi.live.recording import RecordedMessage, Recorder, is_whole
 
 __all__ = ["LARGEST", "LIMIT", "WAITING", "Archive", "EndReason", "Kept", "News"]
 
@@ -99,7 +99,7 @@ class Archive:
         writing = self._writing
         return None if writing is None or writing.over else writing.name
 
-    def write(self, step: Callable[[], list[Message]]) -> None:
+    def write(self, step: Callable[[], list[RecordedMessage]]) -> None:
         """Record what ``step`` returns; without a recording, do not call it."""
         writing = self._writing
         if writing is not None and not writing.over:
@@ -225,12 +225,12 @@ class _Writing:
         self._path, self._file = path, file
         self._largest, self._at_largest = largest, at_largest
         self._tell = tell
-        self._steps: queue.Queue[list[Message] | None] = queue.Queue(WAITING)
+        self._steps: queue.Queue[list[RecordedMessage] | None] = queue.Queue(WAITING)
         self._once = threading.Lock()
         self._thread = threading.Thread(target=self._run, name=self.name, daemon=True)
         self._thread.start()
 
-    def take(self, step: Callable[[], list[Message]]) -> None:
+    def take(self, step: Callable[[], list[RecordedMessage]]) -> None:
         """Queue a step for writing."""
         try:
             self._steps.put_nowait(step())

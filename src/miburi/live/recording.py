@@ -30,7 +30,7 @@ from miburi.partner import Event, MoveSent, Stopped
 from miburi.robot import JOINTS
 from miburi.version import __version__
 
-__all__ = ["Message", "Recorder", "is_whole", "read", "step_messages"]
+__all__ = ["RecordedMessage", "Recorder", "is_whole", "read", "step_messages"]
 
 #: What the reader raises at the end of a broken file, or for a file that is not MCAP.
 _BROKEN = (McapError, struct.error, ZstdError, ValueError)
@@ -67,7 +67,7 @@ _SCHEMAS: dict[str, dict[str, Any]] = {
 }
 
 
-class Message(NamedTuple):
+class RecordedMessage(NamedTuple):
     """One line of a recording: s on the body's clock, topic, content."""
 
     time: float
@@ -112,7 +112,7 @@ class Recorder:
         if not isinstance(error, OSError):
             self._writer.finish()  # type: ignore[no-untyped-call]  # mcap leaves it untyped
 
-    def write(self, messages: Iterable[Message]) -> None:
+    def write(self, messages: Iterable[RecordedMessage]) -> None:
         """Record what :func:`step_messages` returned."""
         for time, topic, content in messages:
             nanoseconds = round(time * 1e9)
@@ -130,7 +130,7 @@ class Recorder:
 
 def step_messages(
     state: BodyState, feelings: FeelingModel | None, events: Iterable[Event]
-) -> list[Message]:
+) -> list[RecordedMessage]:
     """Return the messages of one step, as a copy that later steps do not change.
 
     Parameters
@@ -149,17 +149,17 @@ def step_messages(
     return messages
 
 
-def _of_state(state: BodyState) -> Message:
+def _of_state(state: BodyState) -> RecordedMessage:
     content = {
         "name": JOINTS,
         "position": state.angles.round(6).tolist(),
         "velocity": state.velocities.round(6).tolist(),
         "phase": state.phase.value,
     }
-    return Message(state.time, "/joint_states", content)
+    return RecordedMessage(state.time, "/joint_states", content)
 
 
-def _of_feelings(time: float, feelings: FeelingModel) -> Message:
+def _of_feelings(time: float, feelings: FeelingModel) -> RecordedMessage:
     shown = feelings.express()
     content = {
         "name": FEELINGS,
@@ -168,10 +168,10 @@ def _of_feelings(time: float, feelings: FeelingModel) -> Message:
         "mood": feelings.mood.round(6).tolist(),
         "expressed": shown.feeling if shown else None,
     }
-    return Message(time, "/feelings", content)
+    return RecordedMessage(time, "/feelings", content)
 
 
-def _of_event(event: Event) -> Message | None:
+def _of_event(event: Event) -> RecordedMessage | None:
     match event:
         case MoveSent(time, _, move, solution):
             content = {
@@ -180,7 +180,7 @@ def _of_event(event: Event) -> Message | None:
                 "speed": move.speeds.round(6).tolist(),
                 "ik_error_m": solution.error.round(9).tolist(),
             }
-            return Message(time, "/commands", content)
+            return RecordedMessage(time, "/commands", content)
         case Stopped(time, stop, before, after):
             content = {
                 "reason": stop.reason,
@@ -190,7 +190,7 @@ def _of_event(event: Event) -> Message | None:
                 "mood_before": before,
                 "mood_after": after,
             }
-            return Message(time, "/contacts", content)
+            return RecordedMessage(time, "/contacts", content)
         case _:
             return None
 
@@ -203,7 +203,7 @@ def is_whole(file: IO[bytes]) -> bool:
     return file.read() == MCAP0_MAGIC
 
 
-def read(path: Path | str, topics: list[str] | None = None) -> Iterator[Message]:
+def read(path: Path | str, topics: list[str] | None = None) -> Iterator[RecordedMessage]:
     """Yield the messages of a recording in order of time; a broken one up to the break.
 
     Raises
@@ -222,7 +222,9 @@ def read(path: Path | str, topics: list[str] | None = None) -> Iterator[Message]
             records = make_reader(file).iter_messages(topics) if whole else _up_to_the_break(file)
             for _, channel, message in records:
                 if topics is None or channel.topic in topics:
-                    yield Message(message.log_time / 1e9, channel.topic, json.loads(message.data))
+                    yield RecordedMessage(
+                        message.log_time / 1e9, channel.topic, json.loads(message.data)
+                    )
         except (*_BROKEN, OSError) as error:
             raise InputError(f"{path}: this is not an MCAP recording: {error}.") from error
 
