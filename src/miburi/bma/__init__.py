@@ -24,7 +24,7 @@ from miburi.bma.settings import (
     DEADLINE,
     SETTLED,
     STOPPED,
-    Result,
+    SearchResult,
     Settings,
 )
 
@@ -35,7 +35,7 @@ __all__ = [
     "SETTLED",
     "STOPPED",
     "Optimizer",
-    "Result",
+    "SearchResult",
     "Settings",
     "minimize",
     "scipy_method",

@@ -15,7 +15,7 @@ from miburi.bma.settings import (
     SETTLED,
     STOPPED,
     Array,
-    Result,
+    SearchResult,
     Seed,
     Settings,
     clock_limit,
@@ -75,9 +75,9 @@ class Optimizer:
         return self._status is not None
 
     @property
-    def result(self) -> Result:
+    def result(self) -> SearchResult:
         """The best so far; before the end its status is ``BUDGET_SPENT``."""
-        return Result(
+        return SearchResult(
             self._x.copy(),
             float(self._value),
             self._evaluations,
@@ -337,8 +337,8 @@ def minimize(
     settings: Settings | None = None,
     seed: Seed = 0,
     deadline: float | None = None,
-    callback: Callable[[Result], bool | None] | None = None,
-) -> Result:
+    callback: Callable[[SearchResult], bool | None] | None = None,
+) -> SearchResult:
     """Find the least value of a function in a box.
 
     Parameters

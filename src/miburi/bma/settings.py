@@ -16,7 +16,7 @@ __all__ = [
     "SETTLED",
     "STOPPED",
     "Array",
-    "Result",
+    "SearchResult",
     "Seed",
     "Settings",
     "clock_limit",
@@ -151,7 +151,7 @@ _RANGES = {
 
 
 @dataclass(frozen=True)
-class Result:
+class SearchResult:
     """What a search found.
 
     Parameters
