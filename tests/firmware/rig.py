@@ -9,7 +9,7 @@ import numpy as np
 
 from miburi.card.calibration import free_moves, grant_guards, record
 from miburi.card.card import Card
-from miburi.card.link import Kind, Report
+from miburi.card.link import FrameKind, Report
 from miburi.card.settings import CardSettings, real_acceleration, real_speed
 from miburi.emulation.card import EmulatedCard
 from miburi.emulation.servos import Bus, Servo
@@ -133,18 +133,18 @@ class Rig:
 
         def asked(kind, payload=b"", patience=0.25):
             answer = ask(kind, payload, patience)
-            if kind == Kind.MOVE:
+            if kind == FrameKind.MOVE:
                 values = struct.unpack("<8h8H", payload)
                 began = struct.unpack("<q", answer)[0]
                 self.twin.start(values[:8], values[8:], began)
-            elif kind == Kind.RELEASE:
+            elif kind == FrameKind.RELEASE:
                 # The return starts from a reading that is not reported: it is not judged here.
                 self.twin.controller = None
-            elif kind == Kind.STOP:
+            elif kind == FrameKind.STOP:
                 self.twin.controller = None
             return answer
 
-        ask(Kind.STATUS, struct.pack("<H", 1))  # a report after every reading
+        ask(FrameKind.STATUS, struct.pack("<H", 1))  # a report after every reading
         body._ask = asked
         body.on_report = self.twin.see
         self.twin.last = body.report

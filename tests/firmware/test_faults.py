@@ -10,7 +10,7 @@ import pytest
 from tests.firmware.rig import Rig
 
 from miburi.bodies import Motor
-from miburi.card.link import Kind
+from miburi.card.link import FrameKind
 from miburi.card.settings import ALLOWED, CardSettings, JointSettings
 from miburi.emulation.servos import Servo
 from miburi.errors import BodyError
@@ -305,7 +305,7 @@ def test_limits_and_caps_stand_on_the_card_itself(rig: Rig) -> None:
 
     def ask(goals: list[int], speeds: list[int]) -> str:
         with pytest.raises(BodyError) as refused:
-            rig.body._ask(Kind.MOVE, struct.pack("<8h8H", *goals, *speeds))
+            rig.body._ask(FrameKind.MOVE, struct.pack("<8h8H", *goals, *speeds))
         return str(refused.value)
 
     for i, joint in enumerate(joints):
@@ -395,14 +395,14 @@ def test_a_repeated_frame_is_obeyed_once(rig: Rig) -> None:
     joints = rig.settings.joints
     goal = struct.pack("<8h8H", *[j.neutral + 200 for j in joints], *[2000] * 8)
     back = struct.pack("<8h8H", *[j.neutral for j in joints], *[2000] * 8)
-    rig.body._ask(Kind.MOVE, goal)
+    rig.body._ask(FrameKind.MOVE, goal)
     sequence = rig.body._sequence
     rig.run(0.04)
     assert rig.settle() is Phase.IDLE
-    rig.body._ask(Kind.MOVE, back)
+    rig.body._ask(FrameKind.MOVE, back)
     rig.run(0.04)
     assert rig.settle() is Phase.IDLE
-    rig.line.write(encode(Frame(Kind.MOVE, rig.body._sequence, back)))
+    rig.line.write(encode(Frame(FrameKind.MOVE, rig.body._sequence, back)))
     rig.run(0.1)
     assert rig.body.state.phase is Phase.IDLE
     assert rig.body._sequence == sequence + 1

@@ -9,7 +9,7 @@ import pytest
 from tests.firmware.rig import Rig
 from tests.firmware.toolchain import HERE, NATIVE, SANITIZED, need, run
 
-from miburi.card.link import ANSWER, VERSION, Frame, Kind, Receiver, Result, encode
+from miburi.card.link import ANSWER, VERSION, Frame, FrameKind, Receiver, Result, encode
 from miburi.card.settings import CardSettings
 from miburi.emulation.servos import STATUS, packet
 from miburi.errors import BodyError
@@ -25,7 +25,13 @@ NATIVE_BYTES = 1_000_000
 def frames(rng: np.random.Generator) -> bytes:
     """A frame as a host might send it, right but for where it goes."""
     kind = int(rng.choice([*range(0, 13), 0x40, 0x7F]))
-    sizes = {Kind.SETTINGS: 18, Kind.JOINT: 25, Kind.MOVE: 32, Kind.STATUS: 2, Kind.READ: 1}
+    sizes = {
+        FrameKind.SETTINGS: 18,
+        FrameKind.JOINT: 25,
+        FrameKind.MOVE: 32,
+        FrameKind.STATUS: 2,
+        FrameKind.READ: 1,
+    }
     size = sizes.get(kind, int(rng.choice([0, 0, 1, 2, 90])))
     return encode(
         Frame(
@@ -50,7 +56,9 @@ def moves(rng: np.random.Generator) -> bytes:
     joints = CardSettings.of(iphonoid()).joints
     goals = [int(rng.integers(j.min, j.max + 1)) for j in joints]
     speeds = rng.integers(100, 3000, 8).tolist()
-    return encode(Frame(Kind.MOVE, int(rng.integers(256)), struct.pack("<8h8H", *goals, *speeds)))
+    return encode(
+        Frame(FrameKind.MOVE, int(rng.integers(256)), struct.pack("<8h8H", *goals, *speeds))
+    )
 
 
 @pytest.mark.parametrize("what", ["random bytes", "frames", "flipped frames"])
@@ -60,9 +68,9 @@ def test_native_card_under_the_sanitizers(what: str, tmp_path: Path) -> None:
     run(*NATIVE, *SANITIZED, HERE / "fuzz_native.cpp", "-o", program)
     rng = np.random.default_rng(len(what))
     settings = CardSettings.of(iphonoid())
-    pieces = [encode(Frame(Kind.SETTINGS, 1, settings.general.pack()))]
+    pieces = [encode(Frame(FrameKind.SETTINGS, 1, settings.general.pack()))]
     pieces += [
-        encode(Frame(Kind.JOINT, 2, bytes((i,)) + joint.pack()))
+        encode(Frame(FrameKind.JOINT, 2, bytes((i,)) + joint.pack()))
         for i, joint in enumerate(settings.joints)
     ]
     sent = sum(map(len, pieces))
@@ -74,7 +82,7 @@ def test_native_card_under_the_sanitizers(what: str, tmp_path: Path) -> None:
             one = good[int(rng.integers(len(good)))]
             pieces.append(one if what == "frames" else flipped(rng, one))
         sent += len(pieces[-1])
-    host = b"".join(pieces) + b"\0" + encode(Frame(Kind.HELLO, 77))
+    host = b"".join(pieces) + b"\0" + encode(Frame(FrameKind.HELLO, 77))
     answers = [
         packet(int(rng.integers(1, 9)), STATUS, bytes(1) + rng.bytes(int(rng.choice([0, 3, 8]))))
         for _ in range(1000)
@@ -91,7 +99,7 @@ def test_native_card_under_the_sanitizers(what: str, tmp_path: Path) -> None:
     rest = np.zeros((len(host) - length, 2), dtype=np.uint8)
     rest[:, 1] = np.frombuffer(host[: len(host) - length], np.uint8)
     said = Receiver().add(run(program, data=rest.tobytes() + mixed.tobytes()))
-    hello = [f for f in said if (f.kind, f.sequence) == (Kind.HELLO + ANSWER, 77)]
+    hello = [f for f in said if (f.kind, f.sequence) == (FrameKind.HELLO + ANSWER, 77)]
     assert hello
     assert hello[-1].payload[0] == Result.OK
 

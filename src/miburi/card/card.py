@@ -28,7 +28,7 @@ from miburi.card.link import (
     VERSION,
     Frame,
     FrameError,
-    Kind,
+    FrameKind,
     Reason,
     Receiver,
     Report,
@@ -177,14 +177,14 @@ class Card:
         )
         goals = np.clip(to_steps(self._robot, move.angles), lower, upper)
         speeds = np.minimum(to_steps(self._robot, move.speeds), self._settings.general.max_speed)
-        answer = self._ask(Kind.MOVE, struct.pack("<8h8H", *goals.tolist(), *speeds.tolist()))
+        answer = self._ask(FrameKind.MOVE, struct.pack("<8h8H", *goals.tolist(), *speeds.tolist()))
         self.goals, self.move_began = tuple(goals.tolist()), struct.unpack("<q", answer)[0]
         self._await_phase()
 
     def stop(self) -> None:
         """Stop all motors and hold softly until released."""
         if self._connected:
-            self._ask(Kind.STOP)
+            self._ask(FrameKind.STOP)
             self._await_phase()
 
     def release(self) -> None:
@@ -203,7 +203,7 @@ class Card:
                 "The card cannot be reached. Check its cable and power; Miburi looks for it every "
                 "second. It stays stopped until you release it."
             )
-        answer = self._ask(Kind.RELEASE)
+        answer = self._ask(FrameKind.RELEASE)
         self._own_stop = None
         self.goals = tuple(joint.neutral for joint in self._settings.joints)
         self.move_began = struct.unpack("<q", answer)[0]
@@ -231,11 +231,11 @@ class Card:
 
     def relax(self) -> None:
         """Switch the torque of a stopped body off, so that it can be moved by hand."""
-        self._ask(Kind.RELAX)
+        self._ask(FrameKind.RELAX)
 
     def identify(self, old: int, new: int) -> None:
         """Set id, speed and mode of the only servo on the bus; ``old`` is its id until now."""
-        self._ask(Kind.IDENTIFY, bytes((old, new)), patience=1.0)
+        self._ask(FrameKind.IDENTIFY, bytes((old, new)), patience=1.0)
 
     def configure(self, settings: CardSettings) -> None:
         """Send settings to a stopped card; if it refuses them, send the previous ones again.
@@ -259,7 +259,7 @@ class Card:
         for _ in range(2):
             for piece, value in enumerate(pieces):
                 index = b"" if isinstance(value, General) else bytes((piece,))
-                kind = Kind.SETTINGS if isinstance(value, General) else Kind.JOINT
+                kind = FrameKind.SETTINGS if isinstance(value, General) else FrameKind.JOINT
                 try:
                     self._ask(kind, index + value.pack())
                 except _OutOfRangeError as error:
@@ -276,7 +276,7 @@ class Card:
 
     def save(self) -> None:
         """Store the settings in the card's EEPROM; this takes about 4 s."""
-        self._ask(Kind.SAVE)
+        self._ask(FrameKind.SAVE)
         for _ in range(50):
             self.step(0.2)
             if self.stored:
@@ -321,12 +321,12 @@ class Card:
             except _NoAnswerError:
                 if self._line.now() >= until:
                     raise
-        self._ask(Kind.STOP)
+        self._ask(FrameKind.STOP)
         wanted = self._requested_settings or self._default_settings(complete)
         self._settings = wanted
         if crc != wanted.crc or not complete:
             self.configure(wanted)
-        self._ask(Kind.STATUS, struct.pack("<H", _REPORT_PERIOD))
+        self._ask(FrameKind.STATUS, struct.pack("<H", _REPORT_PERIOD))
         self._fresh = self._connected = True
         self._heard = self._line.now()
         self._await_phase()
@@ -340,11 +340,11 @@ class Card:
         return of_robot.with_calibration(CardSettings(general, tuple(joints)))
 
     def _read_piece(self, piece: int) -> bytes:
-        return self._ask(Kind.READ, bytes((piece,)))
+        return self._ask(FrameKind.READ, bytes((piece,)))
 
     def _hello(self) -> tuple[int, bool, bool]:
         """Return the check sum of the card's settings, and whether they are complete and stored."""
-        answer = self._ask(Kind.HELLO)
+        answer = self._ask(FrameKind.HELLO)
         version, *_, motors, complete, stored, crc = struct.unpack("<7BH", answer)
         if version != VERSION or motors != len(JOINTS):
             raise BodyError(
@@ -354,7 +354,7 @@ class Card:
             )
         return crc, bool(complete), bool(stored)
 
-    def _ask(self, kind: Kind, payload: bytes = b"", patience: float = _PATIENCE) -> bytes:
+    def _ask(self, kind: FrameKind, payload: bytes = b"", patience: float = _PATIENCE) -> bytes:
         """Send a request until the card answers; return the answer, or raise the error in it."""
         self._sequence = self._sequence % 255 + 1
         data = encode(Frame(kind, self._sequence, payload))
@@ -368,9 +368,8 @@ class Card:
                     for answer in self._answers:
                         if answer.kind == kind + ANSWER and answer.sequence == self._sequence:
                             return self._result(kind, answer)
-                        if answer.kind == Kind.REFUSED + ANSWER and answer.payload[:1] == bytes(
-                            (Result.VERSION,)
-                        ):
+                        refused = answer.kind == FrameKind.REFUSED + ANSWER
+                        if refused and answer.payload[:1] == bytes((Result.VERSION,)):
                             return self._result(kind, answer)
                     self._answers.clear()
             except OSError as error:
@@ -382,7 +381,7 @@ class Card:
             "(miburi card upload)."
         )
 
-    def _result(self, kind: Kind, answer: Frame) -> bytes:
+    def _result(self, kind: FrameKind, answer: Frame) -> bytes:
         result, detail = answer.payload[0], answer.payload[1:]
         match result:
             case Result.OK:
@@ -408,7 +407,7 @@ class Card:
     def _listen(self, until: float) -> None:
         """Read what the card sends next, and keep reports and answers. May raise OSError."""
         for frame in self._receiver.add(self._line.read(until)):
-            if frame.kind != Kind.REPORT:
+            if frame.kind != FrameKind.REPORT:
                 self._answers.append(frame)
                 continue
             try:
@@ -491,9 +490,9 @@ class _NoAnswerError(BodyError):
 class _OutOfRangeError(BodyError):
     """A value is outside what the card allows."""
 
-    def __init__(self, kind: Kind, index: int) -> None:
+    def __init__(self, kind: FrameKind, index: int) -> None:
         self.index = index
         motor = JOINTS[index % len(JOINTS)]
         what = f"the {'goal' if index < len(JOINTS) else 'speed'} of {motor}"
-        named = what if kind is Kind.MOVE else f"value {index} of {kind.name.lower()}"
+        named = what if kind is FrameKind.MOVE else f"value {index} of {kind.name.lower()}"
         super().__init__(f"The card refuses {named}: it is out of range.")

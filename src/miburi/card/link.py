@@ -15,7 +15,7 @@ __all__ = [
     "VERSION",
     "Frame",
     "FrameError",
-    "Kind",
+    "FrameKind",
     "Reason",
     "Receiver",
     "Report",
@@ -31,7 +31,7 @@ ANSWER = 0x80
 _MAX_FRAME = 128
 
 
-class Kind(IntEnum):
+class FrameKind(IntEnum):
     """What a frame is about."""
 
     HELLO = 1
