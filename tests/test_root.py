@@ -21,7 +21,7 @@ def test_a_name_is_its_rooms_own() -> None:
 
 def test_another_name_is_refused() -> None:
     with pytest.raises(AttributeError, match="'miburi' has no attribute 'Robots'"):
-        _ = miburi.Robots  # type: ignore[attr-defined]
+        _ = miburi.Robots
 
 
 def test_importing_the_root_loads_no_room() -> None:

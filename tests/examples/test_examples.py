@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from tests.fixtures.live import Server, live, runner, server  # noqa: F401  # its live partner
+from tests.fixtures.live import Server
 
 from miburi import Expression, connect
 
@@ -40,7 +40,7 @@ def test_a_script_shows_what_it_promises(name: str, tmp_path: Path) -> None:
     assert any(re.fullmatch(LINES[name], line) for line in done.stdout.splitlines())
 
 
-def test_a_contact_is_heard(server: Server) -> None:  # noqa: F811
+def test_a_contact_is_heard(server: Server) -> None:
     with connect(server.url) as partner:
         partner.place_hand((0.12, -0.11, 0.12), (1, 0, 0))  # where the right arm will pass
         partner.express(Expression("happiness", 1.0))

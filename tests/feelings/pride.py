@@ -10,6 +10,7 @@ import asyncio
 import json
 import re
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import httpx
@@ -37,10 +38,10 @@ from miburi.studies.face import face
 from miburi.studio.face_page import add_face_page
 
 
-def refusal(action: object) -> str:
+def refusal(action: Callable[[], object]) -> str:
     """Return the message with which an action is refused."""
     try:
-        action()  # type: ignore[operator]
+        action()
     except (DescriptionError, InputError) as error:
         return str(error)
     return ""

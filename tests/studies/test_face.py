@@ -3,12 +3,11 @@
 from itertools import combinations
 
 import numpy as np
-import pytest
 from PIL import Image
 
 from miburi.feelings import FEELINGS, Expression
 from miburi.robot import Robot
-from miburi.studies.face import MOODS, SHEET, SIZE, SOURCE, face, source_digest
+from miburi.studies.face import MOODS, SHEET, SIZE, face, source_digest
 from miburi.studies.film import Scene, camera
 
 
@@ -50,7 +49,6 @@ def test_it_is_drawn_on_the_screen_upright(robot: Robot) -> None:
     assert colour(bottom, right) == (False, False)
 
 
-@pytest.mark.skipif(not SOURCE.exists(), reason="the face's page is not part of this build")
 def test_the_sheet_is_drawn_from_todays_page() -> None:
     with Image.open(SHEET) as sheet:
         assert sheet.info["Source"] == source_digest(), "run tools/draw-faces"

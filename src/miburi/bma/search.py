@@ -310,7 +310,7 @@ class Optimizer:
 
     def _rows(self) -> Array:
         """Return the residuals last told, (k, m); the search goes on only when there are some."""
-        assert self._told is not None and self._told.ndim == 2  # noqa: S101, PT018  (as said)
+        assert self._told is not None and self._told.ndim == 2  # noqa: S101, PT018  (only a told search goes on)
         return self._told
 
     def _totals(self) -> Array:
@@ -318,7 +318,7 @@ class Optimizer:
 
         The search goes on only when there are some.
         """
-        assert self._told is not None  # noqa: S101  (as said)
+        assert self._told is not None  # noqa: S101  (only a told search goes on)
         return self._told if self._told.ndim == 1 else np.einsum("ij,ij->i", *2 * [self._told])
 
 

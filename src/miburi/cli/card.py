@@ -103,9 +103,8 @@ def upload(
         raise BodyError("avrdude is missing; install it (Debian: apt install avrdude).")
     if port.startswith("/") and not Path(port).exists():
         raise BodyError(f"There is no port {port}; `miburi card list` names those that are there.")
-    # No shell reads this command, and avrdude is the one on the user's own path.
-    done = subprocess.run(  # noqa: S603
-        ["avrdude", "-p", "m2560", "-c", "wiring", "-P", port, "-b", "115200", "-D",  # noqa: S607
+    done = subprocess.run(  # noqa: S603  (no shell reads these words)
+        ["avrdude", "-p", "m2560", "-c", "wiring", "-P", port, "-b", "115200", "-D",  # noqa: S607  (from the user's PATH)
          "-U", f"flash:w:{image}:i"],
         check=False,
     )  # fmt: skip

@@ -124,8 +124,8 @@ class Recorder:
             )
 
     def flush(self) -> None:
-        """Hand everything to the system: from now on the file can be read up to here."""
-        self._writer.flush()  # type: ignore[no-untyped-call]
+        """Hand everything to the system: the file can be read up to here, whatever follows."""
+        self._writer.flush()  # type: ignore[no-untyped-call]  # mcap leaves it untyped
 
 
 def step_messages(

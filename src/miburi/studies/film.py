@@ -178,8 +178,7 @@ def write_film(
             "-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "23", "-movflags", "+faststart",
             str(film),
         ]  # fmt: skip
-        # No shell reads this command.
-        with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:  # noqa: S603
+        with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:  # noqa: S603  (no shell)
             stdin, stderr = process.stdin, process.stderr
             if stdin is None or stderr is None:
                 raise OutputError("ffmpeg has no input")
