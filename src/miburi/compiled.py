@@ -22,7 +22,10 @@ _OPTIONS: dict[str, Any] = {
     "fastmath": {"contract", "nsz", "arcp"},
 }
 _HERE = Path(__file__).parent
-_SOURCES = ("compiled.py", "bma/operators.py", "ik/kinematics.py", "ik/kernel.py")
+_SOURCES = (
+    "compiled.py", "bma/operators.py", "ik/kinematics.py", "ik/kernel.py", "servos/model.py",
+    "bodies/friction.py",
+)  # fmt: skip
 
 
 def _writable_folder() -> Path | None:

@@ -144,7 +144,7 @@ class CardSettings:
                 acceleration=round(robot.servo.acceleration / step),
                 max_speed=round(robot.servo.max_speed / step),
                 return_speed=round(RETURN_SPEED / step),
-                move_current=round(robot.servo.stall_torque * MILLIAMPERES_PER_NM),
+                move_current=round(robot.servo.model.data_sheet.stall_torque * MILLIAMPERES_PER_NM),
                 hold_current=round(robot.servo.hold_torque * MILLIAMPERES_PER_NM),
             ),
             tuple(

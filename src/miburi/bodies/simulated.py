@@ -55,6 +55,9 @@ class Simulated:
         self._controller = Controller(robot, rule or Rule.of(robot), goal)
         self._history: deque[Steps] = deque(maxlen=_VELOCITY_READINGS + 1)
         self._history.append(self._plant.encoders())
+        gears = 1 - robot.servo.model.friction.motor_load
+        self._hold_torque = robot.servo.hold_torque / gears
+        self._ceiling = robot.servo.model.motor_torque
         self._planned: tuple[object, int, Array] = (None, 0, np.empty((0, 8)))
         self.touch = Touch()
 
@@ -144,11 +147,11 @@ class Simulated:
         self._next_reading()
 
     def _next_reading(self) -> Touch:
-        controller, servo = self._controller, self._robot.servo
+        controller = self._controller
         controller.update(self._history[-1], self._clock)
         stopped = controller.phase is Phase.STOPPED
         touch = self._plant.advance(
-            self._setpoints(), servo.hold_torque if stopped else servo.stall_torque
+            self._setpoints(), self._hold_torque if stopped else self._ceiling
         )
         self._readings += 1
         self._history.append(self._plant.encoders())

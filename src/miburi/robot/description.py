@@ -7,8 +7,9 @@ from typing import Annotated, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
+from miburi.servos import Servo, load_servo
 from miburi.tables import Table, load_table
 
 Array = NDArray[np.float64]
@@ -74,24 +75,26 @@ class Joints(Table):
     head: Joint
 
 
-class Servo(Table):
-    """One kind of motor for all joints: steps a turn, rad/s, rad/s², N·m, kg·m²."""
+def _servo(value: object, info: ValidationInfo) -> object:
+    """Load a servo that the file names; a path is from the description's own folder."""
+    if not isinstance(value, str):
+        return value
+    folder = (info.context or {}).get("folder", Path())
+    return load_servo(folder / value if value.endswith(".toml") else value)
 
-    name: str
-    steps_per_turn: Annotated[int, Field(ge=256, le=1 << 16)]
+
+class ServoTable(Table):
+    """The motor of all joints, and what this robot asks of it: rad/s, rad/s², N·m at the horn."""
+
+    model: Annotated[Servo, BeforeValidator(_servo)]
     max_speed: Annotated[float, Field(gt=0, le=20)]
     acceleration: Annotated[float, Field(gt=0, le=500)]
-    stall_torque: Annotated[float, Field(gt=0, le=10)]
     hold_torque: Positive
-    stiffness: Positive
-    damping: Positive
-    armature: Positive
-    friction: NotNegative
 
     @property
     def step(self) -> float:
         """Angle of one encoder step, in rad."""
-        return 2 * np.pi / self.steps_per_turn
+        return self.model.step
 
 
 Eight = Annotated[list[Annotated[float, Field(ge=0, le=1)]], Field(min_length=8, max_length=8)]
@@ -141,7 +144,7 @@ class Robot(Table):
     name: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$")]
     lengths: Lengths
     joints: Joints
-    servo: Servo
+    servo: ServoTable
     guards: Guards
     masses: Masses
     shape: Shape
@@ -165,6 +168,11 @@ class Robot(Table):
     def symbols(self) -> tuple[str, ...]:
         """The paper's letters for the joints: W, RS, RE, RF, LS, LE, LF, H."""
         return tuple(getattr(self.joints, name).symbol for name in JOINTS)
+
+    def with_servo(self, servo: Servo) -> "Robot":
+        """Return this robot with another kind of motor; its guards stay, and may not fit."""
+        table = self.servo.model_copy(update={"model": servo})
+        return self.model_copy(update={"servo": table})
 
     def _of_joints(self, field: str) -> Array:
         values = np.array([getattr(getattr(self.joints, name), field) for name in JOINTS])

@@ -42,13 +42,15 @@ class Motor(Origin):
 class Friction(Origin):
     """What holds the joint: see :func:`miburi.servos.model.dry_friction`; N·m and rad/s."""
 
-    dry: NotNegative
+    dry: Positive
     stiction: NotNegative
     viscous: NotNegative
     motor_load: Share
     load_stiction: Share
     stribeck_speed: Positive
     stribeck_shape: Positive
+    solver_time: Annotated[float, Field(gt=0, le=1)]
+    solver_grip: Annotated[float, Field(gt=0, lt=1)]
 
     @property
     def row(self) -> tuple[float, float, float, float, float, float]:
@@ -177,6 +179,35 @@ class Servo(Table):
         """What back EMF and viscous friction take, whatever the duty, N·m·s/rad."""
         motor = self.motor
         return motor.torque_constant * motor.back_emf / motor.resistance + self.friction.viscous
+
+    def varied(
+        self,
+        *,
+        steps_per_turn: int | None = None,
+        stiffness: float = 1.0,
+        damping: float = 1.0,
+        friction: float = 1.0,
+    ) -> "Servo":
+        """Return a servo with so many times this one's stiffness, damping and dry friction.
+
+        Stiffness comes from the P gain, damping from the D gain and the motor's back EMF.
+        """
+        steps = steps_per_turn or self.encoder.steps_per_turn
+        coarser = self.encoder.steps_per_turn / steps
+        gains, drive, motor, rubbing = self.gains, self.drive, self.motor, self.friction
+        dry = {name: getattr(rubbing, name) * friction for name in _DRY}
+        return self.model_copy(
+            update={
+                "encoder": self.encoder.model_copy(update={"steps_per_turn": steps}),
+                "gains": gains.model_copy(update={"d": gains.d * coarser * damping}),
+                "drive": drive.model_copy(update={"gain": drive.gain * coarser * stiffness}),
+                "motor": motor.model_copy(update={"back_emf": motor.back_emf * damping}),
+                "friction": rubbing.model_copy(update=dry),
+            }
+        )
+
+
+_DRY = ("dry", "stiction", "motor_load", "load_stiction")
 
 
 def load_servo(name: str | Path) -> Servo:
