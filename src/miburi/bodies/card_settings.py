@@ -12,6 +12,7 @@ from miburi.bodies.controller import RETURN_SPEED
 from miburi.bodies.link import crc16
 from miburi.calibration_file import Mounting
 from miburi.contact import Guards, Rule
+from miburi.drive import aim
 from miburi.motion import to_steps
 from miburi.robot import JOINTS, Robot
 
@@ -135,7 +136,7 @@ class CardSettings:
         """
         rule, step = rule or Rule.of(robot), robot.servo.step
         lower, upper = to_steps(robot, robot.lower), to_steps(robot, robot.upper)
-        neutral = to_steps(robot, robot.neutral)
+        neutral = to_steps(robot, aim(robot, robot.neutral))
         guards = zip(*(getattr(rule.guards, name).tolist() for name in GUARDS), strict=True)
         return cls(
             General(

@@ -10,6 +10,7 @@ import numpy as np
 
 from miburi.bodies.base import Phase, Stop
 from miburi.contact import Rule, Watch, Window
+from miburi.drive import aim
 from miburi.errors import BodyError
 from miburi.motion import FINE, SECOND, Move, Steps, commanded, to_steps
 from miburi.robot import JOINTS, Robot
@@ -117,7 +118,7 @@ class Controller:
         here = positions + self._sag
         moved = np.abs(here - self.origin) > self.rule.guards.arrival
         self.origin = np.where(moved, here, self.origin)
-        goal = to_steps(self.robot, self.robot.neutral)
+        goal = to_steps(self.robot, aim(self.robot, self.robot.neutral))
         way = np.abs(goal - self.origin)
         fastest = round(RETURN_SPEED / self.robot.servo.step)
         self._start(Phase.RETURNING, goal, way * fastest // max(int(way.max()), 1), positions, time)

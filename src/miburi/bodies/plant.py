@@ -15,6 +15,7 @@ from typing import Protocol
 import numpy as np
 
 from miburi.bodies.base import Body
+from miburi.drive import aim
 from miburi.errors import InputError
 from miburi.motion import Steps, to_steps
 from miburi.physics import mujoco
@@ -96,7 +97,11 @@ class Plant:
         self.voltage = self._servo.supply.voltage
         #: Constants of each servo's dry friction, (8, 6).
         self.friction = np.array([self._servo.friction.row] * len(JOINTS))
+        motor = self._servo.motor
         self._braking = self._servo.damping - self._servo.friction.viscous
+        self._stiffness, self._damping = self._servo.stiffness, self._servo.control_damping
+        #: V that the supply loses for each N²·m² of torque under voltage.
+        self._drop = self._servo.supply.resistance * motor.resistance / motor.torque_constant**2
         from miburi.bodies.friction import set_friction  # it loads Numba
 
         self._set_friction = set_friction
@@ -108,7 +113,7 @@ class Plant:
         self.power(self._servo.motor_torque)
         self.model.dof_frictionloss[self._dofs] = self.friction[:, :2].sum(axis=1)
         self.data.qpos[self.joints] = pose
-        self.data.ctrl[:] = pose
+        self.data.ctrl[:] = aim(self.robot, pose)
         for _ in range(round(settle / TIMESTEP)):
             self.step()
         self._start = self.data.time
@@ -165,18 +170,18 @@ class Plant:
         ``torque`` is what a motor at rest would give with that duty at nominal voltage, N·m:
         (8,), or the same for all.
         """
-        servo, model, data = self._servo, self.model, self.data
+        model, data = self.model, self.data
         force = data.actuator_force
         # Of the current through a motor, the supply feeds the share that the duty is.
-        watts = force @ (force - self._braking * data.qvel[self._dofs])
-        watts *= servo.motor.resistance / servo.motor.torque_constant**2
-        drop = servo.supply.resistance * max(float(watts), 0.0) / self.voltage
-        strength = (self.voltage - drop) / servo.supply.voltage
-        model.actuator_gainprm[:, 0] = servo.stiffness * strength
-        model.actuator_biasprm[:, 1] = -servo.stiffness * strength
-        model.actuator_biasprm[:, 2] = -servo.control_damping * strength
-        model.actuator_forcerange[:, 0] = np.negative(torque * strength)
-        model.actuator_forcerange[:, 1] = torque * strength
+        fed = float(force @ (force - self._braking * data.qvel.take(self._dofs)))
+        voltage = self.voltage - self._drop * max(fed, 0.0) / self.voltage
+        strength = voltage / self._servo.supply.voltage
+        model.actuator_gainprm[:, 0] = self._stiffness * strength
+        model.actuator_biasprm[:, 1] = -self._stiffness * strength
+        model.actuator_biasprm[:, 2] = -self._damping * strength
+        most = torque * strength
+        model.actuator_forcerange[:, 0] = -most
+        model.actuator_forcerange[:, 1] = most
 
     def step(self) -> None:
         """Let one physics step pass, and dry friction follow the torques."""

@@ -7,6 +7,7 @@ physics, which is the :class:`~miburi.bodies.plant.Plant`'s.
 """
 
 from collections import deque
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from miburi.bodies.base import BodyState, Phase
 from miburi.bodies.controller import Controller
 from miburi.bodies.plant import Plant, Touch
 from miburi.contact import Rule, Window
+from miburi.drive import aim, ceiling
 from miburi.motion import FINE, SECOND, Move, Steps, to_steps
 from miburi.robot import Array, Robot
 from miburi.robot.mjcf import TIMESTEP
@@ -57,7 +59,7 @@ class Simulated:
         self._history.append(self._plant.encoders())
         gears = 1 - robot.servo.model.friction.motor_load
         self._hold_torque = robot.servo.hold_torque / gears
-        self._ceiling = robot.servo.model.motor_torque
+        self._ceiling = self._limit()
         self._planned: tuple[object, int, Array] = (None, 0, np.empty((0, 8)))
         self.touch = Touch()
 
@@ -102,7 +104,9 @@ class Simulated:
 
     def move(self, move: Move) -> None:
         """Start a move; see :meth:`miburi.bodies.Body.move`."""
-        self._controller.move(move, self.encoders, self._clock)
+        aimed = replace(move, angles=aim(self._robot, move.angles))
+        self._controller.move(aimed, self.encoders, self._clock)
+        self._ceiling = self._limit()
 
     def stop(self) -> None:
         """Stop all motors and hold softly until released."""
@@ -111,6 +115,7 @@ class Simulated:
     def release(self) -> None:
         """End a stop; see :meth:`miburi.bodies.Body.release`."""
         self._controller.release(self.encoders, self._clock)
+        self._ceiling = self._limit()
 
     def place_hand(self, position: Array, along: Array) -> None:
         """Put the human hand somewhere; move it there in small steps or through free space.
@@ -156,6 +161,15 @@ class Simulated:
         self._readings += 1
         self._history.append(self._plant.encoders())
         return touch
+
+    def _limit(self) -> Array:
+        """Return the ceiling for the profile that runs now, or for rest, (8,) N·m."""
+        watch, step = self._controller.watch, self._robot.servo.step
+        origin, profile = self._controller.origin, watch.profile
+        goal = origin + watch.direction * profile.distance
+        fastest = np.where(profile.distance > 0, profile.fastest, 0)
+        start, end, speeds = np.multiply([origin, goal, fastest], step, dtype=np.float64)
+        return ceiling(self._robot, start, end, speeds)
 
     @property
     def _clock(self) -> int:

@@ -10,6 +10,7 @@ from miburi.bodies import Phase, Stop
 from miburi.bodies.simulated import READING, Simulated
 from miburi.calibration import Trace
 from miburi.contact import Rule
+from miburi.drive import aim
 from miburi.errors import InputError
 from miburi.motion import SECOND, Move, Steps, commanded, to_steps
 from miburi.robot import Array, Robot
@@ -229,9 +230,8 @@ def _perform(
 
 def trace_of(robot: Robot, origin: Array, move: Move, readings: list[Steps]) -> Trace:
     """Return a move from ``origin`` (8,) rad with the encoders' regular ``readings`` of it."""
-    profile, direction = commanded(
-        robot, to_steps(robot, origin), to_steps(robot, move.angles), to_steps(robot, move.speeds)
-    )
+    begin, end = to_steps(robot, aim(robot, np.array([origin, move.angles])))
+    profile, direction = commanded(robot, begin, end, to_steps(robot, move.speeds))
     times = np.arange(len(readings), dtype=np.int64) * _READING_US
     return Trace(profile, readings[0], direction, times, np.array(readings))
 
