@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from miburi.contact import PAPER_PERIOD, PAPER_RATIO, Guards, lag_doubt
+from miburi.contact import PAPER_PERIOD, PAPER_RATIO, UNLOADED, Guards, Loading, lag_doubt
 from miburi.errors import InputError
 from miburi.motion import FINE, Profile, Steps
 from miburi.robot import JOINTS, Array
@@ -34,7 +34,7 @@ class Trace:
 
     Attributes
     ----------
-    profile, start, direction
+    profile, start, direction, loading
         As :class:`miburi.contact.Watch` takes them.
     times
         (n,) µs since the move began, in order; they need not be regular.
@@ -48,6 +48,7 @@ class Trace:
     direction: Steps
     times: Steps
     positions: Steps
+    loading: Loading = UNLOADED
 
     @property
     def travel(self) -> Steps:

@@ -24,7 +24,7 @@ _OPTIONS: dict[str, Any] = {
 _HERE = Path(__file__).parent
 _SOURCES = (
     "compiled.py", "bma/operators.py", "ik/kinematics.py", "ik/kernel.py", "servos/model.py",
-    "bodies/friction.py",
+    "bodies/friction.py", "free_motion.py",
 )  # fmt: skip
 
 

@@ -6,8 +6,12 @@ it is known what a move takes, the duty (Goal PWM) is limited to somewhat more: 
 motor feels no more than that, whatever else fails.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
+from miburi.contact import Loading
+from miburi.motion import FINE, Profile, Steps
 from miburi.robot import Array, Robot
 from miburi.robot.loads import loads
 from miburi.servos import required_torque
@@ -24,19 +28,52 @@ def aim(robot: Robot, angles: Array) -> Array:
     return goals
 
 
-def ceiling(robot: Robot, start: Array, end: Array, fastest: Array) -> Array:
-    """Return the most that motors may give on a move, (8,): N·m of a motor at rest with that duty.
+class Demand(NamedTuple):
+    """What a move asks of the motors.
+
+    Attributes
+    ----------
+    ceiling
+        (8,), the most that they may give: N·m of a motor at rest with that duty.
+    loading
+        What bears on them.
+    """
+
+    ceiling: Array
+    loading: Loading
+
+
+def demand(robot: Robot, start: Steps, origin: Steps, profile: Profile, direction: Steps) -> Demand:
+    """Return what a move asks of the motors.
 
     Parameters
     ----------
-    start, end
-        (8,) rad.
-    fastest
-        (8,) rad/s that the motors come to on the way.
+    start, origin
+        (8,) steps, where the motors are, and where their profiles begin.
+    profile, direction
+        The commanded motion; (8,) +1 or −1.
     """
-    servo = robot.servo.model
-    there = loads(robot, np.array([start, (start + end) / 2, end]))
-    gravity, inertia = np.abs(there.gravity).max(axis=0), there.inertia.max(axis=0)
+    servo, step = robot.servo.model, robot.servo.step
+    goal = origin + direction * profile.distance
+    poses = np.multiply([origin, (origin + goal) / 2, goal], step, dtype=np.float64)
+    gravity, inertia = loads(robot, poses)
+    fastest = np.where(profile.distance > 0, profile.fastest, 0) * step
     # A motor that rests must hold out while the others ramp.
-    needed = required_torque(servo, fastest, robot.servo.acceleration, gravity, inertia)
-    return np.minimum(servo.drive.headroom * needed, servo.motor_torque)
+    needed = required_torque(
+        servo, fastest, robot.servo.acceleration, np.abs(gravity).max(axis=0), inertia.max(axis=0)
+    )
+    ceiling = np.minimum(servo.drive.headroom * needed, servo.motor_torque)
+
+    def error(torque: Array) -> Steps:
+        fine: Steps = np.rint(torque / servo.stiffness / step * FINE).astype(np.int64)
+        return fine
+
+    return Demand(
+        ceiling,
+        Loading(
+            offset=(origin - start) * direction * FINE,
+            begin=error(gravity[0]) * direction,
+            end=error(gravity[-1]) * direction,
+            most=error(ceiling),
+        ),
+    )

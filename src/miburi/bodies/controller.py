@@ -10,7 +10,7 @@ import numpy as np
 
 from miburi.bodies.base import Phase, Stop
 from miburi.contact import Rule, Watch, Window
-from miburi.drive import aim
+from miburi.drive import aim, demand
 from miburi.errors import BodyError
 from miburi.motion import FINE, SECOND, Move, Steps, commanded, to_steps
 from miburi.robot import JOINTS, Robot
@@ -63,6 +63,8 @@ class Controller:
         The goal at which the motors are held when no profile runs.
     watch
         The commanded profile that runs, and the rule's view of it; a new one for each.
+    ceiling
+        (8,) N·m, the most that the motors may give for it; a stopped body holds with less.
     """
 
     robot: Robot
@@ -194,7 +196,9 @@ class Controller:
 
     def _plan(self, goal: Steps, positions: Steps, speeds: Steps) -> Watch:
         profile, direction = commanded(self.robot, self.origin, goal, speeds)
-        return self.rule.watch(profile, positions, direction)
+        needs = demand(self.robot, positions, self.origin, profile, direction)
+        self.ceiling = needs.ceiling
+        return self.rule.watch(profile, positions, direction, needs.loading)
 
     def _hold(self, stop: Stop, positions: Steps) -> None:
         self.phase, self.latched, self._yields_at = Phase.STOPPED, stop, None

@@ -15,7 +15,7 @@ from miburi.bodies.base import BodyState, Phase
 from miburi.bodies.controller import Controller
 from miburi.bodies.plant import Plant, Touch
 from miburi.contact import Rule, Window
-from miburi.drive import aim, ceiling
+from miburi.drive import aim
 from miburi.motion import FINE, SECOND, Move, Steps, to_steps
 from miburi.robot import Array, Robot
 from miburi.robot.mjcf import TIMESTEP
@@ -59,7 +59,6 @@ class Simulated:
         self._history.append(self._plant.encoders())
         gears = 1 - robot.servo.model.friction.motor_load
         self._hold_torque = robot.servo.hold_torque / gears
-        self._ceiling = self._limit()
         self._planned: tuple[object, int, Array] = (None, 0, np.empty((0, 8)))
         self.touch = Touch()
 
@@ -106,7 +105,6 @@ class Simulated:
         """Start a move; see :meth:`miburi.bodies.Body.move`."""
         aimed = replace(move, angles=aim(self._robot, move.angles))
         self._controller.move(aimed, self.encoders, self._clock)
-        self._ceiling = self._limit()
 
     def stop(self) -> None:
         """Stop all motors and hold softly until released."""
@@ -115,7 +113,6 @@ class Simulated:
     def release(self) -> None:
         """End a stop; see :meth:`miburi.bodies.Body.release`."""
         self._controller.release(self.encoders, self._clock)
-        self._ceiling = self._limit()
 
     def place_hand(self, position: Array, along: Array) -> None:
         """Put the human hand somewhere; move it there in small steps or through free space.
@@ -156,20 +153,11 @@ class Simulated:
         controller.update(self._history[-1], self._clock)
         stopped = controller.phase is Phase.STOPPED
         touch = self._plant.advance(
-            self._setpoints(), self._hold_torque if stopped else self._ceiling
+            self._setpoints(), self._hold_torque if stopped else controller.ceiling
         )
         self._readings += 1
         self._history.append(self._plant.encoders())
         return touch
-
-    def _limit(self) -> Array:
-        """Return the ceiling for the profile that runs now, or for rest, (8,) N·m."""
-        watch, step = self._controller.watch, self._robot.servo.step
-        origin, profile = self._controller.origin, watch.profile
-        goal = origin + watch.direction * profile.distance
-        fastest = np.where(profile.distance > 0, profile.fastest, 0)
-        start, end, speeds = np.multiply([origin, goal, fastest], step, dtype=np.float64)
-        return ceiling(self._robot, start, end, speeds)
 
     @property
     def _clock(self) -> int:

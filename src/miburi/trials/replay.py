@@ -7,7 +7,7 @@ Until it stops, a body moves the same whatever watches it. So runs that no rule 
 from dataclasses import dataclass
 
 from miburi.calibration import MARGIN, calibrate
-from miburi.contact import Contact, Rule, Watch
+from miburi.contact import UNLOADED, Contact, Loading, Rule, Watch
 from miburi.motion import SECOND, Profile, Steps
 from miburi.robot import Robot
 from miburi.robot.mjcf import TIMESTEP
@@ -32,9 +32,11 @@ class _DeafWatch(Watch):
 class DeafRule(Rule):
     """Never stops: a move that is blocked just ends. For recording only."""
 
-    def watch(self, profile: Profile, start: Steps, direction: Steps) -> Watch:
+    def watch(
+        self, profile: Profile, start: Steps, direction: Steps, loading: Loading = UNLOADED
+    ) -> Watch:
         """Begin to watch one move, and see nothing."""
-        return _DeafWatch(self, profile, start, direction)
+        return _DeafWatch(self, profile, start, direction, loading)
 
 
 @dataclass(frozen=True)
@@ -69,7 +71,7 @@ def judge(rule: Rule, run: Run) -> Judgement:
 
 def _first_stop(rule: Rule, run: Run) -> float | None:
     for trace, began in zip(run.traces, run.began, strict=True):
-        watch = rule.watch(trace.profile, trace.start, trace.direction)
+        watch = rule.watch(trace.profile, trace.start, trace.direction, trace.loading)
         for time, positions in zip(trace.times, trace.positions, strict=True):
             elapsed = int(time)
             if watch.look(positions, elapsed) is not None:

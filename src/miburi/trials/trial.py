@@ -10,7 +10,7 @@ from miburi.bodies import Phase, Stop
 from miburi.bodies.simulated import READING, Simulated
 from miburi.calibration import Trace
 from miburi.contact import Rule
-from miburi.drive import aim
+from miburi.drive import aim, demand
 from miburi.errors import InputError
 from miburi.motion import SECOND, Move, Steps, commanded, to_steps
 from miburi.robot import Array, Robot
@@ -233,7 +233,8 @@ def trace_of(robot: Robot, origin: Array, move: Move, readings: list[Steps]) -> 
     begin, end = to_steps(robot, aim(robot, np.array([origin, move.angles])))
     profile, direction = commanded(robot, begin, end, to_steps(robot, move.speeds))
     times = np.arange(len(readings), dtype=np.int64) * _READING_US
-    return Trace(profile, readings[0], direction, times, np.array(readings))
+    needs = demand(robot, readings[0], begin, profile, direction)
+    return Trace(profile, readings[0], direction, times, np.array(readings), needs.loading)
 
 
 def measure(result: Run, kind: Kind, index: int, servo: int) -> Outcome:
