@@ -61,14 +61,14 @@ clean:
 
 .venv/run.stamp: .venv/bin/python pyproject.toml constraints.txt tools/debian-packages
 	tools/debian-packages ffmpeg libegl1 libegl-mesa0 libgl1-mesa-dri
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e .
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[studies]'
 	@# Compile the solver now, once, so that the first start is as quick as every other.
 	$(BIN)/miburi ik --right 0.05 -0.1 0.1 --left 0.05 0.1 0.1 --head 0.03 0 0.2 >/dev/null
 	@touch $@
 
 .venv/test.stamp: .venv/run.stamp
 	tools/debian-packages chromium $(FIRMWARE_PACKAGES)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,studies]'
 	@touch $@
 
 # Fifteen thousand trials: seven minutes on two cores. Interrupted, each goes on where it was.

@@ -1,5 +1,8 @@
 """Fixtures shared by all rooms."""
 
+from importlib import resources
+from pathlib import Path
+
 import pytest
 from hypothesis import settings
 
@@ -10,6 +13,79 @@ settings.register_profile("miburi", deadline=None, derandomize=True)
 settings.load_profile("miburi")
 
 
+pytest_plugins = ["tests.fixtures.firmware", "tests.fixtures.live"]
+
+
 @pytest.fixture(scope="session")
 def robot() -> Robot:
     return iphonoid()
+
+
+def _rewritten(source: str, changes: dict[str, str]) -> str:
+    """The text of a shipped file, each change made once."""
+    text = (resources.files("miburi") / source).read_text()
+    for old, new in changes.items():
+        assert old in text
+        text = text.replace(old, new, 1)
+    return text
+
+
+@pytest.fixture(scope="session")
+def tall_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A robot of one's own: taller, arms a third longer, a right shoulder that goes less far."""
+    changes = {
+        'name = "iphonoid"': 'name = "tall"',
+        "L23 = 0.06": "L23 = 0.08",
+        "L01 = 0.12": "L01 = 0.16",
+        "L34 = 0.08": "L34 = 0.107",
+        "max = 3.1415": "max = 2.0",
+        "neutral = 0.8": "neutral = 0.9",
+    }
+    path = tmp_path_factory.mktemp("robot") / "tall.toml"
+    path.write_text(_rewritten("robot/iphonoid.toml", changes))
+    return path
+
+
+@pytest.fixture(scope="session")
+def own_temperament(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A temperament of one's own, called mine."""
+    path = tmp_path_factory.mktemp("temperament") / "mine.toml"
+    changes = {'name = "playful"': 'name = "mine"'}
+    path.write_text(_rewritten("feelings/temperaments/playful.toml", changes))
+    return path
+
+
+_GESTURE = """
+name = "cheer"
+feeling = "happiness"
+duration = 1.8
+
+[effort]
+space = 1.0
+weight = 0.1
+time = 0.6
+flow = 0.8
+
+[[pose]]
+phase = 0.5
+right = [0.7, 0.5, 0.3]
+left = [0.7, 0.5, 0.3]
+head = [0.6, 0.3, 0.74]
+"""
+
+
+@pytest.fixture(scope="session")
+def own_gestures(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with one gesture of happiness, which any robot can do."""
+    folder = tmp_path_factory.mktemp("mine")
+    (folder / "cheer.toml").write_text(_GESTURE)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def unfit_gestures(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a gesture too high for the tall robot's right arm."""
+    folder = tmp_path_factory.mktemp("unfit")
+    raised = _GESTURE.replace("cheer", "hooray").replace("[0.7, 0.5, 0.3]", "[0.1, 0.3, 0.94]")
+    (folder / "hooray.toml").write_text(raised)
+    return folder

@@ -1,4 +1,4 @@
-"""What a reader follows in the documents leads somewhere."""
+"""What a reader follows in the documents leads somewhere; what a reader copies works."""
 
 import re
 from pathlib import Path
@@ -18,3 +18,11 @@ def test_links_and_pictures_are_there(page: Path) -> None:
 
 def test_there_are_pages() -> None:
     assert {"README.md", "card.md", "safety.md"} <= {page.name for page in PAGES}
+
+
+def test_the_first_example_shows_a_happy_gesture(capsys: pytest.CaptureFixture[str]) -> None:
+    (example, *_) = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
+    exec(example, {})
+    assert "GestureStarted(time=0.02, expression=Expression(feeling='happiness'" in (
+        capsys.readouterr().out
+    )

@@ -13,28 +13,22 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import differential_evolution, least_squares, minimize
 
-from miburi.robot import forward, iphonoid, jacobian
+from miburi.robot import JOINTS, forward, iphonoid, jacobian
+from miburi.robot.shape import extremities, links
 
 ROBOT = iphonoid()
 LOWER, UPPER = ROBOT.lower, ROBOT.upper
 TOLERANCE = 1e-4
 FRAMES = ("right_hand", "left_hand", "head_centre")
+_MOVES = {link.name: link.joint for link in links(ROBOT)}
 # each joint: name, parent, origin, axis
-_SIZE = ROBOT.lengths
-_JOINTS = (
-    ("waist", "base", (0, 0, 0), (0, 0, 1)),
-    ("right_shoulder", "waist", (0, -_SIZE.L12, _SIZE.L01), (0, -1, 0)),
-    ("right_elbow", "right_shoulder", (0, 0, 0), (1, 0, 0)),
-    ("right_fingertip", "right_elbow", (0, -_SIZE.L23, 0), (1, 0, 0)),
-    ("left_shoulder", "waist", (0, _SIZE.L12, _SIZE.L01), (0, -1, 0)),
-    ("left_elbow", "left_shoulder", (0, 0, 0), (1, 0, 0)),
-    ("left_fingertip", "left_elbow", (0, _SIZE.L23, 0), (1, 0, 0)),
-    ("head", "waist", (0, 0, _SIZE.L01 + _SIZE.LH1), (0, -1, 0)),
+_JOINTS = tuple(
+    (link.joint, _MOVES.get(link.parent, "base"), link.position, link.axis)
+    for link in sorted(links(ROBOT), key=lambda link: JOINTS.index(link.joint))
 )
-_TIPS = (
-    ("right_hand", "right_fingertip", (0, -_SIZE.L34, 0)),
-    ("left_hand", "left_fingertip", (0, _SIZE.L34, 0)),
-    ("head_centre", "head", (_SIZE.LH2, 0, 0)),
+_TIPS = tuple(
+    (frame, _MOVES[link], point)
+    for frame, (link, point) in zip(FRAMES, extremities(ROBOT).values(), strict=True)
 )
 ORDER = [joint[0] for joint in _JOINTS]
 

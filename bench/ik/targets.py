@@ -12,6 +12,7 @@ from waist_search import optimum
 
 from miburi import ik
 from miburi.robot import forward, iphonoid
+from miburi.robot.geometry import shoulders
 
 ROBOT = iphonoid()
 FILE = Path(__file__).parents[2] / "tests" / "ik" / "targets.json"
@@ -26,14 +27,9 @@ def reachable(count, seed=0):
 def out_of_reach(count, seed=0, stretch=1.2):
     """Reachable targets with both hands pushed outward from the shoulders."""
     poses, targets = reachable(count, seed)
-    size = ROBOT.lengths
-    for first, side in ((0, 1.0), (3, -1.0)):
+    for first, (_, out, up) in zip((0, 3), shoulders(ROBOT), strict=True):
         shoulder = np.column_stack(
-            [
-                side * size.L12 * np.sin(poses[:, 0]),
-                -side * size.L12 * np.cos(poses[:, 0]),
-                np.full(count, size.L01),
-            ]
+            [-out * np.sin(poses[:, 0]), out * np.cos(poses[:, 0]), np.full(count, up)]
         )
         hands = targets[:, first : first + 3]
         targets[:, first : first + 3] = shoulder + stretch * (hands - shoulder)

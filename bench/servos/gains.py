@@ -13,11 +13,11 @@ import argparse
 
 import numpy as np
 
-from miburi.motion import FINE, SECOND, commanded, to_steps
 from miburi.robot import iphonoid
+from miburi.safety.profile import FINE, SECOND, commanded, to_steps
 from miburi.servos import load_servo
-from miburi.trials.conditions import draw
-from miburi.trials.person import TrialPlant
+from miburi.studies.trials.conditions import draw
+from miburi.studies.trials.plant import TrialPlant
 
 THEIRS = {
     400: "0.015 / 0.083 / 0.130   90 (66-98)   0",

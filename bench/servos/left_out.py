@@ -10,7 +10,7 @@ import argparse
 
 import numpy as np
 
-from miburi.motion import FINE, SECOND, Profile
+from miburi.safety.profile import FINE, SECOND, Profile
 from miburi.servos import Axis, Servo, load_servo
 
 

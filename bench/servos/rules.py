@@ -11,11 +11,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from miburi.contact import Guards, Rule
-from miburi.free_motion import FreeRule
 from miburi.robot import iphonoid
+from miburi.robot.guards import Guards
+from miburi.safety.contact import Rule
+from miburi.safety.free import FreeRule
 from miburi.servos import load_servo
-from miburi.trials.runs import Plan, run
+from miburi.studies.trials.runs import Plan, run
 
 
 def guards(lag: int, slack: int, astray: int, arrival: int, waist: tuple[int, int]) -> Guards:

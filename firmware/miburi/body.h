@@ -23,7 +23,7 @@ class Body {
       adopt();
     }
     controller_.phase = Phase::stopped;
-    controller_.latched = Stop{Reason::started, now(), Contact{Sign::none, NO_MOTOR, 0, 0}};
+    controller_.latched = Stop{Reason::started, now(), Contact{Sign::none, NO_MOTOR, 0, 0, 0}};
   }
 
   // Called again and again; true when the servos' turn had come, and they were read.
@@ -235,6 +235,7 @@ class Body {
     out.put(latched.contact.motor, 1).put(static_cast<uint8_t>(latched.contact.sign), 1);
     out.put(static_cast<uint32_t>(latched.contact.measured), 4);
     out.put(static_cast<uint32_t>(latched.contact.expected), 4);
+    out.put(static_cast<uint64_t>(latched.contact.length), 8);
     out.put(static_cast<uint64_t>(latched.time), 8);
     out.put(heard_, 1).put((held_ ? 1u : 0u) | (limp_ ? 2u : 0u), 1);
     for (uint8_t i = 0; i < MOTORS; i++) {

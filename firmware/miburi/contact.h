@@ -34,6 +34,7 @@ struct Contact {
   uint8_t motor;
   int32_t measured;
   int32_t expected;
+  int64_t length;  // µs in which the motor travelled so
 };
 
 // The rule's view of one move.
@@ -44,6 +45,7 @@ struct Watch {
   int8_t direction[MOTORS];  // +1 or -1
   int32_t expected[MOTORS];  // at the end of the last period in which the motor was judged
   int32_t measured[MOTORS];
+  int64_t since[MOTORS];  // when that was
   int32_t doubt[MOTORS];  // what LAG_DOUBT is at the move's top speed
 };
 
@@ -59,17 +61,17 @@ inline int32_t travelled(const Watch& watch, uint8_t motor, const int16_t* posit
 }
 
 // Keeps the suspect that fell furthest behind; of equals, the first.
-inline void suspect(Contact& worst, Sign sign, uint8_t motor, int32_t measured, int32_t expected) {
-  if (worst.sign == Sign::none ||
-      distance_between(measured, expected) > distance_between(worst.measured, worst.expected)) {
-    worst = Contact{sign, motor, measured, expected};
+inline void suspect(Contact& worst, const Contact& met) {
+  if (worst.sign == Sign::none || distance_between(met.measured, met.expected) >
+                                      distance_between(worst.measured, worst.expected)) {
+    worst = met;
   }
 }
 
 // Judge the motors' positions `time` µs after the move began; at every reading.
 inline Contact look(Watch& watch, const Rule& rule, const int16_t* positions, int64_t time) {
   const int32_t fine = static_cast<int32_t>(FINE);
-  Contact slow = {Sign::none, 0, 0, 0};
+  Contact slow = {Sign::none, 0, 0, 0, 0};
   Contact astray = slow;
   Contact missing = slow;
   const bool due = time >= watch.period_ends;
@@ -83,24 +85,26 @@ inline Contact look(Watch& watch, const Rule& rule, const int16_t* positions, in
     const int32_t measured = travelled(watch, motor, positions);
     const int32_t should = expected - watch.expected[motor];
     const int32_t did = measured - watch.measured[motor];
+    const int64_t length = time - watch.since[motor];
     if (should >= guards.least * fine) {
       if (due) {
         watch.expected[motor] = expected;
         watch.measured[motor] = measured;
+        watch.since[motor] = time;
       }
       if ((did + guards.slack * fine) * WHOLE_RATIO < static_cast<int64_t>(should) * rule.ratio) {
-        suspect(slow, Sign::speed, motor, did, should);
+        suspect(slow, Contact{Sign::speed, motor, did, should, length});
       }
     }
     const int32_t behind = expected - measured;
     const int32_t doubt = watch.doubt[motor];
     if (behind > guards.behind * fine + doubt || -behind > guards.ahead * fine + doubt) {
-      suspect(astray, Sign::tracking, motor, measured, expected);
+      suspect(astray, Contact{Sign::tracking, motor, measured, expected, time});
     }
     const int32_t goal = profile.distance * fine;
     if (time >= profile.total + guards.lag + rule.period &&
         distance_between(goal, measured) > guards.arrival * fine) {
-      suspect(missing, Sign::arrival, motor, measured, goal);
+      suspect(missing, Contact{Sign::arrival, motor, measured, goal, time});
     }
   }
   if (slow.sign != Sign::none) {

@@ -14,7 +14,7 @@ enum class Reason : uint8_t {
   none,
   started,     // the card has just been switched on or reset
   asked,       // by the host
-  contact,     // the rule saw one: motor, sign, measured, expected
+  contact,     // the rule saw one: motor, sign, measured, expected, length
   silent,      // a servo does not answer: motor
   deaf,        // a servo does not take its commands: motor
   faulty,      // a servo reports a hardware error: motor
@@ -77,7 +77,7 @@ inline void latch(Controller& c, Reason reason, const Contact& contact, const in
 inline void stop(Controller& c, Reason reason, uint8_t motor, const int16_t* positions,
                  int64_t time) {
   if (c.phase != Phase::stopped) {
-    latch(c, reason, Contact{Sign::none, motor, 0, 0}, positions, time);
+    latch(c, reason, Contact{Sign::none, motor, 0, 0, 0}, positions, time);
   }
 }
 
@@ -99,6 +99,7 @@ inline void start(Controller& c, const Rule& rule, Phase phase, const int16_t* g
     c.watch.start[motor] = positions[motor];
     c.watch.expected[motor] = 0;
     c.watch.measured[motor] = 0;
+    c.watch.since[motor] = 0;
   }
 }
 

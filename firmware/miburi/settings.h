@@ -31,7 +31,8 @@ struct Settings {
 };
 
 const uint8_t SETTINGS_SIZE = 18;
-const uint8_t JOINT_SIZE = 24;
+const uint8_t GUARDS_SIZE = 14;
+const uint8_t JOINT_SIZE = 10 + GUARDS_SIZE;
 const uint16_t STEPS_PER_TURN = 4096;
 const uint8_t IN_RANGE = 0xff;
 
@@ -103,6 +104,18 @@ inline void write_settings(const Settings& s, Writer& out) {
   out.put(s.hottest, 1).put(s.lowest, 1);
 }
 
+template <class In>
+Guards read_guards(In& in) {
+  Guards guards;
+  guards.lag = in.i32();
+  guards.slack = in.i16();
+  guards.least = in.i16();
+  guards.behind = in.i16();
+  guards.ahead = in.i16();
+  guards.arrival = in.i16();
+  return guards;
+}
+
 inline Joint read_joint(Reader& in) {
   Joint j;
   j.id = in.u8();
@@ -111,12 +124,7 @@ inline Joint read_joint(Reader& in) {
   j.min = in.i16();
   j.max = in.i16();
   j.neutral = in.i16();
-  j.guards.lag = in.i32();
-  j.guards.slack = in.i16();
-  j.guards.least = in.i16();
-  j.guards.behind = in.i16();
-  j.guards.ahead = in.i16();
-  j.guards.arrival = in.i16();
+  j.guards = read_guards(in);
   return j;
 }
 

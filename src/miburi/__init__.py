@@ -4,28 +4,80 @@ The rooms, in the order in which a feeling travels through them::
 
     feelings → gestures → ik (bma) → bodies → contact → feelings
 
-Importing this package loads none of them; import the room that you need, such as
-``miburi.robot`` or ``miburi.ik``.
+This package offers the names that most programs begin with. Each is loaded when it is first
+used, so ``import miburi`` alone is quick; all else is imported from its room, such as
+``miburi.ik``.
+
+>>> import miburi
+>>> robot = miburi.iphonoid()
+>>> miburi.solve(robot, miburi.forward(robot, robot.neutral)).status
+'converged'
 """
 
-from typing import TYPE_CHECKING
+from miburi.version import __version__
+
+TYPE_CHECKING = False  # type checkers take it for true; typing's own costs most of the import
 
 if TYPE_CHECKING:
-    from miburi.client import RemotePartner
+    from miburi.bodies.simulated import Simulated
+    from miburi.errors import MiburiError
+    from miburi.feelings import EmotionalModel, Expression, Stimulus, load_temperament
+    from miburi.gestures import key_poses
+    from miburi.gestures import load as load_gesture
+    from miburi.ik import solve
+    from miburi.interface.client import connect
+    from miburi.partner import Partner
+    from miburi.robot import Robot, forward, iphonoid, load_robot
 
-__version__ = "0.1.0"
+__all__ = [
+    "EmotionalModel",
+    "Expression",
+    "MiburiError",
+    "Partner",
+    "Robot",
+    "Simulated",
+    "Stimulus",
+    "__version__",
+    "connect",
+    "forward",
+    "iphonoid",
+    "key_poses",
+    "load_gesture",
+    "load_robot",
+    "load_temperament",
+    "solve",
+]
+
+#: Where each name comes from, module:name; the imports above say the same to type checkers.
+_ORIGINS = {
+    "EmotionalModel": "miburi.feelings:EmotionalModel",
+    "Expression": "miburi.feelings:Expression",
+    "MiburiError": "miburi.errors:MiburiError",
+    "Partner": "miburi.partner:Partner",
+    "Robot": "miburi.robot:Robot",
+    "Simulated": "miburi.bodies.simulated:Simulated",
+    "Stimulus": "miburi.feelings:Stimulus",
+    "connect": "miburi.interface.client:connect",
+    "forward": "miburi.robot:forward",
+    "iphonoid": "miburi.robot:iphonoid",
+    "key_poses": "miburi.gestures:key_poses",
+    "load_gesture": "miburi.gestures:load",
+    "load_robot": "miburi.robot:load_robot",
+    "load_temperament": "miburi.feelings:load_temperament",
+    "solve": "miburi.ik:solve",
+}
+
+if not TYPE_CHECKING:  # with it in sight, a type checker would let any name pass
+
+    def __getattr__(name: str) -> object:
+        if name not in _ORIGINS:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        from importlib import import_module
+
+        module, _, attribute = _ORIGINS[name].partition(":")
+        value = globals()[name] = getattr(import_module(module), attribute)
+        return value
 
 
-def connect(url: str, token: str | None = None) -> "RemotePartner":
-    """Return a live partner at ``url``, such as ``http://127.0.0.1:8080``.
-
-    The token is needed where the partner was started with another ``--host``.
-
-    Raises
-    ------
-    InputError
-        The address is not one.
-    """
-    from miburi.client import RemotePartner
-
-    return RemotePartner(url, token)
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

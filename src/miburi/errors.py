@@ -3,6 +3,15 @@
 Each message says what was got, what is allowed, and how to mend it.
 """
 
+__all__ = [
+    "BodyError",
+    "DescriptionError",
+    "InputError",
+    "MiburiError",
+    "OutputError",
+    "needs_extra",
+]
+
 
 class MiburiError(Exception):
     """Anything that Miburi refuses; the message is meant for people."""
@@ -22,3 +31,11 @@ class BodyError(MiburiError):
 
 class OutputError(MiburiError):
     """A result cannot be written where it was asked for."""
+
+
+def needs_extra(extra: str, error: ModuleNotFoundError) -> MiburiError:
+    """Return the refusal of work for which a library of one of the package's extras is missing."""
+    library = str(error.name).partition(".")[0]
+    return MiburiError(
+        f"this needs {library}, which is not installed: pip install 'miburi[{extra}]'."
+    )

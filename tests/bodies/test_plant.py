@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from miburi.bodies.plant import Plant
-from miburi.physics import mujoco
 from miburi.robot import Robot
 from miburi.robot.loads import loads
 from miburi.robot.mjcf import TIMESTEP
+from miburi.robot.physics import mujoco
 from miburi.servos import Axis, Servo, load_servo, no_load_speed
 
 LEVEL = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.8])  # both arms straight out sideways

@@ -5,12 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from miburi.bodies import Body, Phase
+from miburi.bodies import Body, Motor
 from miburi.bodies.simulated import Simulated
-from miburi.contact import Rule
 from miburi.errors import InputError
-from miburi.motion import synchronised
 from miburi.robot import JOINTS, Robot, forward
+from miburi.robot.geometry import shoulders
+from miburi.safety.contact import Rule
+from miburi.safety.move import synchronised
+from miburi.safety.stop import Phase
 
 RAISED = np.array([0.2, 1.4, 0.9, 0.3, 1.4, -0.9, -0.3, 1.0])
 LIFT = (1, 4)  # the shoulders
@@ -31,7 +33,7 @@ def block(body: Simulated, arm: int, part: float = 0.5) -> None:
     start = body.state.angles
     here, ahead = (forward(robot, start + f * (RAISED - start)) for f in (part, part + 0.05))
     hand, motion = here[3 * arm : 3 * arm + 3], (ahead - here)[3 * arm : 3 * arm + 3]
-    shoulder = np.array([0, robot.lengths.L12 * (1 if arm else -1), robot.lengths.L01])
+    shoulder = shoulders(robot)[arm]
     body.place_hand(shoulder + 0.85 * (hand - shoulder), np.cross(motion, hand - shoulder))
 
 
@@ -45,6 +47,21 @@ def test_it_is_a_body_at_rest(robot: Robot) -> None:
     assert (state.time, state.phase, state.stop) == (0.0, Phase.IDLE, None)
     # Gravity pulls: a soft servo sags by a few steps.
     assert np.abs(state.angles - robot.neutral).max() < 0.03
+
+
+def test_it_tells_the_rule_that_runs_and_has_no_servos_to_tell_of(robot: Robot) -> None:
+    rule = replace(Rule.of(robot), period=50_000, ratio=9000)
+    motors = Simulated(robot, rule).motors()
+    assert motors.rule == rule
+    assert motors.each == (Motor(),) * 8
+    assert (motors.settings, motors.hottest, motors.lowest) == (None, None, None)
+
+
+def test_a_closed_body_is_stopped(robot: Robot) -> None:
+    body = Simulated(robot)
+    raise_arms(body)
+    body.close()
+    assert body.state.phase is Phase.STOPPED
 
 
 def test_a_free_move_arrives_within_the_sag(robot: Robot) -> None:

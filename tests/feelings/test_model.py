@@ -260,6 +260,24 @@ def test_sources_weigh_as_the_temperament_says(kind):
         assert model.emotion[FEAR] == pytest.approx(0.5 * model.temperament.sources[source])
 
 
+@both
+def test_another_temperament_acts_from_the_moment_it_is_assigned(kind):
+    lively = shipped_temperament("lively")
+    model, unchanged = kind(), kind()
+    for each in (model, unchanged):
+        talk(each, "happiness", 5)
+        each.step(7)
+    before = levels(model)
+    model.temperament = lively
+    np.testing.assert_array_equal(levels(model), before)
+    reference = kind.load(unchanged.save(), lively)
+    for each in (model, reference, unchanged):
+        each.step(400)
+        talk(each, "anger", 3)
+    np.testing.assert_allclose(levels(model), levels(reference), rtol=0, atol=1e-9)
+    assert np.abs(levels(model) - levels(unchanged)).max() > 0.1
+
+
 # Invariants.
 
 
@@ -417,6 +435,18 @@ def test_a_state_of_another_kind_is_refused_in_words(kind, key, value):
     del state[key]
     with pytest.raises(InputError, match="must"):
         kind.load(state)
+
+
+@both
+def test_a_state_of_other_feelings_is_refused_in_words(kind):
+    state = kind().save()
+    nine = {**state, "feelings": [*FEELINGS, "pride"], "lost": [0.0] * 9}
+    with pytest.raises(InputError, match=r"feelings happiness, .* got .*'pride'.*MIBURI_FEELINGS"):
+        kind.load(nine)
+    with pytest.raises(InputError, match="feelings"):
+        kind.load({**state, "feelings": FEELINGS[::-1]})
+    del state["feelings"]  # as it was kept when there were only the paper's eight
+    assert kind.load(state).save()["feelings"] == list(FEELINGS)
 
 
 def test_more_on_its_way_than_a_level_can_take_is_refused():

@@ -7,17 +7,18 @@ from pathlib import Path
 
 import numpy as np
 
-from miburi.bodies import Phase
-from miburi.bodies.calibration import free_moves, granted, record
-from miburi.bodies.card import Card
-from miburi.bodies.card_settings import CardSettings, real_acceleration, real_speed
-from miburi.bodies.controller import Controller
-from miburi.bodies.emulated import EmulatedCard
-from miburi.bodies.link import Kind, Report
-from miburi.bodies.servos import Bus, Servo
-from miburi.contact import Sign
-from miburi.motion import SECOND, Move, synchronised, to_steps
+from miburi.card.calibration import free_moves, granted, record
+from miburi.card.card import Card
+from miburi.card.link import Kind, Report
+from miburi.card.settings import CardSettings, real_acceleration, real_speed
+from miburi.emulation.card import EmulatedCard
+from miburi.emulation.servos import Bus, Servo
 from miburi.robot import JOINTS, Robot, iphonoid
+from miburi.safety.contact import Sign
+from miburi.safety.controller import Controller
+from miburi.safety.move import Move, synchronised
+from miburi.safety.profile import SECOND, to_steps
+from miburi.safety.stop import Phase
 
 SIGNS = (None, Sign.SPEED, Sign.TRACKING, Sign.ARRIVAL)
 PHASES = (Phase.IDLE, Phase.MOVING, Phase.STOPPED, Phase.RETURNING)
@@ -94,6 +95,8 @@ class Twin:
                 assert stop.motor == JOINTS[report.motor]
                 assert stop.sign == SIGNS[report.sign].value
                 assert stop.ratio == report.measured / max(report.expected, 1)
+                assert c.window is not None
+                assert c.window.length[report.motor] == report.length
 
 
 class Rig:

@@ -2,25 +2,22 @@
 
 import struct
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from rig import Rig
+from tests.firmware.rig import Rig
 
-from miburi.bodies import Phase
-from miburi.bodies.card_settings import (
-    ALLOWED,
-    GENERAL_NAMES,
-    GUARDS,
-    JOINT_NAMES,
-    CardSettings,
-)
-from miburi.bodies.link import Kind
-from miburi.bodies.servos import Servo
+from miburi.bodies import Motor
+from miburi.card.link import Kind
+from miburi.card.settings import ALLOWED, CardSettings, JointSettings
+from miburi.emulation.servos import Servo
 from miburi.errors import BodyError
-from miburi.motion import Move
 from miburi.robot import JOINTS
+from miburi.robot.guards import GUARDS, Guards
+from miburi.safety.move import Move
+from miburi.safety.stop import Phase, StopReason
 
 
 def raise_arms(rig: Rig, speed: float = 1.0) -> None:
@@ -64,7 +61,7 @@ def test_power_on_moves_nothing(firmware: Path) -> None:
     before = [servo.shaft.place for servo in rig.servos]
     rig.run(1.0)
     state = rig.body.state
-    assert (state.phase, state.stop.reason) == (Phase.STOPPED, "the card has just started")
+    assert (state.phase, state.stop.reason) == (Phase.STOPPED, StopReason.CARD_STARTED)
     assert [servo.get("torque_enable") for servo in rig.servos] == [0] * 8
     rig.body.release()
     for servo, place in zip(rig.servos, before, strict=True):
@@ -84,15 +81,31 @@ def test_host_killed_in_mid_move_lets_the_move_end(rig: Rig) -> None:
     assert abs(rig.servos[1].shaft.place - joint.zero - aim / rig.robot.servo.step) < 5
 
 
+def test_a_card_tells_how_its_servos_are_until_it_is_lost(firmware: Path) -> None:
+    rig = Rig(firmware, wake=False, twin=False)
+    assert rig.body.touchable is None
+    assert rig.body.motors().rule.period == rig.settings.general.period
+    # It looks at their health every half second; until then that is not known.
+    assert rig.body.motors().each == tuple(Motor(i + 1, True) for i in range(8))
+    rig.servos[4].dead = True
+    rig.run(1.0)
+    told = rig.body.motors()
+    assert (told.hottest, told.lowest) == (65, 4.2)
+    assert told.settings == f"{rig.settings.crc:04x}"
+    assert [motor.answers for motor in told.each] == [i != 4 for i in range(8)]
+    assert told.each[0] == Motor(1, True, 35, 5.0)
+    rig.line.pulled = True
+    rig.run(3.0)
+    assert rig.body.motors().each == tuple(Motor(i + 1, False) for i in range(8))
+    rig.close()
+
+
 def test_pulled_cable_is_a_stop_until_released(rig: Rig) -> None:
     raise_arms(rig)
     rig.line.pulled = True
     rig.run(3.0)
     state = rig.body.state
-    assert (state.phase, state.stop.reason) == (
-        Phase.STOPPED,
-        "the connection to the card was lost",
-    )
+    assert (state.phase, state.stop.reason) == (Phase.STOPPED, StopReason.LINE_LOST)
     assert rig.at_rest()
     with pytest.raises(BodyError, match="cable|line"):
         rig.body.release()
@@ -115,7 +128,7 @@ def test_silent_card_is_a_stop_and_the_servos_stop_by_themselves(rig: Rig, firmw
     assert here < rig.servos[1].get("goal_position") - 50  # it did not go to the end
     rig.run(4.0)
     state = rig.body.state
-    assert (state.phase, state.stop.reason) == (Phase.STOPPED, "the card has just started")
+    assert (state.phase, state.stop.reason) == (Phase.STOPPED, StopReason.CARD_STARTED)
     stays_stopped(rig)
     recovers(rig)
 
@@ -133,7 +146,7 @@ def test_card_reset_in_mid_move_ends_at_rest(rig: Rig, saved: bool) -> None:
     assert abs(rig.servos[1].shaft.place - rig.servos[1].get("goal_position")) < 60 or not saved
     rig.run(4.0)
     state = rig.body.state
-    assert (state.phase, state.stop.reason) == (Phase.STOPPED, "the card has just started")
+    assert (state.phase, state.stop.reason) == (Phase.STOPPED, StopReason.CARD_STARTED)
     stays_stopped(rig)
     recovers(rig)
 
@@ -144,7 +157,7 @@ def test_unplugged_servo_stops_all_and_is_named(rig: Rig, motor: int) -> None:
     rig.servos[motor].dead = True
     rig.run(0.3)
     stop = rig.body.state.stop
-    assert (stop.reason, stop.motor) == ("servo does not answer", JOINTS[motor])
+    assert (stop.reason, stop.motor) == (StopReason.SERVO_SILENT, JOINTS[motor])
     others = [servo for servo in rig.servos if not servo.dead]
     assert all(servo.segment.speed == 0 for servo in others)
     with pytest.raises(BodyError, match=f"{JOINTS[motor]}: servo does not answer"):
@@ -156,10 +169,15 @@ def test_unplugged_servo_stops_all_and_is_named(rig: Rig, motor: int) -> None:
 
 
 @pytest.mark.parametrize(
-    ("entry", "value", "reason"),
-    [("temperature", 65, "servo is too hot"), ("voltage", 41, "supply voltage is too low")],
+    ("entry", "value", "reason", "said"),
+    [
+        ("temperature", 65, StopReason.SERVO_HOT, "servo is too hot; let it cool"),
+        ("voltage", 41, StopReason.LOW_VOLTAGE, "supply voltage is too low; take a stronger"),
+    ],
 )
-def test_unfit_servo_stops_all_and_is_named(rig: Rig, entry: str, value: int, reason: str) -> None:
+def test_unfit_servo_stops_all_and_is_named(
+    rig: Rig, entry: str, value: int, reason: StopReason, said: str
+) -> None:
     raise_arms(rig, speed=0.8)
     fit = rig.servos[5].get(entry)
     rig.servos[5].set(entry, value)
@@ -167,7 +185,7 @@ def test_unfit_servo_stops_all_and_is_named(rig: Rig, entry: str, value: int, re
     stop = rig.body.state.stop
     assert (stop.reason, stop.motor) == (reason, JOINTS[5])
     stays_stopped(rig)
-    with pytest.raises(BodyError, match=reason):
+    with pytest.raises(BodyError, match=f"{JOINTS[5]}: {said}"):
         rig.body.release()
     rig.servos[5].set(entry, fit)
     recovers(rig)
@@ -178,7 +196,7 @@ def test_faulty_servo_is_restarted_by_a_release(rig: Rig) -> None:
     rig.servos[2].fail(4)
     rig.run(0.2)
     stop = rig.body.state.stop
-    assert (stop.reason, stop.motor) == ("servo reports a hardware error", JOINTS[2])
+    assert (stop.reason, stop.motor) == (StopReason.SERVO_FAULTY, JOINTS[2])
     with pytest.raises(BodyError, match="hardware error"):
         rig.body.release()
     recovers(rig)
@@ -191,7 +209,7 @@ def test_deaf_servo_is_named(rig: Rig) -> None:
     rig.body.move(Move(angles, np.ones(8)))
     rig.run(0.1)
     stop = rig.body.state.stop
-    assert (stop.reason, stop.motor) == ("servo does not take orders", JOINTS[4])
+    assert (stop.reason, stop.motor) == (StopReason.SERVO_DEAF, JOINTS[4])
     assert rig.at_rest()
     with pytest.raises(BodyError, match="does not take orders"):
         rig.body.release()
@@ -204,7 +222,7 @@ def test_brown_out_of_the_bus(rig: Rig) -> None:
     for servo in rig.servos:
         servo.dead = True
     rig.run(0.4)
-    assert rig.body.state.stop.reason == "servo does not answer"
+    assert rig.body.state.stop.reason == StopReason.SERVO_SILENT
     for servo in rig.servos:
         servo.dead = False
         servo.power_up()
@@ -256,7 +274,7 @@ def test_clock_that_wraps_in_mid_move_is_not_noticed(rig: Rig, firmware: Path) -
 def test_a_tap_on_stop_holds_softly(rig: Rig) -> None:
     raise_arms(rig)
     rig.body.stop()
-    assert rig.body.state.stop.reason == "asked"
+    assert rig.body.state.stop.reason == StopReason.ASKED
     assert {servo.get("goal_current") for servo in rig.servos} == {339}
     assert rig.at_rest()
     recovers(rig)
@@ -307,14 +325,18 @@ def test_limits_and_caps_stand_on_the_card_itself(rig: Rig) -> None:
         np.testing.assert_allclose(rig.body.state.angles, end, atol=2e-3)
 
 
-def test_settings_stay_inside_safe_ranges_and_change_only_while_stopped(rig: Rig) -> None:
-    from dataclasses import replace
+def changed(joint: JointSettings, name: str, value: int) -> JointSettings:
+    if name in GUARDS:
+        return replace(joint, guards=replace(joint.guards, **{name: value}))
+    return replace(joint, **{name: value})
 
+
+def test_settings_stay_inside_safe_ranges_and_change_only_while_stopped(rig: Rig) -> None:
     settings = rig.settings
     with pytest.raises(BodyError, match="idle"):
         rig.body.configure(settings)
     rig.body.stop()
-    for name in GENERAL_NAMES:
+    for name in vars(settings.general):
         low, high = ALLOWED[name][:2]
         for value in (low - 1, high + 1) if low else (high + 1,):
             wrong = replace(settings, general=replace(settings.general, **{name: value}))
@@ -322,22 +344,21 @@ def test_settings_stay_inside_safe_ranges_and_change_only_while_stopped(rig: Rig
             with pytest.raises(BodyError, match=said):
                 rig.body.configure(wrong)
     joint = settings.joints[0]
-    beyond = {name: (ALLOWED[name][0] - 1, ALLOWED[name][1] + 1) for name in JOINT_NAMES[6:]}
+    beyond = {name: (ALLOWED[name][0] - 1, ALLOWED[name][1] + 1) for name in GUARDS}
     beyond |= {"servo": (253,), "direction": (0, 2, -2), "zero": (4096, 0)}
     beyond |= {"neutral": (-3000, 3000), "min": (3000, -4096), "max": (-3000, 4096)}
     for name, values in beyond.items():
         for value in values:
-            joints = (replace(joint, **{name: value}), *settings.joints[1:])
+            joints = (changed(joint, name, value), *settings.joints[1:])
             seam = name in ("min", "max") or (name, value) == ("zero", 0)
             said = "cross the servo's seam" if seam else f"refuses waist's {name} .*: allowed is "
             with pytest.raises(BodyError, match=said):
                 rig.body.configure(replace(settings, joints=joints))
     # What is just allowed is taken: the ranges in words are the card's.
     for end in (0, 1):
-        joints = tuple(
-            replace(j, **{name: ALLOWED[name][end] for name in GUARDS}) for j in settings.joints
-        )
-        general = type(settings.general)(*(ALLOWED[name][end] for name in GENERAL_NAMES))
+        guards = Guards(*(ALLOWED[name][end] for name in GUARDS))
+        joints = tuple(replace(j, guards=guards) for j in settings.joints)
+        general = type(settings.general)(*(ALLOWED[name][end] for name in vars(settings.general)))
         rig.body.configure(CardSettings(general, joints))
     twice = (replace(settings.joints[0], servo=2), *settings.joints[1:])
     rig.body.configure(settings)
@@ -369,7 +390,7 @@ def test_settings_outlast_a_loss_of_power_and_a_blank_or_torn_eeprom_is_no_setti
 
 
 def test_a_repeated_frame_is_obeyed_once(rig: Rig) -> None:
-    from miburi.bodies.link import Frame, encode
+    from miburi.card.link import Frame, encode
 
     joints = rig.settings.joints
     goal = struct.pack("<8h8H", *[j.neutral + 200 for j in joints], *[2000] * 8)

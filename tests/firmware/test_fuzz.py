@@ -6,16 +6,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rig import Rig
-from toolchain import HERE, NATIVE, SANITIZED, need, run
+from tests.firmware.rig import Rig
+from tests.firmware.toolchain import HERE, NATIVE, SANITIZED, need, run
 
-from miburi.bodies import Phase
-from miburi.bodies.card_settings import CardSettings
-from miburi.bodies.link import ANSWER, Frame, Kind, Receiver, Result, encode
-from miburi.bodies.servos import STATUS, packet
+from miburi.card.link import ANSWER, VERSION, Frame, Kind, Receiver, Result, encode
+from miburi.card.settings import CardSettings
+from miburi.emulation.servos import STATUS, packet
 from miburi.errors import BodyError
-from miburi.motion import Move
 from miburi.robot import iphonoid
+from miburi.safety.move import Move
+from miburi.safety.stop import Phase
 
 #: Bytes for each fuzz on the AVR; `make firmware-proof` asks for 1,000,000.
 AVR_BYTES = int(os.environ.get("MIBURI_FUZZ", "60000"))
@@ -27,7 +27,14 @@ def frames(rng: np.random.Generator) -> bytes:
     kind = int(rng.choice([*range(0, 13), 0x40, 0x7F]))
     sizes = {Kind.SETTINGS: 18, Kind.JOINT: 25, Kind.MOVE: 32, Kind.STATUS: 2, Kind.READ: 1}
     size = sizes.get(kind, int(rng.choice([0, 0, 1, 2, 90])))
-    return encode(Frame(kind, int(rng.integers(256)), rng.bytes(size), int(rng.choice([1, 1, 2]))))
+    return encode(
+        Frame(
+            kind,
+            int(rng.integers(256)),
+            rng.bytes(size),
+            int(rng.choice([VERSION, VERSION, VERSION - 1])),
+        )
+    )
 
 
 def flipped(rng: np.random.Generator, data: bytes) -> bytes:

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rig import Rig
+from tests.firmware.rig import Rig
 
-from miburi.bodies import Phase
-from miburi.motion import Move
 from miburi.robot import JOINTS
+from miburi.safety.move import Move
+from miburi.safety.stop import Phase, StopReason
 
 #: `make firmware-proof` asks for 2,000 and 500.
 FREE, BLOCKED = (int(n) for n in os.environ.get("MIBURI_MOVES", "60,32").split(","))
@@ -56,7 +56,12 @@ def test_a_blocked_motor_stops_all(firmware: Path, seed: int) -> None:
         rig.body.move(move)
         assert rig.settle() is Phase.STOPPED
         stop = rig.body.state.stop
-        assert (stop.reason, stop.motor) == ("contact", JOINTS[motor])
+        assert (stop.reason, stop.motor) == (StopReason.CONTACT, JOINTS[motor])
+        # What the rule compared comes through, with its length: of the motor that met something.
+        seen, window = rig.twin.controller.window, rig.body.window
+        for name in ("measured", "expected", "granted", "length"):
+            assert getattr(window, name)[motor] == getattr(seen, name)[motor], name
+        np.testing.assert_array_equal(window.judged, np.arange(8) == motor)
         # All motors have their stop within 0.15 s of the moment from which it could be seen.
         assert rig.twin.detectable is not None
         told = max(servo.segment.began for servo in rig.servos)
@@ -91,7 +96,7 @@ def test_who_still_keeps_a_motor_from_its_place_wins_once(firmware: Path) -> Non
     assert rig.settle() is Phase.STOPPED
     gave_way = servo.segment.goal
     # It is pressed back, by more than what is always granted.
-    block(gave_way - sign * (joint.slack + 3))
+    block(gave_way - sign * (joint.guards.slack + 3))
     rig.run(0.1)
     assert servo.segment.goal == gave_way
     rig.run(0.1)

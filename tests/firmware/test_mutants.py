@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from toolchain import HERE, NATIVE, SKETCH, run
-from traces import decide, random_traces
+from tests.firmware.toolchain import HERE, NATIVE, SKETCH, run
+from tests.firmware.traces import decide, random_traces
 
 #: What a token may be changed into.
 CHANGES = {

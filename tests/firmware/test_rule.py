@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from toolchain import HERE, NATIVE, run
-from traces import DECISION, LOOKS, Records, decide, random_traces
+from tests.firmware.toolchain import HERE, NATIVE, run
+from tests.firmware.traces import DECISION, LOOKS, Records, decide, random_traces
 
-from miburi.bodies.emulated import Mega
+from miburi.emulation.card import Mega
 
 #: Traces for each of four seeds; `make firmware-proof` asks for 100,000 in all.
 TRACES = int(os.environ.get("MIBURI_TRACES", "20000")) // 4

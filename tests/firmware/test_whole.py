@@ -2,33 +2,35 @@
 
 import errno
 import os
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from rig import Rig
+from tests.firmware.rig import Rig
 
-from miburi import experiment
-from miburi.bodies import Phase
-from miburi.bodies.calibration import changes, free_moves, in_words, loaded, measure
-from miburi.bodies.card import Card
-from miburi.bodies.card_settings import ALLOWED, CardSettings
-from miburi.bodies.emulated import EmulatedCard
-from miburi.bodies.emulated_card import EmulatedBody
-from miburi.bodies.line import SerialLine
-from miburi.bodies.servos import Bus
-from miburi.bodies.terminal import pump, servos
-from miburi.calibration_file import Calibration, read_calibration, write_calibration
+from miburi.calibration.file import Calibration, read_calibration, write_calibration
+from miburi.card.calibration import changes, free_moves, in_words, loaded, measure
+from miburi.card.card import Card
+from miburi.card.line import SerialLine
+from miburi.card.settings import ALLOWED, CardSettings
 from miburi.cli import card as card_commands
-from miburi.contact import Rule
+from miburi.emulation.body import EmulatedBody
+from miburi.emulation.card import EmulatedCard
+from miburi.emulation.servos import Bus
+from miburi.emulation.terminal import pump, servos
 from miburi.errors import BodyError
-from miburi.motion import synchronised
 from miburi.robot import JOINTS, iphonoid
+from miburi.safety.contact import Rule
+from miburi.safety.move import synchronised
+from miburi.safety.stop import Phase
+from miburi.studies import experiment
 
 
 def test_the_papers_experiment_with_the_real_firmware_in_the_loop(firmware: Path) -> None:
-    result = experiment.run(1, 15.0, body=EmulatedBody()).report()
+    result = experiment.conduct(EmulatedBody(iphonoid()), 1, 15.0).report()
     assert result["false_stops"] == 0
     assert result["missed_contacts"] == []
     assert len(result["stops"]) >= 2
@@ -85,7 +87,7 @@ def test_a_servo_that_needs_more_than_the_card_grants_is_named(
 ) -> None:
     rig.servos[6].shaft.noise = lambda: float(rig.rng.uniform(-18, 18))
     few = [moved for moved in free_moves(rig.robot) if moved[0] == "left_fingertip"]
-    monkeypatch.setattr("miburi.bodies.calibration.free_moves", lambda _: few)
+    monkeypatch.setattr("miburi.card.calibration.free_moves", lambda _: few)
     monkeypatch.setitem(ALLOWED, "slack", (0, 12, "steps"))
     with pytest.raises(BodyError, match="left_fingertip would need a slack of .* no more than 12"):
         measure(rig.body)
@@ -150,11 +152,28 @@ def test_a_body_on_a_pseudo_terminal(firmware: Path, monkeypatch: pytest.MonkeyP
     emulation.close()
 
 
+def test_an_emulated_card_stands_as_the_robot_of_a_file(firmware: Path, tall_file: Path) -> None:
+    command = [sys.executable, "-m", "miburi", "card"]
+    robot = ["--robot", str(tall_file)]
+    with subprocess.Popen([*command, "emulate", *robot], stdout=subprocess.PIPE, text=True) as card:
+        try:
+            assert card.stdout is not None
+            port = card.stdout.readline().split()[4]
+            told = subprocess.run(
+                [*command, "info", port, *robot], capture_output=True, text=True, check=False
+            )
+        finally:
+            card.terminate()
+    assert told.returncode == 0, told.stderr
+    (head,) = [line.split() for line in told.stdout.splitlines() if "head" in line]
+    assert float(head[3]) == pytest.approx(0.9, abs=0.01)
+
+
 def test_no_card_is_said_in_words(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(BodyError, match="no port /dev/no-such-port; `miburi card list` names"):
-        Card("/dev/no-such-port")
+        Card("/dev/no-such-port", iphonoid())
     with pytest.raises(BodyError, match="no serial port that can be used"):
-        Card("/dev/null")
+        Card("/dev/null", iphonoid())
     for number, said in ((errno.EACCES, "dialout"), (errno.EBUSY, "another program")):
 
         def refuse(*_: object, number: int = number, **__: object) -> None:
@@ -162,7 +181,7 @@ def test_no_card_is_said_in_words(monkeypatch: pytest.MonkeyPatch) -> None:
 
         monkeypatch.setattr("serial.Serial", refuse)
         with pytest.raises(BodyError, match=said):
-            Card("/dev/ttyACM0")
+            Card("/dev/ttyACM0", iphonoid())
 
 
 def test_zeros_and_directions_are_found_by_hand(

@@ -2,7 +2,7 @@
 // The format is that of traces.py.
 #pragma once
 
-#include "contact.h"
+#include "settings.h"
 
 template <class In, class Out>
 void run_trace(In& in, Out& out) {
@@ -12,12 +12,7 @@ void run_trace(In& in, Out& out) {
   rule.ratio = in.i32();
   watch.period_ends = rule.period;
   for (uint8_t i = 0; i < miburi::MOTORS; i++) {
-    rule.guards[i].lag = in.i32();
-    rule.guards[i].slack = in.i16();
-    rule.guards[i].least = in.i16();
-    rule.guards[i].behind = in.i16();
-    rule.guards[i].ahead = in.i16();
-    rule.guards[i].arrival = in.i16();
+    rule.guards[i] = miburi::read_guards(in);
   }
   for (uint8_t i = 0; i < miburi::MOTORS; i++) {
     const int32_t distance = in.i32();
@@ -28,6 +23,7 @@ void run_trace(In& in, Out& out) {
     watch.start[i] = in.i16();
     watch.direction[i] = static_cast<int8_t>(in.i16());
     watch.expected[i] = watch.measured[i] = 0;
+    watch.since[i] = 0;
   }
   const int16_t looks = in.i16();
   for (int16_t n = 0; n < looks; n++) {
@@ -45,6 +41,9 @@ void run_trace(In& in, Out& out) {
     }
     for (uint8_t i = 0; i < 4; i++) {
       out.put(static_cast<uint8_t>(static_cast<uint32_t>(contact.expected) >> (8 * i)));
+    }
+    for (uint8_t i = 0; i < 8; i++) {
+      out.put(static_cast<uint8_t>(static_cast<uint64_t>(contact.length) >> (8 * i)));
     }
   }
 }

@@ -5,15 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from miburi.contact import Guards, Rule, Sign, Watch, lag_doubt
-from miburi.motion import FINE, Profile
+from miburi.robot import guards as table
+from miburi.safety.contact import Rule, Sign, Watch, lag_doubt
+from miburi.safety.profile import FINE, Profile
 
 MOTORS = 8
 SIGNS = {None: 0, Sign.SPEED: 1, Sign.TRACKING: 2, Sign.ARRIVAL: 3}
 RULE = np.dtype([("period", "<i4"), ("ratio", "<i4")])
-GUARDS = np.dtype(
-    [("lag", "<i4"), *((n, "<i2") for n in ("slack", "least", "behind", "ahead", "arrival"))]
-)
+GUARDS = np.dtype([(name, f"<{guard.unit.code}") for name, guard in table.GUARDS.items()])
 MOTION = np.dtype(
     [
         *((name, "<i4") for name in ("distance", "speed", "acceleration")),
@@ -38,6 +37,7 @@ DECISION = np.dtype(
         ("arrived", "u1"),
         ("measured", "<i4"),
         ("expected", "<i4"),
+        ("length", "<i8"),
     ]
 )
 
@@ -150,14 +150,14 @@ def decide(traces: Records) -> Records:
     times = traces["looks"]["time"].tolist()
     positions = traces["looks"]["positions"].astype(np.int64)
     for i, of_trace in enumerate(decisions):
-        rule = Rule(Guards(**{k: v[i] for k, v in guards.items()}), periods[i], ratios[i])
+        rule = Rule(table.Guards(**{k: v[i] for k, v in guards.items()}), periods[i], ratios[i])
         profile = Profile.plan(wide["distance"][i], wide["speed"][i], wide["acceleration"][i])
         watch = Watch(rule, profile, wide["start"][i], wide["direction"][i])
         for k in range(LOOKS):
             contact = watch.look(positions[i, k], times[i][k])
             came = watch.arrived(positions[i, k], times[i][k])
             if contact is None:
-                of_trace[k] = (0, 0, came, 0, 0)
+                of_trace[k] = (0, 0, came, 0, 0, 0)
             else:
                 of_trace[k] = (
                     SIGNS[contact.sign],
@@ -165,5 +165,6 @@ def decide(traces: Records) -> Records:
                     came,
                     contact.measured,
                     contact.expected,
+                    contact.length,
                 )
     return decisions

@@ -3,7 +3,7 @@
 
 #include "trace.h"
 
-const uint16_t TRACE = 346;  // bytes
+const uint16_t TRACE = 8 + miburi::MOTORS * (miburi::GUARDS_SIZE + 16) + 2 + 4 * 24;  // bytes
 
 // A trace is taken in whole before it is judged: nobody listens meanwhile.
 struct Uart {

@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 
 from miburi import ik
 from miburi.errors import InputError
-from miburi.gestures import FEELINGS, blend, breath, key_poses, load, membership
+from miburi.feelings import FEELINGS
+from miburi.gestures import blend, breath, key_poses, load, membership
 from miburi.robot import forward, iphonoid
 
 ROBOT = iphonoid()

@@ -192,7 +192,7 @@ class TestStartUp:
         assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
     def test_without_a_writable_cache_it_still_works_and_says_what_to_do(self):
-        code = "from miburi import compiled; print(compiled._folder, compiled._often())"
+        code = "from miburi.ground import compiled; print(compiled._folder, compiled._often())"
         done = subprocess.run(
             [sys.executable, "-c", code],
             env={**os.environ, "NUMBA_CACHE_DIR": "/dev/null/no"},

@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from miburi.errors import InputError
-from miburi.physics import mujoco
 from miburi.robot import EXTREMITIES, JOINTS, forward, forward_as_printed, iphonoid, jacobian
 from miburi.robot.mjcf import to_mjcf
+from miburi.robot.physics import mujoco
 
 ROBOT = iphonoid()
 SIZE = ROBOT.lengths

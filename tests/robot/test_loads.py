@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from miburi.physics import mujoco
 from miburi.robot import JOINTS, Robot
 from miburi.robot.loads import loads
 from miburi.robot.mjcf import to_mjcf
+from miburi.robot.physics import mujoco
 
 
 def test_loads_are_the_physical_models(robot: Robot) -> None:

@@ -1,15 +1,20 @@
 """The pages in a real browser: what a person sees and does."""
 
 import itertools
+import json
 import os
+import re
 from collections.abc import Callable, Iterator
+from importlib import resources
 from pathlib import Path
 from typing import Any
 from urllib.parse import urljoin
 
 import pytest
-from playwright.sync_api import Browser, BrowserContext, Page, expect, sync_playwright
-from tests.studio.conftest import address, started
+from playwright.sync_api import Browser, BrowserContext, Page, Route, expect, sync_playwright
+from tests.fixtures.live import address, started
+
+from miburi.feelings.catalogue import load_catalogue
 
 CHROMIUM = Path("/usr/bin/chromium")
 FLAGS = [
@@ -19,6 +24,16 @@ FLAGS = [
 ]  # fmt: skip
 PATIENCE = 60_000
 expect.set_options(timeout=PATIENCE)
+PRIDE = """
+[[feeling]]
+name = "pride"
+words = { en = "pride", ja = "誇り" }
+colour = { paper = "#8a5a2b", screen = "#b9783a" }
+[feeling.face]
+tint = "#f0c9a0"
+eyes = { open = 0.62, cheek = 0.35 }
+mouth = { smile = 14 }
+"""
 
 pytestmark = pytest.mark.skipif(
     not CHROMIUM.exists() and os.environ.get("CI") != "true",
@@ -335,7 +350,13 @@ def test_panels_do_what_they_say(studio: Page) -> None:
     studio.get_by_role("button", name="Record", exact=True).click()
     until(studio, lambda now: now["recording"])
     studio.get_by_role("button", name="End recording").click()
-    expect(studio.get_by_role("link", name="miburi-").first).to_be_visible()
+    link = studio.get_by_role("link", name="miburi-").first
+    expect(link).to_be_visible()
+    name = link.inner_text()
+    studio.get_by_role("button", name=f"Delete {name}").click()
+    expect(link).to_have_text(name)  # not at the first press
+    studio.get_by_role("button", name=f"Delete for good? {name}").click()
+    expect(studio.get_by_role("link", name=name)).to_be_hidden()
     studio.get_by_role("button", name="Pause").click()
     until(studio, lambda now: now["paused"])
     studio.get_by_role("button", name="Resume").click()
@@ -358,6 +379,32 @@ def test_everything_has_a_name_and_can_be_reached_by_keyboard(studio: Page) -> N
     studio.locator("[data-feeling=surprise]").focus()
     studio.keyboard.press("Enter")
     until(studio, lambda now: now["emotion"][7] > 0.3)
+
+
+def test_a_feeling_of_a_users_own_has_a_face(browser: Browser, url: str, tmp_path: Path) -> None:
+    shipped = (resources.files("miburi.feelings") / "feelings.toml").read_text(encoding="utf-8")
+    (tmp_path / "nine.toml").write_text(shipped + PRIDE)
+    nine = load_catalogue(tmp_path / "nine.toml")
+
+    def with_pride(route: Route) -> None:
+        answer = route.fetch()
+        before, words, after = re.split(r'(?<=id="words">)(.*)(?=</script>)', answer.text())
+        more = json.dumps({**json.loads(words), "faces": nine.faces()})
+        route.fulfill(response=answer, body=before + more + after)
+
+    page = browser.new_page()
+    page.route("**/face?*", with_pride)
+    drawn = {}
+    for shown in ("pride:1", "happiness:1", "nothing:1"):
+        page.goto(f"{url}/face?show={shown}&still")
+        page.wait_for_function("Number(document.body.dataset.frames) > 2")
+        drawn[shown] = (
+            page.locator("#face").inner_html(),
+            page.evaluate("document.body.style.background"),
+        )
+    page.close()
+    assert "rgb(240, 201, 160)" in drawn["pride:1"][1]  # its tint
+    assert len({face for face, _ in drawn.values()}) == 3
 
 
 def test_the_face_says_when_it_is_alone_and_comes_back(context: BrowserContext, url: str) -> None:

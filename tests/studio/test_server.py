@@ -10,10 +10,14 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 
 import httpx
+import numpy as np
 import pytest
-from tests.studio.conftest import address, own_environment
+from tests.fixtures.live import address, own_environment
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
+
+import miburi
+from miburi.live.recording import read
 
 Start = Callable[..., AbstractContextManager[str]]
 
@@ -23,6 +27,15 @@ def run(*options: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [sys.executable, "-m", "miburi", "run", "--headless", *options],
         capture_output=True, text=True, timeout=60, check=False, env=own_environment(),
+    )  # fmt: skip
+
+
+def awake(folder: Path) -> subprocess.Popen[str]:
+    """Start a server that a test ends in its own way."""
+    return subprocess.Popen(
+        [sys.executable, "-m", "miburi", "run", "--headless", "--port", "0", "--folder",
+         str(folder)],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=own_environment(),
     )  # fmt: skip
 
 
@@ -152,17 +165,47 @@ def test_where_no_browser_can_be_opened_it_is_said(tmp_path: Path) -> None:
 
 
 def test_ctrl_c_is_a_good_end(tmp_path: Path) -> None:
-    process = subprocess.Popen(
-        [sys.executable, "-m", "miburi", "run", "--headless", "--port", "0", "--folder",
-         str(tmp_path)],
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=own_environment(),
-    )  # fmt: skip
+    process = awake(tmp_path)
     assert process.stdout is not None
     url = address(process.stdout.readline())
-    httpx.post(url + "/api/v1/recordings", json={"on": True})
+    assert httpx.post(url + "/api/v1/recordings", json={"on": True}).status_code == 204
     process.send_signal(signal.SIGINT)
     said, errors = process.communicate(timeout=30)
     assert process.returncode == 0
     assert errors == ""
     assert said == f"Good-bye. The body rests at neutral; what it feels is kept in {tmp_path}.\n"
     assert (tmp_path / "recordings" / "miburi-0001.mcap").read_bytes().endswith(b"\x89MCAP0\r\n")
+
+
+def test_a_recording_of_a_killed_program_is_read_up_to_its_last_second(tmp_path: Path) -> None:
+    process = awake(tmp_path)
+    assert process.stdout is not None
+    with miburi.connect(address(process.stdout.readline())) as partner:
+        partner.record()
+        began = partner.state.time
+        for state in partner.watch(50):
+            if state.time > began + 3.5:
+                break
+        process.kill()
+    process.communicate(timeout=30)
+    (path,) = (tmp_path / "recordings").glob("*.mcap")
+    times = [message.time for message in read(path, ["/joint_states"])]
+    assert times[0] <= began + 0.1
+    assert times[-1] > state.time - 1.1
+    assert np.diff(times) == pytest.approx(0.02)
+
+
+@pytest.mark.parametrize("content", [b"[" * 100_000, b"\xff\x00", b'{"when": ' + b"9" * 400 + b"}"])
+def test_bad_feelings_are_said_and_kept_aside(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "feelings.json"
+    path.write_bytes(content)
+    process = awake(tmp_path)
+    assert process.stdout is not None
+    assert "Miburi is awake" in process.stdout.readline()
+    process.terminate()
+    _, errors = process.communicate(timeout=30)
+    assert process.returncode == 0
+    assert errors.count("\n") == 1
+    assert "the partner starts afresh" in errors
+    assert path.with_name("feelings.json.bad").read_bytes() == content
+    assert json.loads(path.read_text())["feelings"]["version"] == 1

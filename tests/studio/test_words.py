@@ -2,10 +2,13 @@ import re
 
 import pytest
 
-from miburi.bodies.registry import KINDS
 from miburi.errors import InputError
 from miburi.feelings import FEELINGS, SOURCES, TEMPERAMENTS
+from miburi.feelings.catalogue import SHIPPED
+from miburi.live.archive import EndReason
+from miburi.live.bodies import KINDS
 from miburi.robot import JOINTS
+from miburi.safety.stop import StopReason
 from miburi.studio.words import LANGUAGES, own_name, preferred, words
 
 
@@ -28,9 +31,13 @@ def test_every_language_says_all_that_english_says(language: str) -> None:
 def test_every_name_has_a_word() -> None:
     english = words("en")
     assert set(english["feeling"]) == set(FEELINGS)
+    for feeling in SHIPPED.feeling:
+        assert set(feeling.words) == set(LANGUAGES)
     assert set(english["joint"]) == set(JOINTS)
     assert set(KINDS) <= set(english["body"])
+    assert set(english["reason"]) == set(StopReason)
     assert set(english["source"]) == set(SOURCES)
+    assert set(english["recording"]) == set(EndReason)
     assert set(TEMPERAMENTS) <= set(english["body"])
 
 

@@ -8,7 +8,36 @@ compiles is kept on the disk.
 import numpy as np
 from numpy.typing import NDArray
 
-from miburi.compiled import compiled
+from miburi.ground.compiled import compiled
+
+__all__ = [
+    "SLIGHT",
+    "SWEEPS",
+    "TINY",
+    "Array",
+    "Ints",
+    "State",
+    "below",
+    "damped",
+    "differences",
+    "ends",
+    "hold",
+    "hopeless",
+    "inside",
+    "into_box",
+    "length",
+    "most_promising",
+    "mutate",
+    "populate",
+    "printed_step",
+    "rank",
+    "residual_step",
+    "shuffle",
+    "square",
+    "stencil",
+    "transfer",
+    "uniform",
+]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]

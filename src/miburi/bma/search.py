@@ -23,6 +23,8 @@ from miburi.bma.settings import (
 )
 from miburi.errors import InputError
 
+__all__ = ["Optimizer", "minimize", "operators", "scipy_method"]
+
 
 class Optimizer:
     """The algorithm with the function left out: ask for points, tell their values.

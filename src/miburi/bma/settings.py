@@ -9,6 +9,20 @@ from numpy.typing import NDArray
 
 from miburi.errors import InputError
 
+__all__ = [
+    "BUDGET_SPENT",
+    "CONVERGED",
+    "DEADLINE",
+    "SETTLED",
+    "STOPPED",
+    "Array",
+    "Result",
+    "Seed",
+    "Settings",
+    "clock_limit",
+    "seed_of",
+]
+
 Array = NDArray[np.float64]
 Seed = int | np.random.Generator
 

@@ -1,5 +1,12 @@
 """Bodies: what the partner moves, all behind one interface."""
 
-from miburi.bodies.base import Body, BodyState, Phase, Stop
+from miburi.bodies.base import Body, BodyState, Motor, Motors, Touch, Touchable
 
-__all__ = ["Body", "BodyState", "Phase", "Stop"]
+__all__ = [
+    "Body",
+    "BodyState",
+    "Motor",
+    "Motors",
+    "Touch",
+    "Touchable",
+]

@@ -1,7 +1,8 @@
 """Robot, servos and a human hand in MuJoCo: what moves, and knows no rule.
 
 A servo follows its setpoint with limited torque and tells its angle in encoder steps. All else
-that happens, such as forces, only a simulation can know; it is told apart, in :class:`Touch`.
+that happens, such as forces, only a simulation can know; it is told apart, in
+:class:`~miburi.bodies.Touch`.
 
 MuJoCo has the position control, its limit and the back EMF (see :mod:`miburi.servos.model`). Dry
 friction follows the torques at every physics step, and the supply's voltage the currents at every
@@ -9,67 +10,17 @@ reading. What is left out is in :class:`miburi.servos.Axis`: the control's rate 
 steps, the PWM's slope, play.
 """
 
-from dataclasses import dataclass
-from typing import Protocol
-
 import numpy as np
 
-from miburi.bodies.base import Body
-from miburi.drive import aim
+from miburi.bodies.base import Touch
 from miburi.errors import InputError
-from miburi.motion import Steps, to_steps
-from miburi.physics import mujoco
 from miburi.robot import JOINTS, Array, Robot
 from miburi.robot.mjcf import HAND_AWAY, TIMESTEP, to_mjcf
+from miburi.robot.physics import mujoco
+from miburi.safety.drive import aim
+from miburi.safety.profile import Steps, to_steps
 
-
-@dataclass(frozen=True)
-class Touch:
-    """What happened to the body during the latest step; known to the simulation alone.
-
-    Attributes
-    ----------
-    force
-        Largest force between human hand and robot, N.
-    began
-        First moment of that contact in the step, s; None without one.
-    part
-        The robot's part that was touched last; None without a contact.
-    itself
-        Two parts of the robot that met, or None.
-    """
-
-    force: float = 0.0
-    began: float | None = None
-    part: str | None = None
-    itself: tuple[str, str] | None = None
-
-    def then(self, later: "Touch") -> "Touch":
-        """Return this and a later step's touch as one."""
-        return Touch(
-            max(self.force, later.force),
-            later.began if self.began is None else self.began,
-            later.part or self.part,
-            self.itself or later.itself,
-        )
-
-
-class Tangible(Body, Protocol):
-    """A body in a simulation: a hand can be put in its way, and what happened is known."""
-
-    @property
-    def touch(self) -> Touch:
-        """What happened to the body during the latest step."""
-
-    @property
-    def configuration(self) -> tuple[Array, Array]:
-        """True joint angles (8,) rad, and the human hand's pose (7,): m and quaternion."""
-
-    def place_hand(self, position: Array, along: Array) -> None:
-        """Put the human hand somewhere; see :meth:`Plant.place_hand`."""
-
-    def remove_hand(self) -> None:
-        """Take the human hand away."""
+__all__ = ["Plant"]
 
 
 class Plant:
@@ -102,7 +53,7 @@ class Plant:
         self._stiffness, self._damping = self._servo.stiffness, self._servo.control_damping
         #: V that the supply loses for each N²·m² of torque under voltage.
         self._drop = self._servo.supply.resistance * motor.resistance / motor.torque_constant**2
-        from miburi.bodies.friction import set_friction  # it loads Numba
+        from miburi.servos.friction import set_friction  # it loads Numba
 
         self._set_friction = set_friction
         self.rest(robot.neutral)

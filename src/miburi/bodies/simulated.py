@@ -2,7 +2,7 @@
 
 The servos follow their commanded profile with a lag, limited torque and encoder steps; every
 part can touch every other, and a human hand can be put in the way. Stops are decided by the
-:class:`~miburi.bodies.controller.Controller` from encoder positions alone: it never sees the
+:class:`~miburi.safety.controller.Controller` from encoder positions alone: it never sees the
 physics, which is the :class:`~miburi.bodies.plant.Plant`'s.
 """
 
@@ -11,16 +11,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from miburi.bodies.base import BodyState, Phase
-from miburi.bodies.controller import Controller
-from miburi.bodies.plant import Plant, Touch
-from miburi.contact import Rule, Window
-from miburi.drive import aim
-from miburi.motion import FINE, SECOND, Move, Steps, to_steps
-from miburi.robot import Array, Robot
+from miburi.bodies.base import BodyState, Motor, Motors, Touch
+from miburi.bodies.plant import Plant
+from miburi.robot import JOINTS, Array, Robot
 from miburi.robot.mjcf import TIMESTEP
+from miburi.safety.contact import Rule, Window
+from miburi.safety.controller import Controller
+from miburi.safety.drive import aim
+from miburi.safety.move import Move
+from miburi.safety.profile import FINE, SECOND, Steps, to_steps
+from miburi.safety.stop import Phase
 
-__all__ = ["READING", "Simulated", "Touch"]
+__all__ = ["READING", "Simulated"]
 
 #: Physics steps between two readings of the encoders: 10 ms, as a servo bus allows.
 _SUBSTEPS = 5
@@ -33,7 +35,7 @@ _AHEAD = 20
 
 
 class Simulated:
-    """The robot in MuJoCo; a :class:`~miburi.bodies.Body`.
+    """The robot in MuJoCo; a :class:`~miburi.bodies.Body` that is its own ``touchable``.
 
     Parameters
     ----------
@@ -97,6 +99,15 @@ class Simulated:
         return self._controller.window
 
     @property
+    def touchable(self) -> "Simulated":
+        """The body itself: a hand can be put in its way."""
+        return self
+
+    def motors(self) -> Motors:
+        """Return the rule; simulated motors have no temperature, no supply and no servo's id."""
+        return Motors(tuple(Motor() for _ in JOINTS), self._controller.rule)
+
+    @property
     def configuration(self) -> tuple[Array, Array]:
         """True joint angles (8,) rad, and the human hand's pose (7,): m and quaternion."""
         return self._plant.angles, self._plant.hand
@@ -115,20 +126,7 @@ class Simulated:
         self._controller.release(self.encoders, self._clock)
 
     def place_hand(self, position: Array, along: Array) -> None:
-        """Put the human hand somewhere; move it there in small steps or through free space.
-
-        Parameters
-        ----------
-        position
-            (3,) m, its middle.
-        along
-            (3,), the direction of the fingers; any length but zero.
-
-        Raises
-        ------
-        InputError
-            A value is not finite, or ``along`` has no length.
-        """
+        """Put the human hand somewhere; see :meth:`miburi.bodies.Touchable.place_hand`."""
         self._plant.place_hand(position, along)
 
     def remove_hand(self) -> None:
@@ -142,6 +140,10 @@ class Simulated:
         while (self._readings + 1) * READING <= self._wanted + 1e-9:
             self.touch = self.touch.then(self._next_reading())
         return self.state
+
+    def close(self) -> None:
+        """Stop; there is nothing to let go of."""
+        self.stop()
 
     def read(self) -> None:
         """Let the time of one reading pass: :meth:`step` for who needs neither state nor touch."""

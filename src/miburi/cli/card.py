@@ -10,11 +10,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from miburi.cli.options import RobotFile, robot_of
 from miburi.errors import BodyError
 
 if TYPE_CHECKING:
     from miburi.bodies import BodyState
-    from miburi.bodies.card import Card
+    from miburi.card.card import Card
+    from miburi.robot import Robot
+
+__all__ = ["Port", "app", "calibrate", "emulate", "info", "list_ports", "load", "monitor", "upload"]
 
 app = typer.Typer(help="The robot's card: an Arduino with the firmware.", no_args_is_help=True)
 
@@ -59,11 +63,11 @@ def list_ports() -> None:
 
 
 @app.command()
-def info(port: Port) -> None:
+def info(port: Port, robot: RobotFile = None) -> None:
     """Say what the card knows and how its servos are; nothing moves."""
     from miburi.robot import JOINTS
 
-    with _connected(port) as card:
+    with _connected(port, robot_of(robot)) as card:
         for _ in range(10):  # the servos' health is looked at twice a second
             card.step(0.2)
             if all(card.report.voltages):
@@ -90,7 +94,7 @@ def upload(
     ] = None,
 ) -> None:
     """Write the firmware to an Arduino Mega 2560, with avrdude."""
-    from miburi.bodies.emulated import built
+    from miburi.emulation.card import built
 
     image = firmware or built("miburi.hex")
     if not image.is_file():
@@ -110,9 +114,13 @@ def upload(
 
 
 @app.command()
-def monitor(port: Port, seconds: Annotated[float, typer.Option(help="How long.")] = 60.0) -> None:
+def monitor(
+    port: Port,
+    seconds: Annotated[float, typer.Option(help="How long.")] = 60.0,
+    robot: RobotFile = None,
+) -> None:
     """Print the card's state five times a second; nothing moves."""
-    with _connected(port) as card:
+    with _connected(port, robot_of(robot)) as card:
         for _ in range(round(seconds * 5)):
             state = card.step(0.2)
             angles = " ".join(f"{angle:+.2f}" for angle in state.angles)
@@ -125,13 +133,14 @@ def calibrate(
     out: Annotated[Path, typer.Option(help="The calibration file.")] = Path("calibration.toml"),
     ids: Annotated[bool, typer.Option(help="Give new servos their ids first.")] = False,
     zeros: Annotated[bool, typer.Option(help="Find zero poses and directions by hand.")] = False,
+    robot: RobotFile = None,
 ) -> None:
     """Measure the servos in free motion and store their guards, on the card and in a file."""
-    from miburi.bodies.calibration import in_words, measure
-    from miburi.calibration_file import write_calibration
-    from miburi.files import whole_files
+    from miburi.calibration.file import write_calibration
+    from miburi.card.calibration import in_words, measure
+    from miburi.ground.files import whole_files
 
-    with _connected(port) as card, whole_files(out.parent) as draft:
+    with _connected(port, robot_of(robot)) as card, whole_files(out.parent) as draft:
         if ids:
             _give_ids(card)
         if zeros:
@@ -161,14 +170,15 @@ def load(
     file: Annotated[
         Path, typer.Argument(metavar="FILE", help="From miburi card calibrate, or miburi tune.")
     ],
+    robot: RobotFile = None,
 ) -> None:
     """Load a calibration file onto the card, and store it there; nothing moves."""
-    from miburi.bodies.calibration import changes, loaded
-    from miburi.calibration_file import read_calibration
-    from miburi.robot import iphonoid
+    from miburi.calibration.file import read_calibration
+    from miburi.card.calibration import changes, loaded
 
-    calibration = read_calibration(iphonoid(), file)
-    with _connected(port) as card:
+    description = robot_of(robot)
+    calibration = read_calibration(description, file)
+    with _connected(port, description) as card:
         before = card.settings
         after = loaded(before, calibration)
         card.configure(after)
@@ -185,10 +195,13 @@ def load(
 
 
 def _why(state: "BodyState") -> str:
+    from miburi.studio.words import FALLBACK, words
+
     stop = state.stop
     if stop is None:
         return ""
-    return f" ({stop.reason}{'' if stop.motor is None else ', ' + _spoken(stop.motor)})"
+    reason = words(FALLBACK)["reason"][stop.reason]
+    return f" ({reason}{'' if stop.motor is None else ', ' + _spoken(stop.motor)})"
 
 
 def _give_ids(card: "Card") -> None:
@@ -208,7 +221,7 @@ def _give_ids(card: "Card") -> None:
 
 
 def _find_zeros(card: "Card") -> None:
-    from miburi.bodies.calibration import find_zero
+    from miburi.card.calibration import find_zero
     from miburi.robot import JOINTS
 
     settings = card.settings
@@ -241,11 +254,11 @@ def _wait_for_enter(what: str) -> None:
 
 
 @contextmanager
-def _connected(port: str) -> Iterator["Card"]:
+def _connected(port: str, robot: "Robot") -> Iterator["Card"]:
     """Reach the card; in the end, whatever it was, stop it and let go of the port."""
-    from miburi.bodies.card import Card
+    from miburi.card.card import Card
 
-    card = Card(port)
+    card = Card(port, robot)
     try:
         yield card
     finally:
@@ -255,8 +268,9 @@ def _connected(port: str) -> Iterator["Card"]:
 @app.command()
 def emulate(
     seconds: Annotated[float, typer.Option(help="How long; 0 for ever.")] = 0.0,
+    robot: RobotFile = None,
 ) -> None:
     """Put an emulated card with eight servos on a pseudo-terminal, in real time."""
-    from miburi.bodies.terminal import serve
+    from miburi.emulation.terminal import serve
 
-    serve(seconds, print)
+    serve(robot_of(robot), seconds, print)

@@ -2,41 +2,50 @@
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
+from miburi.cli.options import GesturesFolder, RobotFile, gesture_of, repertoire_of, robot_of
 from miburi.errors import InputError
 
-if TYPE_CHECKING:
-    from miburi.robot import Robot
+__all__ = [
+    "Face",
+    "Source",
+    "Step",
+    "check",
+    "classify",
+    "gallery",
+    "gesture_app",
+    "measures",
+    "preview",
+    "schema",
+]
 
 gesture_app = typer.Typer(
     help="Gestures: measure them, check them, look at them.", no_args_is_help=True
 )
 
 Source = Annotated[str, typer.Argument(help="A gesture file (….toml), or a feeling's name.")]
-RobotFile = Annotated[
-    Path | None, typer.Option("--robot", help="A robot description; default: the iphonoid.")
-]
 Face = Annotated[bool, typer.Option("--face", help="The phone shows the feeling's face.")]
 Step = Annotated[float, typer.Option(help="From one mood to the next, 0.01 to 1.")]
 
 
 @gesture_app.command()
 def measures(
-    feeling: Annotated[list[str] | None, typer.Argument(help="Feelings; default: all.")] = None,
+    feeling: Annotated[
+        list[str] | None, typer.Argument(help="Feelings, or gesture files; default: all feelings.")
+    ] = None,
     step: Step = 0.05,
     as_json: Annotated[bool, typer.Option("--json", help="A line of JSON each.")] = False,
     robot: RobotFile = None,
 ) -> None:
     """Laban's effort of each gesture at each mood, measured on the simulated body."""
-    from miburi.gestures import FEELINGS, load
-    from miburi.gestures.check import moods, perform
+    from miburi.studies.gestures.check import moods, perform
 
-    body = _robot(robot)
-    for source in feeling or FEELINGS:
-        function = load(source, body)
+    body = robot_of(robot)
+    named = [gesture_of(body, source) for source in feeling or ()]
+    for function in named or repertoire_of(body, None).functions:
         for mood in moods(_checked(step)):
             result = perform(body, function, mood)
             found = result.measures
@@ -57,11 +66,10 @@ def measures(
 def check(source: Source, step: Step = 0.1, robot: RobotFile = None) -> None:
     """Check a gesture: reach, limits, self-collision, contact rule, more mood more movement."""
     from miburi.gestures import load
-    from miburi.gestures.check import check as problems_of
+    from miburi.studies.gestures.check import check as problems_of
 
-    body = _robot(robot)
-    function = load(source, body)
-    problems = list(problems_of(body, function, step=_checked(step)))
+    function = load(source)
+    problems = list(problems_of(robot_of(robot), function, step=_checked(step)))
     for problem in problems:
         print(f"{source}: {problem}.")
     if problems:
@@ -78,12 +86,11 @@ def preview(
     robot: RobotFile = None,
 ) -> None:
     """Film a gesture, draw six moments of it, and the paths of its hands."""
-    from miburi.files import whole_files
-    from miburi.gestures import load
-    from miburi.gestures.pictures import camera_on, show
+    from miburi.ground.files import whole_files
+    from miburi.studies.gestures.pictures import camera_on, show
 
-    body = _robot(robot)
-    function = load(source, body)
+    body = robot_of(robot)
+    function = gesture_of(body, source)
     with whole_files(out) as draft, camera_on(body) as camera:
         shown = show(body, function, mood, draft, camera, face=face)
     for name in (shown.film, shown.strip, shown.paths):
@@ -95,15 +102,19 @@ def classify(
     variations: Annotated[int, typer.Option(help="Learnt and named, of each.", min=1)] = 8,
     seed: Annotated[int, typer.Option(help="0 or more.", min=0)] = 0,
     robot: RobotFile = None,
+    gestures: GesturesFolder = None,
 ) -> None:
     """Tell the gestures apart by measures alone: learnt at 0.5 and 0.9, named at 0.7 and 0.3."""
-    from miburi.gestures import FEELINGS
-    from miburi.gestures.classifier import confusion, learn
+    from miburi.feelings import FEELINGS
+    from miburi.studies.gestures.classifier import confusion, learn
 
-    body = _robot(robot)
-    classifier = learn(body, variations=variations, seed=seed)
+    body = robot_of(robot)
+    repertoire = repertoire_of(body, gestures)
+    classifier = learn(body, repertoire, variations=variations, seed=seed)
     for mood in (0.7, 0.3):
-        table = confusion(body, classifier, mood, variations=variations, seed=seed + variations)
+        table = confusion(
+            body, repertoire, classifier, mood, variations=variations, seed=seed + variations
+        )
         print(f"mood {mood}: {table.trace()} of {table.sum()} named right "
               f"({table.trace() / table.sum():.1%})")  # fmt: skip
         print(" " * 10 + "".join(f"{name:>10}" for name in FEELINGS))
@@ -123,20 +134,16 @@ def gallery(
     out: Annotated[Path, typer.Option(help="Folder for the page.")] = Path("out/gallery"),
     face: Face = False,
     robot: RobotFile = None,
+    gestures: GesturesFolder = None,
 ) -> None:
-    """Film every feeling at three moods, and show them all on one page."""
-    from miburi.gestures.gallery import write_gallery
+    """Film every gesture at three moods, and show them all on one page."""
+    from miburi.studies.gestures.gallery import write_gallery
 
     def say(what: str) -> None:
         typer.echo(what, err=True)
 
-    print(write_gallery(_robot(robot), out, face=face, progress=say))
-
-
-def _robot(path: Path | None) -> "Robot":
-    from miburi.robot import iphonoid, load_robot
-
-    return iphonoid() if path is None else load_robot(path)
+    body = robot_of(robot)
+    print(write_gallery(body, repertoire_of(body, gestures), out, face=face, progress=say))
 
 
 def _checked(step: float) -> float:

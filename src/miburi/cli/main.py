@@ -1,24 +1,50 @@
 """The command ``miburi``: parse, call, print."""
 
 import json
+import os
 import signal
 import sys
 from collections.abc import Iterator
+from importlib import import_module
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from miburi import __version__
 from miburi.cli.card import app as card_app
 from miburi.cli.gestures import gallery, gesture_app
+from miburi.cli.options import (
+    CalibrationFile,
+    GesturesFolder,
+    RobotFile,
+    TemperamentName,
+    repertoire_of,
+    robot_of,
+    rule_of,
+    temperament_of,
+)
+from miburi.cli.run import run
 from miburi.cli.trials import calibrate, safety_page, trials, tune
 from miburi.errors import InputError, MiburiError
-from miburi.studio.commands import run
+from miburi.version import __version__
 
 if TYPE_CHECKING:
-    from miburi.bodies.plant import Tangible
+    from miburi.bodies import Body
+
+__all__ = [
+    "AsJson",
+    "Point",
+    "app",
+    "common",
+    "day",
+    "experiment",
+    "export",
+    "feelings_app",
+    "forward",
+    "ik",
+    "main",
+]
 
 app = typer.Typer(
     help="Feelings that show in a small robot's whole body, and a body that is safe to touch.",
@@ -28,13 +54,6 @@ app = typer.Typer(
 )
 _NEGATIVE_NUMBERS = {"ignore_unknown_options": True}
 
-RobotFile = Annotated[
-    Path | None, typer.Option("--robot", help="A robot description; default: the iphonoid.")
-]
-CalibrationFile = Annotated[
-    Path | None,
-    typer.Option("--calibration", help="A file of miburi calibrate or tune.", show_default=False),
-]
 AsJson = Annotated[bool, typer.Option("--json", help="Answer as JSON, a line each.")]
 Point = tuple[float, float, float]
 
@@ -73,11 +92,27 @@ def _version(wanted: bool) -> None:
         raise typer.Exit
 
 
+def _choose_feelings(path: Path | None) -> None:
+    if path is not None:
+        # Processes that this one starts inherit it, wherever they run.
+        os.environ["MIBURI_FEELINGS"] = str(path.resolve())
+        import_module("miburi.feelings")  # which refuses a wrong file before anything is done
+
+
 @app.callback()
 def common(
     version: Annotated[
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Say the version.")
     ] = False,
+    feelings: Annotated[
+        Path | None,
+        typer.Option(
+            help="A file of feelings, for all that this command does; default: the paper's eight.",
+            envvar="MIBURI_FEELINGS",
+            callback=_choose_feelings,
+            show_default=False,
+        ),
+    ] = None,
 ) -> None:
     """Miburi (身振り): gesture."""
 
@@ -94,29 +129,32 @@ def experiment(
         str, typer.Option(help="simulated, or emulated-card: the real firmware in the loop.")
     ] = "simulated",
     calibration: CalibrationFile = None,
+    robot: RobotFile = None,
+    gestures: GesturesFolder = None,
 ) -> None:
     """Run the paper's experiment: happiness, mood 0.9, and a hand in the way (Section 5)."""
-    from miburi.experiment.files import write_experiment
+    from miburi.studies.experiment.files import write_experiment
 
     if body not in (known := ("simulated", "emulated-card")):
         raise InputError(
             f"the body must be one of {', '.join(known)}, got {body!r}: only in a simulation can "
             "the hand be put in the way."
         )
-    from miburi.calibration_file import read_calibration
-    from miburi.robot import iphonoid
-
-    rule = None if calibration is None else read_calibration(iphonoid(), calibration).rule
-    moved: Tangible
+    description = robot_of(robot)
+    rule = rule_of(description, calibration)
+    repertoire = repertoire_of(description, gestures)
+    moved: Body
     if body == "emulated-card":
-        from miburi.bodies.emulated_card import EmulatedBody
+        from miburi.emulation.body import EmulatedBody
 
-        moved = EmulatedBody(iphonoid(), rule)
+        moved = EmulatedBody(description, rule)
     else:
         from miburi.bodies.simulated import Simulated
 
-        moved = Simulated(iphonoid(), rule)
-    written = write_experiment(seed, seconds, out, film=film, hand=hand, face=face, body=moved)
+        moved = Simulated(description, rule)
+    written = write_experiment(
+        moved, seed, seconds, out, repertoire=repertoire, film=film, hand=hand, face=face
+    )
     for line in written:
         print(line)
 
@@ -136,7 +174,7 @@ def forward(
     """Where hands and head are, for eight angles (or a line of JSON each on standard input)."""
     from miburi import robot as body
 
-    description = _robot(robot)
+    description = robot_of(robot)
     solve = body.forward_as_printed if printed else body.forward
     for pose in [angles] if angles else _lines():
         place = solve(description, _row(pose, 8, "angles")).round(9)
@@ -162,7 +200,7 @@ def ik(
     from miburi.ik import solve
     from miburi.robot import EXTREMITIES, JOINTS
 
-    description = _robot(robot)
+    description = robot_of(robot)
     given = [point for point in (right, left, head) if point is not None]
     if given and len(given) < len(EXTREMITIES):
         raise InputError("ik needs all of --right, --left and --head, each with X Y Z in m.")
@@ -197,22 +235,18 @@ app.add_typer(feelings_app, name="feelings")
 def day(
     out: Annotated[Path, typer.Option(help="Folder for day.png.")] = Path("out/feelings"),
     seed: Annotated[int, typer.Option(help="0 or more.", min=0)] = 1,
-    temperament: Annotated[
-        str, typer.Option(help="default, calm, lively, or a temperament file.")
-    ] = "default",
+    temperament: TemperamentName = "default",
     model: Annotated[str, typer.Option(help="cascade or spiking.")] = "cascade",
 ) -> None:
     """Draw the three levels over a scripted day of conversation."""
-    from miburi.feelings import TEMPERAMENTS, EmotionalModel, load_temperament, shipped_temperament
-    from miburi.feelings.day import plot_day
+    from miburi.feelings import EmotionalModel
     from miburi.feelings.spiking import SpikingModel
+    from miburi.studies.day import plot_day
 
     models = {"cascade": EmotionalModel, "spiking": SpikingModel}
     if model not in models:
         raise InputError(f"the model must be one of {', '.join(models)}, got {model!r}.")
-    shipped = temperament in TEMPERAMENTS
-    constants = shipped_temperament(temperament) if shipped else load_temperament(temperament)
-    print(plot_day(out, models[model](constants), seed=seed))
+    print(plot_day(out, models[model](temperament_of(temperament)), seed=seed))
 
 
 @app.command()
@@ -227,13 +261,7 @@ def export(
     forms = {"mjcf": to_mjcf, "urdf": to_urdf}
     if form not in forms:
         raise InputError(f"the form must be one of {', '.join(forms)}, got {form!r}.")
-    print(forms[form](_robot(robot)), end="")
-
-
-def _robot(path: Path | None) -> Any:
-    from miburi.robot import iphonoid, load_robot
-
-    return iphonoid() if path is None else load_robot(path)
+    print(forms[form](robot_of(robot)), end="")
 
 
 def _lines() -> Iterator[Any]:

@@ -9,19 +9,23 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from miburi.cores import available_cores
+from miburi.cli.options import (
+    CalibrationFile,
+    GesturesFolder,
+    RobotFile,
+    repertoire_of,
+    robot_of,
+)
 from miburi.errors import InputError
+from miburi.ground.cores import available_cores
 
 if TYPE_CHECKING:
+    from miburi.gestures import Repertoire
     from miburi.robot import Robot
-    from miburi.trials.runs import Plan
+    from miburi.studies.trials.runs import Plan
 
-RobotFile = Annotated[
-    Path | None, typer.Option("--robot", help="A robot description; default: the iphonoid.")
-]
-Calibration = Annotated[
-    Path | None, typer.Option(help="Guards from miburi calibrate or miburi tune.")
-]
+__all__ = ["Seed", "Workers", "calibrate", "safety_page", "trials", "tune"]
+
 Workers = Annotated[
     int | None, typer.Option(help="Processes on this machine; default: one for each core.", min=1)
 ]
@@ -38,17 +42,20 @@ def trials(
         int, typer.Option(help="0: the servo described; N: N varied ones, each calibrated.", min=0)
     ] = 0,
     rule: Annotated[str, typer.Option(help="miburi, or the paper's as printed.")] = "miburi",
-    calibration: Calibration = None,
+    calibration: CalibrationFile = None,
     ray: Annotated[str | None, typer.Option(help="Address of a Ray cluster.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Answer as JSON.")] = False,
     robot: RobotFile = None,
+    gestures: GesturesFolder = None,
 ) -> None:
     """Let simulated people get in the robot's way, and count what the contact rule does."""
-    from miburi.trials.runs import run
-    from miburi.trials.summary import summarise
+    from miburi.studies.trials.runs import carry_out_plan
+    from miburi.studies.trials.summary import summarise
 
     workers = workers or available_cores()
-    plan = _plan(robot, calibration, rule, servos, seed, free, blocked, workers)
+    body = robot_of(robot)
+    repertoire = repertoire_of(body, gestures)
+    plan = _plan(body, repertoire, calibration, rule, servos, seed, free, blocked, workers)
     counts: list[int] = []
     began = perf_counter()
     with _progress() as show:
@@ -57,14 +64,14 @@ def trials(
             counts.append(done)
             show(done, total)
 
-        outcomes = run(plan, out, workers=workers, ray=ray, progress=progress)
+        outcomes = carry_out_plan(plan, out, workers=workers, ray=ray, progress=progress)
     # What a broken-off run had done before is not this one's speed.
     rate = (counts[-1] - counts[0]) / (perf_counter() - began)
     found = summarise(outcomes)
     if as_json:
         print(json.dumps({**found.as_json(), "trials_per_second": round(rate, 2)}))
         return
-    from miburi.trials.report import in_words
+    from miburi.studies.trials.report import in_words
 
     print(in_words(found))
     print(f"{rate:.1f} trials/s" + (f"; written to {out}" if out else ""))
@@ -78,13 +85,13 @@ def calibrate(
     robot: RobotFile = None,
 ) -> None:
     """Measure the simulated servos of a robot in free motion, and write their guards."""
-    from miburi.calibration_file import write_calibration
-    from miburi.files import whole_files
-    from miburi.trials.replay import calibrated
+    from miburi.calibration.file import write_calibration
+    from miburi.ground.files import whole_files
+    from miburi.studies.trials.replay import calibrated
 
     if not margin >= 1:
         raise InputError(f"--margin must be 1 or more, got {margin}.")
-    body = _robot(robot)
+    body = robot_of(robot)
     rule = calibrated(body, seed, moves, margin)
     with whole_files(out.parent) as draft:
         note = f"Contact rule of {body.name}: calibrated from {moves} free moves, seed {seed}."
@@ -101,15 +108,16 @@ def tune(
     robot: RobotFile = None,
 ) -> None:
     """Find the best period, ratio and guards for a robot's servos, by the project's own BMA."""
-    from miburi.calibration import calibrate as calibrate_traces
-    from miburi.calibration_file import write_calibration
-    from miburi.contact import PrintedRule, Rule
-    from miburi.files import whole_files
-    from miburi.trials.replay import record
-    from miburi.trials.tuning import assess
-    from miburi.trials.tuning import tune as search
+    from miburi.calibration.file import write_calibration
+    from miburi.calibration.free_motion import calibrate as calibrate_traces
+    from miburi.ground.files import whole_files
+    from miburi.safety.contact import Rule
+    from miburi.safety.printed import PrintedRule
+    from miburi.studies.trials.replay import record
+    from miburi.studies.trials.tuning import assess
+    from miburi.studies.trials.tuning import tune as search
 
-    body = _robot(robot)
+    body = robot_of(robot)
     runs = record(body, seed, free, blocked)
     with _progress() as show:
         found = search(runs, body.servo.step, bound, seed, lambda tried: show(tried, 150))
@@ -145,23 +153,24 @@ def safety_page(
     robot: RobotFile = None,
 ) -> None:
     """Write the page on contact safety from files of trials; a column is named by its file."""
-    from miburi.contact import Guards
-    from miburi.files import whole_files
-    from miburi.trials.figures import rule_map
-    from miburi.trials.replay import record
-    from miburi.trials.runs import read_parquet
-    from miburi.trials.safety_page import write_page
+    from miburi.ground.files import whole_files
+    from miburi.safety.contact import Rule
+    from miburi.studies.trials.figures import rule_map
+    from miburi.studies.trials.replay import record
+    from miburi.studies.trials.runs import read_parquet
+    from miburi.studies.trials.safety_page import write_page
 
     outcomes = {path.stem.replace("-", " "): read_parquet(path) for path in runs}
-    body = _robot(robot)
-    points = rule_map(record(body, seed, recorded, recorded), Guards.of(body))
+    body = robot_of(robot)
+    points = rule_map(record(body, seed, recorded, recorded), Rule.of(body).guards)
     with whole_files(out) as draft:
         write_page(outcomes, points, draft)
     print(out / "safety.md")
 
 
 def _plan(
-    path: Path | None,
+    body: "Robot",
+    repertoire: "Repertoire",
     calibration: Path | None,
     rule_name: str,
     servos: int,
@@ -173,17 +182,17 @@ def _plan(
     from concurrent.futures import ProcessPoolExecutor
     from itertools import repeat
 
-    from miburi.calibration_file import read_calibration
-    from miburi.contact import PrintedRule, Rule
-    from miburi.trials.conditions import varied_servos
-    from miburi.trials.replay import calibrated
-    from miburi.trials.runs import Plan
+    from miburi.calibration.file import read_calibration
+    from miburi.safety.contact import Rule
+    from miburi.safety.printed import PrintedRule
+    from miburi.studies.trials.conditions import varied_servos
+    from miburi.studies.trials.replay import calibrated
+    from miburi.studies.trials.runs import Plan
 
     if rule_name not in ("miburi", "printed"):
         raise InputError(f'--rule must be "miburi" or "printed", got {rule_name!r}.')
     if calibration is not None and servos:
         raise InputError("--servos calibrates each servo itself: leave out --calibration.")
-    body = _robot(path)
     if servos:
         bodies = varied_servos(body, seed, servos)
         with ProcessPoolExecutor(workers) as pool, _progress("calibrations") as show:
@@ -199,13 +208,7 @@ def _plan(
         watched = [(body, Rule.of(body))]
     if rule_name == "printed":
         watched = [(one, PrintedRule(rule.guards)) for one, rule in watched]
-    return Plan(tuple(watched), seed, free, blocked)
-
-
-def _robot(path: Path | None) -> "Robot":
-    from miburi.robot import iphonoid, load_robot
-
-    return iphonoid() if path is None else load_robot(path)
+    return Plan(tuple(watched), seed, free, blocked, repertoire)
 
 
 @contextmanager

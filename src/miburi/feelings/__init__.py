@@ -1,5 +1,6 @@
-"""Feelings (Section 4): emotion, feeling and mood, eight numbers each on three time scales."""
+"""Feelings (Section 4): emotion, feeling and mood, a number for each on three time scales."""
 
+from miburi.feelings.catalogue import FEELINGS
 from miburi.feelings.model import (
     EmotionalModel,
     Expression,
@@ -7,7 +8,6 @@ from miburi.feelings.model import (
     Stimulus,
 )
 from miburi.feelings.temperament import (
-    FEELINGS,
     LEVELS,
     SOURCES,
     TEMPERAMENTS,

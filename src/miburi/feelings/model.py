@@ -1,4 +1,6 @@
-"""The emotional model: emotion, feeling and mood, eight numbers each on three time scales.
+"""The emotional model: emotion, feeling and mood, on three time scales.
+
+Each of the three holds a number from 0 to 1 for each of the n ``FEELINGS``; the paper has eight.
 
 Section 4 of the paper: the emotion follows the very last events, the feeling those of a longer
 time, the mood those of the longest. A stimulus acts on the emotion at once; the feeling takes up
@@ -24,8 +26,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from miburi.errors import InputError
+from miburi.feelings.catalogue import FEELINGS, PAPER
 from miburi.feelings.temperament import (
-    FEELINGS,
     LEVELS,
     SOURCES,
     Array,
@@ -97,11 +99,23 @@ class FeelingModel(ABC):
     _stored: ClassVar[dict[str, float]]
 
     def __init__(self, temperament: Temperament | None = None) -> None:
-        self.temperament = temperament or shipped_temperament()
+        self._temperament = temperament or shipped_temperament()
         self._time = 0.0
-        self._held = np.zeros((3, 8), dtype=bool)
-        self._lost = np.zeros(8)  # share of the mood that contact took and that has not healed
-        self._stale = np.zeros((len(SOURCES), 8))
+        n = len(FEELINGS)
+        self._held = np.zeros((3, n), dtype=bool)
+        self._lost = np.zeros(n)  # share of the mood that contact took and that has not healed
+        self._stale = np.zeros((len(SOURCES), n))
+
+    @property
+    def temperament(self) -> Temperament:
+        """All constants; another one acts from the moment it is assigned."""
+        return self._temperament
+
+    @temperament.setter
+    def temperament(self, temperament: Temperament) -> None:
+        state = self._state()  # as the constants until now have made it
+        self._temperament = temperament
+        self._restore(state)
 
     @property
     def time(self) -> float:
@@ -110,17 +124,17 @@ class FeelingModel(ABC):
 
     @property
     def emotion(self) -> Array:
-        """The fastest level, (8,) in [0, 1]."""
+        """The fastest level, (n,) in [0, 1]."""
         return np.array(self._now()[0])
 
     @property
     def feeling(self) -> Array:
-        """The middle level, (8,) in [0, 1]."""
+        """The middle level, (n,) in [0, 1]."""
         return np.array(self._now()[1])
 
     @property
     def mood(self) -> Array:
-        """The slowest level, (8,) in [0, 1], with what contact has taken from it."""
+        """The slowest level, (n,) in [0, 1], with what contact has taken from it."""
         return np.array(self._now()[2] * (1 - self._lost))
 
     def stimulate(self, stimulus: Stimulus) -> None:
@@ -195,7 +209,7 @@ class FeelingModel(ABC):
             A feeling is unknown or a value is outside [0, 1]; nothing has changed then.
         """
         levels = (emotion, feeling, mood)
-        values = [None if level is None else _eight(level) for level in levels]
+        values = [None if level is None else _row(level) for level in levels]
         for row, (level, value) in enumerate(zip(levels, values, strict=True)):
             if level is not None and value is not None:
                 self._held[row] = [hold and name in level for name in FEELINGS]
@@ -206,7 +220,13 @@ class FeelingModel(ABC):
     def save(self) -> dict[str, Any]:
         """Return the state as what JSON can carry, with a version."""
         state = {name: array.tolist() for name, array in self._state().items()}
-        return {"version": STATE_VERSION, "model": self.kind, "time": self._time, **state}
+        return {
+            "version": STATE_VERSION,
+            "model": self.kind,
+            "feelings": list(FEELINGS),
+            "time": self._time,
+            **state,
+        }
 
     @classmethod
     def load(
@@ -226,14 +246,20 @@ class FeelingModel(ABC):
         Raises
         ------
         InputError
-            The state is of another version or model, or a value is missing or outside what is
-            allowed.
+            The state is of another version or model, or of other feelings, or a value is missing
+            or outside what is allowed.
         """
         found = tuple(state.get(key) for key in ("version", "model"))
         if found != (STATE_VERSION, cls.kind):
             raise InputError(
                 f"The state must have version {STATE_VERSION} and model {cls.kind!r}, got "
                 f"{found[0]!r} and {found[1]!r}; without it the model starts afresh."
+            )
+        names = state.get("feelings", list(PAPER))  # none were kept while there were only these
+        if names != list(FEELINGS):
+            raise InputError(
+                f"The state must be of the feelings {', '.join(FEELINGS)}, got {names!r:.200}; "
+                "load it with the file of feelings that it was saved with (MIBURI_FEELINGS)."
             )
         model = cls(temperament)
         model._time = _seconds(state.get("time"), "the state's time")
@@ -248,7 +274,7 @@ class FeelingModel(ABC):
 
     @abstractmethod
     def _now(self) -> Array:
-        """Return the three levels, (3, 8) in [0, 1], without what contact took."""
+        """Return the three levels, (3, n) in [0, 1], without what contact took."""
 
     @abstractmethod
     def _excite(self, feeling: int, strength: float) -> None:
@@ -292,8 +318,10 @@ class EmotionalModel(FeelingModel):
 
     def __init__(self, temperament: Temperament | None = None) -> None:
         super().__init__(temperament)
-        self._levels = np.zeros((3, 8))
-        self._pending = np.zeros((3, 8))  # what a level has yet to take up; none for the emotion
+        self._levels = np.zeros((3, len(FEELINGS)))
+        self._pending = np.zeros(
+            (3, len(FEELINGS))
+        )  # what a level has yet to take up; none for the emotion
 
     def _now(self) -> Array:
         return self._levels
@@ -346,7 +374,7 @@ def _stored_array(values: object, like: NDArray[Any], largest: float, name: str)
     return array.astype(like.dtype)
 
 
-def _eight(values: Mapping[str, float]) -> Array:
+def _row(values: Mapping[str, float]) -> Array:
     for name in values:
         _known(name, FEELINGS, "feeling")
     return np.array([_unit(values.get(name, 0.0), name) for name in FEELINGS])

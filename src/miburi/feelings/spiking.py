@@ -1,4 +1,4 @@
-"""A second emotional model: three layers of eight spike-response neurons.
+"""A second emotional model: three layers of spike-response neurons, one for each feeling.
 
 Related papers on the same partner describe layers of spike-response neurons for emotion, feeling
 and mood, with Hebbian weights among the feelings, and print no constants: the structure is theirs,
@@ -27,6 +27,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from miburi.feelings.catalogue import FEELINGS
 from miburi.feelings.model import FeelingModel
 from miburi.feelings.temperament import Array, Temperament
 
@@ -64,19 +65,15 @@ class SpikingModel(FeelingModel):
 
     def __init__(self, temperament: Temperament | None = None) -> None:
         super().__init__(temperament)
-        shares = self.temperament.shares[:, 0]
-        ratio = shares[1:] / np.maximum(shares[:-1], 1e-12)
-        self._weights = _SYNAPSE * np.minimum(ratio, 1)  # from each layer to the next, (2,)
-        self._slow = 1 / self.temperament.fading
-        self._fast = self._slow / _RECOVERY
         # State at the last spike or input ...
-        self._activation = np.zeros((3, 8))
-        self._refractory = np.zeros((3, 8))
-        self._trace = np.zeros((3, 8))  # 1 at a spike, fading with the level
-        self._learned = np.zeros((2, 8, 8))
+        n = len(FEELINGS)
+        self._activation = np.zeros((3, n))
+        self._refractory = np.zeros((3, n))
+        self._trace = np.zeros((3, n))  # 1 at a spike, fading with the level
+        self._learned = np.zeros((2, n, n))
         # ... which was `since` seconds ago, and when each neuron fires after it.
         self._since = 0.0
-        self._next = np.full((3, 8), inf)
+        self._next = np.full((3, n), inf)
 
     def _now(self) -> Array:
         level: Array = self._activation * np.exp(-self._leaving() * self._since)
@@ -90,7 +87,7 @@ class SpikingModel(FeelingModel):
     def _pass(self, dt: float) -> None:
         self._since += dt
         while (first := self._next.min()) <= self._since:
-            layer, neuron = divmod(int(self._next.argmin()), 8)
+            layer, neuron = divmod(int(self._next.argmin()), len(FEELINGS))
             self._advance(first)
             self._fire(layer, neuron)
 
@@ -108,8 +105,27 @@ class SpikingModel(FeelingModel):
         super()._restore(arrays)
         self._activation, self._refractory = arrays["activation"], arrays["refractory"]
         self._trace, self._learned = arrays["trace"], arrays["learned"]
+        self._since = 0.0
         for layer in range(3):
             self._plan(layer)
+
+    @property
+    def _weights(self) -> Array:
+        """Weights from each layer to the next, (2,)."""
+        shares = self.temperament.shares[:, 0]
+        ratio = shares[1:] / np.maximum(shares[:-1], 1e-12)
+        weights: Array = _SYNAPSE * np.minimum(ratio, 1)
+        return weights
+
+    @property
+    def _slow(self) -> Array:
+        """Rates at which activations fade, (3, n) 1/s."""
+        return 1 / self.temperament.fading
+
+    @property
+    def _fast(self) -> Array:
+        """Rates at which refractoriness fades, (3, n) 1/s."""
+        return self._slow / _RECOVERY
 
     def _leaving(self) -> Array:
         return np.where(self._held, 0.0, self._slow)
@@ -147,22 +163,23 @@ class SpikingModel(FeelingModel):
         # Hebb's rule, from where the spike starts to what is excited where it arrives.
         grows = np.where(innate < 0, 0.0, _LEARNING * self._trace[layer + 1])
         learned += grows * (_MOST_LEARNED - learned)
-        own = np.arange(8) == neuron
+        own = np.arange(len(FEELINGS)) == neuron
         # Support acts on the emotion layer already; from layer to layer it has to be learned.
         effect = np.where(own, 1.0, np.minimum(innate, 0)) + learned
         self._receive(layer + 1, self._weights[layer] * effect)
 
     def _plan(self, layer: int) -> None:
         """Foresee when the neurons of a layer fire if nothing arrives before."""
-        for neuron in range(8):
+        slow, fast = self._slow, self._fast
+        for neuron in range(len(FEELINGS)):
             place = layer, neuron
             self._next[place] = inf
             if self._activation[place] >= _THRESHOLD and not self._held[place]:  # held is silent
                 self._next[place] = _spike_time(
                     float(self._activation[place]),
                     float(self._refractory[place]),
-                    float(self._slow[place]),
-                    float(self._fast[place]),
+                    float(slow[place]),
+                    float(fast[place]),
                 )
 
 

@@ -4,6 +4,7 @@ The paper fixes eight feelings, three levels and their order in time; it prints 
 Every number in the temperaments that ship with Miburi is therefore our assumption.
 """
 
+import tomllib
 from functools import cached_property
 from importlib import resources
 from pathlib import Path
@@ -14,17 +15,28 @@ from numpy.typing import NDArray
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from miburi.errors import InputError
-from miburi.tables import Table, load_table
+from miburi.feelings.catalogue import FEELINGS, FeelingName
+from miburi.ground.tables import Table, load_table
+
+__all__ = [
+    "LEVELS",
+    "SOURCES",
+    "TEMPERAMENTS",
+    "Array",
+    "Habituation",
+    "Share",
+    "Source",
+    "TakeUp",
+    "Temperament",
+    "TimeConstants",
+    "load_temperament",
+    "shipped_temperament",
+]
 
 Array = NDArray[np.float64]
 
-Feeling = Literal[
-    "happiness", "sadness", "fright", "fear", "thrill", "disgust", "anger", "surprise"
-]
 Source = Literal["speech", "face", "touch", "application"]
 
-#: The paper's order of the eight feelings (Section 4); every array of eight follows it.
-FEELINGS: tuple[Feeling, ...] = get_args(Feeling)
 #: Where a stimulus can come from.
 SOURCES: tuple[Source, ...] = get_args(Source)
 #: The three levels, from the fastest to the slowest.
@@ -81,8 +93,8 @@ class Temperament(Table):
     take_up: TakeUp
     habituation: Habituation
     sources: dict[Source, Share]
-    lasting: dict[Feeling, Annotated[float, Field(ge=0.1, le=10)]]
-    effects: dict[Feeling, dict[Feeling, Annotated[float, Field(ge=-1, le=1)]]]
+    lasting: dict[FeelingName, Annotated[float, Field(ge=0.1, le=10)]]
+    effects: dict[FeelingName, dict[FeelingName, Annotated[float, Field(ge=-1, le=1)]]]
 
     @field_validator("sources", "lasting")
     @classmethod
@@ -105,7 +117,7 @@ class Temperament(Table):
 
     @cached_property
     def fading(self) -> Array:
-        """Time constants, (3, 8) s: levels by feelings."""
+        """Time constants, (3, n) s: levels by feelings."""
         constants = [getattr(self.time_constants, level) for level in LEVELS]
         return _frozen(np.outer(constants, [self.lasting[name] for name in FEELINGS]))
 
@@ -121,7 +133,7 @@ class Temperament(Table):
 
     @cached_property
     def matrix(self) -> Array:
-        """Effect of a stimulus of one feeling (row) on each (column), (8, 8); the diagonal is 1."""
+        """Effect of a stimulus of one feeling (row) on each (column), (n, n); the diagonal is 1."""
         matrix = np.eye(len(FEELINGS))
         for feeling, effects in self.effects.items():
             for other, effect in effects.items():
@@ -158,6 +170,9 @@ TEMPERAMENTS: tuple[str, ...] = ("default", "calm", "lively", "playful")
 def shipped_temperament(name: str = "default") -> Temperament:
     """Return a temperament that ships with Miburi.
 
+    Each was written for the paper's eight feelings. A feeling of the user's own lasts as long as
+    the time constants say, and acts on no other; a temperament file can say otherwise.
+
     Raises
     ------
     InputError
@@ -168,5 +183,7 @@ def shipped_temperament(name: str = "default") -> Temperament:
             f"There is no temperament {name!r}; take one of {', '.join(TEMPERAMENTS)}, "
             "or the path of a file to load_temperament."
         )
-    with resources.as_file(resources.files(__package__) / "temperaments" / f"{name}.toml") as path:
-        return load_temperament(path)
+    file = resources.files(__package__) / "temperaments" / f"{name}.toml"
+    table = tomllib.loads(file.read_text(encoding="utf-8"))
+    table["lasting"] = dict.fromkeys(FEELINGS, 1.0) | table["lasting"]
+    return Temperament.model_validate(table)

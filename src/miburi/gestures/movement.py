@@ -1,5 +1,6 @@
 """Movement functions: one TOML file each, checked when it is read."""
 
+from collections.abc import Iterator
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, Literal, Self
@@ -7,19 +8,26 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
+from miburi import feelings
 from miburi.errors import DescriptionError, InputError
-from miburi.laban import Effort
-from miburi.robot import Array, Robot, inverse, iphonoid
-from miburi.tables import Table, load_table
+from miburi.feelings import FEELINGS
+from miburi.gestures.effort import Effort
+from miburi.ground.tables import Table, load_table
+from miburi.robot import Array, Robot, forward, inverse, inverse_within_limits
+from miburi.robot.geometry import arm_reach, head_joint, shoulders
 
-#: The feelings that have a gesture: the files beside this one.
-FEELINGS = tuple(
-    sorted(
-        file.name.removesuffix(".toml")
-        for file in resources.files(__package__).iterdir()
-        if file.name.endswith(".toml")
-    )
-)
+__all__ = [
+    "Direction",
+    "MovementFunction",
+    "Phase",
+    "Posture",
+    "Repeat",
+    "angles",
+    "load",
+    "load_for",
+    "misfits",
+    "shipped_feelings",
+]
 
 Direction = Annotated[list[Annotated[float, Field(ge=-1, le=1)]], Field(min_length=3, max_length=3)]
 Phase = Annotated[float, Field(ge=0, le=1)]
@@ -115,9 +123,10 @@ class MovementFunction(Table):
 
     @model_validator(mode="after")
     def _in_order(self) -> Self:
-        if self.feeling not in FEELINGS:
+        if self.feeling not in feelings.FEELINGS:
             raise ValueError(
-                f"feeling = {self.feeling!r} is not known; allowed are {', '.join(FEELINGS)}"
+                f"feeling = {self.feeling!r} is not known; allowed are "
+                f"{', '.join(feelings.FEELINGS)}"
             )
         left = 0.0
         for number, pose in enumerate(self.pose, start=1):
@@ -140,95 +149,114 @@ class MovementFunction(Table):
         return self
 
 
-def load(source: str | Path, robot: Robot | None = None) -> MovementFunction:
+def load(source: str | Path) -> MovementFunction:
     """Read the gesture of a feeling, or any gesture file.
 
     Parameters
     ----------
     source
-        A feeling's name, or the path of a TOML file.
-    robot
-        Whose limits the key poses must keep; the iphonoid where none is given.
+        A feeling's name, for the gesture that ships with Miburi, or the path of a TOML file.
 
     Raises
     ------
     InputError
-        There is no such feeling.
+        No gesture ships for that name.
     DescriptionError
-        The file cannot be read, a key is wrong, or a key pose is out of the robot's reach.
+        The file cannot be read, or a key is wrong.
     """
     if isinstance(source, str) and not source.endswith(".toml"):
-        if source not in FEELINGS:
+        if source not in (known := shipped_feelings()):
             raise InputError(
-                f"There is no gesture for {source!r}; there is one for {', '.join(FEELINGS)}. "
+                f"There is no gesture for {source!r}; there is one for {', '.join(known)}. "
                 "A path of a gesture file ends in .toml."
             )
         with resources.as_file(resources.files(__package__) / f"{source}.toml") as path:
-            return load(path, robot)
-    function = load_table(MovementFunction, source)
-    for number, pose in enumerate(function.pose, start=1):
-        try:
-            angles(robot or iphonoid(), pose)
-        except InputError as error:
-            raise DescriptionError(f"{source}: pose {number}: {error}") from error
+            return load(path)
+    return load_table(MovementFunction, source)
+
+
+def load_for(robot: Robot, path: Path | str) -> MovementFunction:
+    """Read a gesture file that a user wrote for ``robot``.
+
+    Raises
+    ------
+    DescriptionError
+        The file cannot be read, a key is wrong, or the robot cannot do a key pose; the message
+        names the file and every such pose, and says what is allowed.
+    """
+    function = load(Path(path))
+    problems = list(misfits(robot, function))
+    if problems:
+        raise DescriptionError(f"{path}: {'; '.join(problems)}.")
     return function
+
+
+def shipped_feelings() -> tuple[str, ...]:
+    """Name the feelings for which a gesture ships with Miburi, in the order of ``FEELINGS``."""
+    folder = resources.files(__package__)
+    return tuple(feeling for feeling in FEELINGS if (folder / f"{feeling}.toml").is_file())
+
+
+def misfits(robot: Robot, function: MovementFunction) -> Iterator[str]:
+    """Say in words which key poses the robot's limits do not allow, and what they allow."""
+    size = robot.lengths
+    for number, pose in enumerate(function.pose, start=1):
+        target = _target(robot, pose)
+        reached = forward(robot, inverse_within_limits(robot, target))
+        right, left, head = np.linalg.norm((reached - target).reshape(3, 3), axis=1) > _TOLERANCE
+        if head:
+            turned = np.arctan2(pose.head[1], pose.head[0])
+            raised = np.arcsin(pose.head[2] / np.linalg.norm(pose.head))
+            yield (
+                f"pose {number}: head = {pose.head} turns the waist by {turned:.3f} and raises the "
+                f"head by {raised:.3f} rad; allowed are {robot.lower[0]} to {robot.upper[0]} and "
+                f"{robot.lower[-1]} to {robot.upper[-1]}"
+            )
+            continue  # the waist carries the arms: they cannot be judged without it
+        for misses, name, hand, bend in (
+            (right, "right", pose.right, robot.upper[3]),
+            (left, "left", pose.left, robot.lower[6]),
+        ):
+            if misses:
+                folded = np.hypot(size.L23 + size.L34 * np.cos(bend), size.L34 * np.sin(bend))
+                yield (
+                    f"pose {number}: {name} = {hand}, {np.linalg.norm(hand):.3f} arm's reaches "
+                    "from the shoulder, is out of reach; allowed is what the joint limits let the "
+                    f"arm do, at a distance of {folded / (size.L23 + size.L34):.2f} to 1"
+                )
+
+
+#: m, the largest distance of an extremity from where a key pose wants it.
+_TOLERANCE = 1e-6
 
 
 def angles(robot: Robot, pose: Posture) -> Array:
     """Return the joint angles, (8,) rad, that put hands and head where ``pose`` says.
 
-    Raises
-    ------
-    InputError
-        The pose is out of reach, or outside the joint limits.
+    A pose that the limits do not allow is bent until they do; see :func:`misfits`.
     """
-    nod = robot.neutral[-1]
-    level = [float(np.cos(nod)), 0.0, float(np.sin(nod))]
+    target = _target(robot, pose)
+    exact = inverse(robot, target, _TOLERANCE)
+    if not len(exact):
+        return inverse_within_limits(robot, target)
+    # Where an elbow may bend either way, it bends as it does at neutral.
+    best: Array = exact[np.argmax(exact[:, 3] - exact[:, 6])]
+    return best
+
+
+def _target(robot: Robot, pose: Posture) -> Array:
+    """Return where ``pose`` wants the extremities, (9,) m in the base frame."""
     right, left, head = np.array(pose.right), np.array(pose.left), np.array(pose.head)
-    found = _solutions(robot, right, left, head)
-    if len(found):
-        # Where an elbow may bend either way, it bends as it does at neutral.
-        best: Array = found[np.argmax(found[:, 3] - found[:, 6])]
-        return best
-    hanging = _HANGING
-    if not len(_solutions(robot, hanging, hanging, head)):
-        turned, raised = np.arctan2(head[1], head[0]), np.arcsin(head[2] / np.linalg.norm(head))
-        raise InputError(
-            f"head = {pose.head} turns the waist by {turned:.3f} and raises the head by "
-            f"{raised:.3f} rad; allowed are {robot.lower[0]} to {robot.upper[0]} and "
-            f"{robot.lower[-1]} to {robot.upper[-1]}."
-        )
-    right_fits = len(_solutions(robot, right, hanging, np.array(level)))
-    name, hand = ("left", pose.left) if right_fits else ("right", pose.right)
-    size, bend = robot.lengths, robot.upper[3]
-    nearest = np.sqrt(size.L23**2 + size.L34**2 + 2 * size.L23 * size.L34 * np.cos(bend))
-    raise InputError(
-        f"{name} = {hand}, {np.linalg.norm(hand):.3f} arm's reaches from the shoulder, is out of "
-        f"reach; allowed is what the joint limits let the arm do, at a distance of "
-        f"{nearest / (size.L23 + size.L34):.2f} to 1."
-    )
-
-
-#: A hand that every arm can put there: hanging, a little outwards.
-_HANGING = np.array([0.0, 0.3, -0.94])
-
-
-def _solutions(robot: Robot, right: Array, left: Array, head: Array) -> Array:
-    """Return all joint angles, (k, 8), for hands and head given as in :class:`Posture`."""
-    size = robot.lengths
-    reach = size.L23 + size.L34
+    reach = arm_reach(robot)
     look = head / np.linalg.norm(head)
     waist = np.arctan2(look[1], look[0])
     cos, sin = np.cos(waist), np.sin(waist)
     turn = np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])
-    shoulder = np.array([0, size.L12, size.L01])
-    return inverse(
-        robot,
-        np.concatenate(
-            [
-                turn @ ((shoulder + reach * right) * [1, -1, 1]),
-                turn @ (shoulder + reach * left),
-                [0, 0, size.L01 + size.LH1] + size.LH2 * look,
-            ]
-        ),
+    right_shoulder, left_shoulder = shoulders(robot)
+    return np.concatenate(
+        [
+            turn @ (right_shoulder + reach * right * [1, -1, 1]),
+            turn @ (left_shoulder + reach * left),
+            head_joint(robot) + robot.lengths.LH2 * look,
+        ]
     )

@@ -16,6 +16,17 @@ from miburi.errors import InputError
 from miburi.gestures.movement import MovementFunction, angles
 from miburi.robot import Array, Robot, forward
 
+__all__ = [
+    "REACH_VARIES",
+    "TIME_VARIES",
+    "WIDE",
+    "KeyPose",
+    "blend",
+    "breath",
+    "key_poses",
+    "membership",
+]
+
 #: A movement that turns a joint further than this, in rad, is wide: bound flow halts in it.
 WIDE = 0.5
 #: Variation: how much less a joint may turn than is written, and how much the times differ.

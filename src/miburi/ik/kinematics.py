@@ -11,19 +11,25 @@ from typing import NamedTuple
 import numpy as np
 
 from miburi.bma.operators import TINY, Array
-from miburi.compiled import compiled
+from miburi.ground.compiled import compiled
+from miburi.ik.problem import Problem
+from miburi.robot.description import Lengths
 
-
-class Body(NamedTuple):
-    """The six lengths of Section 3, (6,) m, and Table 1, (8,) rad each."""
-
-    lengths: Array
-    lower: Array
-    upper: Array
+__all__ = [
+    "Pose",
+    "body_step",
+    "changed",
+    "changed_in_turn",
+    "finish",
+    "know",
+    "known_pose",
+    "linearise",
+    "sine_and_cosine",
+]
 
 
 class Pose(NamedTuple):
-    """What is known of one pose, so that a change of one joint costs little."""
+    """The parts of one pose's evaluation that a change of one joint leaves as they are."""
 
     sines: Array  # (8,) of the angles
     cosines: Array  # (8,)
@@ -32,7 +38,7 @@ class Pose(NamedTuple):
 
 @compiled
 def known_pose() -> Pose:
-    """Return the memory for one pose."""
+    """Return memory for a pose."""
     memory = np.empty((3, 8))
     return Pose(memory[0], memory[1], memory[2, :3])
 
@@ -73,42 +79,42 @@ def _know_angles(q: Array, sines: Array, cosines: Array) -> None:
 
 
 @compiled
-def know(lengths: Array, target: Array, q: Array, pose: Pose) -> float:
-    """Write all that is known of the pose ``q``; return Eq. 13."""
+def know(size: Lengths, target: Array, q: Array, pose: Pose) -> float:
+    """Evaluate the pose ``q`` and write the parts to ``pose``; return Eq. 13."""
     _know_angles(q, pose.sines, pose.cosines)
-    pose.errors[0] = _arm_error(lengths, target, 0, pose.sines, pose.cosines)
-    pose.errors[1] = _arm_error(lengths, target, 1, pose.sines, pose.cosines)
-    pose.errors[2] = _head_error(lengths, target, pose.sines, pose.cosines)
+    pose.errors[0] = _arm_error(size, target, 0, pose.sines, pose.cosines)
+    pose.errors[1] = _arm_error(size, target, 1, pose.sines, pose.cosines)
+    pose.errors[2] = _head_error(size, target, pose.sines, pose.cosines)
     total: float = pose.errors[0] + pose.errors[1] + pose.errors[2]
     return total
 
 
 @compiled
 def changed(
-    lengths: Array, target: Array, poses: Array, joint: int, pose: Pose, tried: Array
+    size: Lengths, target: Array, poses: Array, joint: int, pose: Pose, tried: Array
 ) -> None:
-    """Write Eq. 13 for poses, (k, 8), that differ from the known one in one joint.
+    """Evaluate poses, (k, 8), that differ from ``pose`` in one joint.
 
-    It is written to the first row of ``tried``, (3, k); the others are working memory.
+    Writes Eq. 13 to the first row of ``tried``, (3, k); the other rows are working memory.
     """
     for i in range(poses.shape[0]):
         tried[0, i] = poses[i, joint]
     _know_angles(tried[0], tried[1], tried[2])
-    _changed(lengths, target, joint, pose, tried)
+    _changed(size, target, joint, pose, tried)
 
 
 @compiled
-def changed_in_turn(lengths: Array, target: Array, poses: Array, pose: Pose, tried: Array) -> None:
-    """Do the same for (16, 8) of which the first two differ in the first joint, and so on."""
+def changed_in_turn(size: Lengths, target: Array, poses: Array, pose: Pose, tried: Array) -> None:
+    """Do the same for (16, 8): the first two poses differ in the first joint, and so on."""
     for i in range(16):
         tried[0, i] = poses[i, i // 2]
     _know_angles(tried[0], tried[1], tried[2])
     for joint in range(8):
-        _changed(lengths, target, joint, pose, tried[:, 2 * joint : 2 * joint + 2])
+        _changed(size, target, joint, pose, tried[:, 2 * joint : 2 * joint + 2])
 
 
 @compiled
-def _changed(lengths: Array, target: Array, joint: int, pose: Pose, tried: Array) -> None:
+def _changed(size: Lengths, target: Array, joint: int, pose: Pose, tried: Array) -> None:
     """Write Eq. 13 for each sine and cosine of the joint, in the second and third row."""
     sines, cosines, errors = pose
     sine, cosine = sines[joint], cosines[joint]
@@ -116,43 +122,43 @@ def _changed(lengths: Array, target: Array, joint: int, pose: Pose, tried: Array
     for i in range(tried.shape[1]):
         sines[joint], cosines[joint] = tried[1, i], tried[2, i]
         if joint < 4:
-            right = _arm_error(lengths, target, 0, sines, cosines)
+            right = _arm_error(size, target, 0, sines, cosines)
         if joint == 0 or 4 <= joint < 7:
-            left = _arm_error(lengths, target, 1, sines, cosines)
+            left = _arm_error(size, target, 1, sines, cosines)
         if joint in (0, 7):
-            head = _head_error(lengths, target, sines, cosines)
+            head = _head_error(size, target, sines, cosines)
         tried[0, i] = right + left + head
     sines[joint], cosines[joint] = sine, cosine
 
 
 @compiled
-def _arm_error(lengths: Array, target: Array, limb: int, sines: Array, cosines: Array) -> float:
+def _arm_error(size: Lengths, target: Array, limb: int, sines: Array, cosines: Array) -> float:
     """Return the squared error of a hand: 0 the right one, 1 the left."""
     side, first = (-1.0, 4) if limb else (1.0, 1)
     x, y, z = target[3 * limb], target[3 * limb + 1], target[3 * limb + 2]
     se, ce = side * sines[first + 1], cosines[first + 1]
     sf, cf = side * sines[first + 2], cosines[first + 2]
-    along = lengths[1] + lengths[2] * ce + lengths[3] * (ce * cf - se * sf)
-    out = lengths[2] * se + lengths[3] * (se * cf + ce * sf)
+    along = size.L12 + size.L23 * ce + size.L34 * (ce * cf - se * sf)
+    out = size.L23 * se + size.L34 * (se * cf + ce * sf)
     aside = along - side * (x * sines[0] - y * cosines[0])
     ahead = out * sines[first] - (x * cosines[0] + y * sines[0])
-    above = lengths[0] - out * cosines[first] - z
+    above = size.L01 - out * cosines[first] - z
     error: float = aside * aside + ahead * ahead + above * above
     return error
 
 
 @compiled
-def _head_error(lengths: Array, target: Array, sines: Array, cosines: Array) -> float:
+def _head_error(size: Lengths, target: Array, sines: Array, cosines: Array) -> float:
     aside = target[6] * sines[0] - target[7] * cosines[0]
-    ahead = lengths[5] * cosines[7] - (target[6] * cosines[0] + target[7] * sines[0])
-    above = lengths[0] + lengths[4] + lengths[5] * sines[7] - target[8]
+    ahead = size.LH2 * cosines[7] - (target[6] * cosines[0] + target[7] * sines[0])
+    above = size.L01 + size.LH1 + size.LH2 * sines[7] - target[8]
     error: float = aside * aside + ahead * ahead + above * above
     return error
 
 
 @compiled
 def linearise(
-    lengths: Array, target: Array, q: Array, pose: Pose, normal: Array, gradient: Array
+    size: Lengths, target: Array, q: Array, pose: Pose, normal: Array, gradient: Array
 ) -> float:
     """Write JᵀJ (its lower triangle) and the gradient of Eq. 13, 2 Jᵀe; return Eq. 13.
 
@@ -162,23 +168,23 @@ def linearise(
     sines, cosines = pose.sines, pose.cosines
     _know_angles(q, sines, cosines)
     sw, cw = sines[0], cosines[0]
-    reach, rise = lengths[5] * cosines[7], lengths[5] * sines[7]
+    reach, rise = size.LH2 * cosines[7], size.LH2 * sines[7]
     ahead = reach - (target[6] * cw + target[7] * sw)
     aside = target[6] * sw - target[7] * cw
-    above = lengths[0] + lengths[4] + rise - target[8]
+    above = size.L01 + size.LH1 + rise - target[8]
     normal[0, 0] = reach * reach
     normal[7, 7] = reach * reach + rise * rise
     gradient[0] = 2.0 * reach * aside
     gradient[7] = 2.0 * (reach * above - rise * ahead)
     total: float = ahead * ahead + aside * aside + above * above
-    total += _add_arm(lengths, target, 0, sines, cosines, normal, gradient)
-    total += _add_arm(lengths, target, 1, sines, cosines, normal, gradient)
+    total += _add_arm(size, target, 0, sines, cosines, normal, gradient)
+    total += _add_arm(size, target, 1, sines, cosines, normal, gradient)
     return total
 
 
 @compiled
 def _add_arm(
-    lengths: Array,
+    size: Lengths,
     target: Array,
     limb: int,
     sines: Array,
@@ -196,15 +202,15 @@ def _add_arm(
     ss, cs = sines[first], cosines[first]
     se, ce = side * sines[first + 1], cosines[first + 1]
     sf, cf = side * sines[first + 2], cosines[first + 2]
-    sef, cef = lengths[3] * (se * cf + ce * sf), lengths[3] * (ce * cf - se * sf)
-    along, out = lengths[1] + lengths[2] * ce + cef, lengths[2] * se + sef
+    sef, cef = size.L34 * (se * cf + ce * sf), size.L34 * (ce * cf - se * sf)
+    along, out = size.L12 + size.L23 * ce + cef, size.L23 * se + sef
     aside = along - side * (x * sines[0] - y * cosines[0])
     ahead = out * ss - (x * cosines[0] + y * sines[0])
-    above = lengths[0] - out * cs - z
+    above = size.L01 - out * cs - z
     w_aside, w_ahead = -side * out * ss, side * along
     s_ahead, s_above = out * cs, out * ss
     f_aside, f_swing = -side * sef, side * cef
-    e_aside, e_swing = f_aside - side * lengths[2] * se, f_swing + side * lengths[2] * ce
+    e_aside, e_swing = f_aside - side * size.L23 * se, f_swing + side * size.L23 * ce
     e_ahead, e_above, f_ahead, f_above = e_swing * ss, -e_swing * cs, f_swing * ss, -f_swing * cs
     normal[0, 0] += w_aside * w_aside + w_ahead * w_ahead
     normal[first, 0] = s_ahead * w_ahead
@@ -226,10 +232,10 @@ def _add_arm(
 
 @compiled
 def body_step(normal: Array, gradient: Array, free: Array, damping: float, step: Array) -> None:
-    """Solve what ``bma.operators.residual_step`` solves, knowing what the body's JᵀJ looks like.
+    """Solve what ``bma.operators.residual_step`` solves, using the zeros of the body's JᵀJ.
 
-    The arms meet in the waist alone and the head meets nothing: each arm's step is a part of its
-    own less another times the waist's step, which follows from both arms.
+    Only the waist couples the arms, and nothing couples the head. So each arm gives its step as a
+    fixed part less a multiple of the waist's step, and the waist's step follows from both arms.
     """
     right, right_stiffness, right_push = _arm_step(normal, gradient, free, damping, 1, step)
     left, left_stiffness, left_push = _arm_step(normal, gradient, free, damping, 4, step)
@@ -294,37 +300,40 @@ def _solved(
 
 @compiled
 def finish(
-    body: Body, target: Array, start: Array, has_start: bool, pose: Array, found: Array
+    problem: Problem, target: Array, start: Array, has_start: bool, pose: Array, result: Array
 ) -> float:
-    """Choose the pose nearest to ``start``; write pose and errors, (11,); return the residual."""
+    """Of the poses that do the same, choose the one nearest to ``start``.
+
+    Writes the pose and the three errors to ``result``, (11,); returns the residual, in m.
+    """
     if has_start:
-        _nearest_arm(body, start, pose, 1, 1.0)
-        _nearest_arm(body, start, pose, 4, -1.0)
+        _nearest_arm(problem, start, pose, 1, 1.0)
+        _nearest_arm(problem, start, pose, 4, -1.0)
     known = known_pose()
-    total = know(body.lengths, target, pose, known)
+    total = know(problem.size, target, pose, known)
     for j in range(8):
-        found[j] = pose[j]
+        result[j] = pose[j]
     for limb in range(3):
-        found[8 + limb] = sqrt(known.errors[limb])
+        result[8 + limb] = sqrt(known.errors[limb])
     return sqrt(total)
 
 
 @compiled
-def _nearest_arm(body: Body, start: Array, q: Array, first: int, side: float) -> None:
-    """Replace an arm's pose by that one of the same hand position which is nearest to ``start``.
+def _nearest_arm(problem: Problem, start: Array, q: Array, first: int, side: float) -> None:
+    """Of the arm's poses with this hand position, take the one nearest to ``start``.
 
-    The elbow mirrored about the line to the hand, the shoulder turned by π, and both: no other
-    pose of an arm, with the waist where it is, puts the hand on the same point. With the hand on
-    the shoulder axis any shoulder angle will do.
+    While the waist stays, only four poses put the hand on the same point: this one, the elbow
+    mirrored about the line from shoulder to hand, the shoulder turned by π, and both together.
+    With the hand on the shoulder axis any shoulder angle will do.
     """
-    lengths, lower, upper = body
+    size, lower, upper = problem.size, problem.lower, problem.upper
     s, e, f = q[first], side * q[first + 1], side * q[first + 2]
-    reach = lengths[2] * cos(e) + lengths[3] * cos(e + f)
-    out = lengths[2] * sin(e) + lengths[3] * sin(e + f)
+    reach = size.L23 * cos(e) + size.L34 * cos(e + f)
+    out = size.L23 * sin(e) + size.L34 * sin(e + f)
     bearing = atan2(out, reach)
     on_axis = abs(out) < 1e-9
     shortest = np.inf
-    found, arm = np.empty(3), np.empty(3)
+    nearest, arm = np.empty(3), np.empty(3)
     for turn in (0.0, pi, -pi):
         sign = 1.0 if turn == 0.0 else -1.0
         for mirror in (1.0, -1.0):
@@ -341,10 +350,10 @@ def _nearest_arm(body: Body, start: Array, q: Array, first: int, side: float) ->
             if distance < shortest:
                 shortest = distance
                 for k in range(3):
-                    found[k] = arm[k]
+                    nearest[k] = arm[k]
     if shortest < np.inf:
         for k in range(3):
-            q[first + k] = found[k]
+            q[first + k] = nearest[k]
 
 
 @compiled

@@ -1,4 +1,4 @@
-"""One target or many: checks what comes in, and hands it to the compiled search."""
+"""Solve for one target or many: check the input, then call the compiled search."""
 
 import time
 from concurrent.futures import ThreadPoolExecutor
@@ -19,19 +19,31 @@ from miburi.bma.settings import (
     clock_limit,
     seed_of,
 )
-from miburi.cores import available_cores
 from miburi.errors import InputError
+from miburi.ground.cores import available_cores
+from miburi.ik.problem import pack
 from miburi.robot import Array, Robot
+
+__all__ = [
+    "OUT_OF_REACH",
+    "REACHED",
+    "SETTINGS",
+    "TOLERANCE",
+    "Solution",
+    "Solutions",
+    "solve",
+    "solve_batch",
+]
 
 OUT_OF_REACH = "out of reach: this is the best reachable pose"
 
 #: A target counts as reached where the residual is not above this, in m.
 REACHED = 1e-4
-#: The residual, in m, at which the search is content.
+#: The search ends at this residual, in m.
 TOLERANCE = 1e-6
 
-#: How :func:`solve` searches, unless it is told otherwise: the counts of Table 2 for the
-#: population, and for the local search numbers of our own.
+#: The settings of :func:`solve` if none are given: Table 2 for the population, and our own
+#: numbers for the local search.
 SETTINGS = Settings(
     local_search="residual",
     local_iterations=30,
@@ -132,23 +144,23 @@ def solve(
     Raises
     ------
     InputError
-        A shape is another, a value is not finite, or an argument is not as said above.
+        A shape is wrong, a value is not finite, or an argument does not match its description.
     """
     problem = _problem(robot, settings)
     goal = _numbers(target, "target", (9,))
     pose = problem.middle if start is None else problem.inside(_numbers(start, "start", (8,)))
-    found = np.empty(11)
+    result = np.empty(11)
     if deadline is None:
         status, residual, evaluations, generations = _kernel().solve(
-            problem.packed, goal, pose, start is not None, seed_of(seed), found
+            problem.record, goal, pose, start is not None, seed_of(seed), result
         )
         words = _words(status, residual)
     else:
         limit = clock_limit(deadline)
         words, residual, evaluations, generations = _solve_until(
-            problem, goal, pose, start is not None, seed_of(seed), found, limit
+            problem, goal, pose, start is not None, seed_of(seed), result, limit
         )
-    return Solution(found[:8], residual, found[8:], evaluations, generations, words)
+    return Solution(result[:8], residual, result[8:], evaluations, generations, words)
 
 
 def solve_batch(
@@ -177,17 +189,17 @@ def solve_batch(
     goals = _numbers(targets, "targets", (-1, 9))
     pose = problem.middle if start is None else problem.inside(_numbers(start, "start", (8,)))
     number, kernel = seed_of(seed), _kernel()
-    found, residual = np.empty((len(goals), 11)), np.empty(len(goals))
+    results, residual = np.empty((len(goals), 11)), np.empty(len(goals))
     counts = np.empty((len(goals), 3), np.int64)
 
     def part(rows: slice) -> None:
         kernel.solve_many(
-            problem.packed,
+            problem.record,
             goals[rows],
             pose,
             start is not None,
             number,
-            found[rows],
+            results[rows],
             residual[rows],
             counts[rows],
         )
@@ -196,9 +208,9 @@ def solve_batch(
     with ThreadPoolExecutor(available_cores()) as threads:
         list(threads.map(part, slices))
     return Solutions(
-        found[:, :8],
+        results[:, :8],
         residual,
-        found[:, 8:],
+        results[:, 8:],
         counts[:, 1],
         counts[:, 2],
         tuple(map(_words, counts[:, 0].tolist(), residual.tolist())),
@@ -210,7 +222,7 @@ _WORDS = (BUDGET_SPENT, CONVERGED, OUT_OF_REACH)  # by the kernel's GOES_ON, CON
 
 
 def _words(status: int, residual: float) -> str:
-    """Say why a search ended; where it settled close by, the target was in reach after all."""
+    """Return why a search ended; a pose this near counts as reached, however it was found."""
     return CONVERGED if residual <= REACHED else _WORDS[status]
 
 
@@ -220,7 +232,7 @@ class _Problem:
 
     robot: Robot
     settings: Settings
-    packed: Array
+    record: NDArray[np.void]
     middle: Array
 
     def inside(self, pose: Array) -> Array:
@@ -231,33 +243,12 @@ _last: _Problem | None = None
 
 
 def _problem(robot: Robot, settings: Settings) -> _Problem:
-    """Return the arrays for a robot and settings; those of the last call are kept."""
+    """Return what the compiled code takes; the answer to the last call is kept."""
     global _last  # noqa: PLW0603  (a pure cache: what it holds never changes an answer)
     known = _last
     if known is not None and known.robot is robot and known.settings is settings:
         return known
-    size = robot.lengths
-    lengths = (size.L01, size.L12, size.L23, size.L34, size.LH1, size.LH2)
-    numbers = (
-        settings.individuals,
-        settings.clones,
-        settings.segment,
-        settings.transfers,
-        settings.transferred,
-        settings.local_probability,
-        settings.local_iterations,
-        settings.damping,
-        settings.gradient_tolerance,
-        settings.local_search == "residual",
-        settings.ends,
-        settings.local_first,
-        settings.first_iterations,
-        settings.target,
-        settings.patience,
-        settings.generations,
-    )
-    packed = np.concatenate([lengths, robot.lower, robot.upper, numbers])
-    _last = _Problem(robot, settings, packed, (robot.lower + robot.upper) / 2)
+    _last = _Problem(robot, settings, pack(robot, settings), (robot.lower + robot.upper) / 2)
     return _last
 
 
@@ -267,28 +258,23 @@ def _solve_until(
     pose: Array,
     has_start: bool,
     seed: int,
-    found: Array,
+    result: Array,
     limit: float,
 ) -> tuple[str, float, int, int]:
-    """Search generation by generation while the clock allows it."""
-    kernel, settings = _kernel(), problem.settings
-    memory = (
-        np.array([seed], np.uint64),
-        np.empty(1),
-        np.empty((settings.individuals, 8)),
-        np.empty(settings.individuals),
-        counts := np.array([-2, 0, 0]),
-        np.arange(8),
-        pose.copy(),
-        found,
-    )
-    status, residual = kernel.GOES_ON, np.inf
-    late = False
-    while status == kernel.GOES_ON and counts[0] < settings.generations and not late:
-        status, residual = kernel.advance(problem.packed, goal, pose, has_start, *memory)
+    """Do what the kernel's ``solve`` does, but look at the clock after each generation."""
+    kernel, record = _kernel(), problem.record[0]
+    best = kernel.Best(pose.copy(), np.empty(1), np.zeros(1, np.int64))
+    status, generations = kernel.begin(record, goal, has_start, best), 0
+    late = time.perf_counter() >= limit
+    if status == kernel.GOES_ON:
+        population = kernel.new_population(problem.settings.individuals, seed)
+    while status == kernel.GOES_ON and generations < problem.settings.generations and not late:
+        status = kernel.evolve(record, goal, population, best, 1)
+        generations = int(population.counts[0])
         late = time.perf_counter() >= limit
+    residual = kernel.finish(record, goal, pose, has_start, best.pose, result)
     words = DEADLINE if status == kernel.GOES_ON and late else _words(status, residual)
-    return words, residual, int(counts[2]), max(int(counts[0]), 0)
+    return words, residual, int(best.evaluations[0]), generations
 
 
 _WIDTHS = {8: "eight angles in rad", 9: "nine coordinates in m"}
@@ -305,7 +291,7 @@ def _numbers(values: ArrayLike, name: str, shape: tuple[int, ...]) -> Array:
         raise InputError(
             f"{name} must be {_WIDTHS[shape[-1]]}, of the shape {wanted}; got {array.shape}."
         )
-    flat = array.ravel()  # one product is the quickest test; what it overflows on is looked at
+    flat = array.ravel()  # one product is the quickest test, but finite values may overflow it
     if not isfinite(flat.dot(flat)) and not np.isfinite(array).all():
         raise InputError(f"{name} must be finite numbers, got {values!r}.")
     return array

@@ -14,6 +14,8 @@ from miburi.errors import InputError
 from miburi.robot.description import Array, Robot
 from miburi.robot.kinematics import checked, forward
 
+__all__ = ["inverse", "inverse_within_limits"]
+
 _ANGLE_TOLERANCE = 1e-7  # rad; a solution this far outside a limit is put on the limit
 
 
@@ -40,6 +42,41 @@ def inverse(robot: Robot, target: ArrayLike, tolerance: float = 1e-6) -> Array:
     InputError
         The shape is not (9,), or a value is not finite.
     """
+    goal, poses = _poses(robot, target)
+    within = np.all(
+        (poses >= robot.lower - _ANGLE_TOLERANCE) & (poses <= robot.upper + _ANGLE_TOLERANCE),
+        axis=1,
+    )
+    poses = np.unique(np.clip(poses[within], robot.lower, robot.upper), axis=0)
+    exact: Array = poses[np.all(_misses(robot, poses, goal) <= tolerance, axis=1)]
+    return exact
+
+
+def inverse_within_limits(robot: Robot, target: ArrayLike) -> Array:
+    """One pose inside the limits, (8,) rad, near a target that the limits do not allow (ours).
+
+    Each joint of the closed-form solutions is put on the limit that it passes; the pose whose
+    extremities then miss the target least is given. :func:`miburi.ik.solve` finds a nearer one.
+
+    Raises
+    ------
+    InputError
+        The shape is not (9,), or a value is not finite.
+    """
+    goal, poses = _poses(robot, target)
+    poses = np.clip(poses, robot.lower, robot.upper)
+    best: Array = poses[_misses(robot, poses, goal).sum(axis=1).argmin()]
+    return best
+
+
+def _misses(robot: Robot, poses: Array, goal: Array) -> Array:
+    """Return how far the extremities are from their targets, (k, 3) m."""
+    misses: Array = np.linalg.norm((forward(robot, poses) - goal).reshape(-1, 3, 3), axis=2)
+    return misses
+
+
+def _poses(robot: Robot, target: ArrayLike) -> tuple[Array, Array]:
+    """Return the checked target, (9,) m, and all solutions, (16, 8) rad, limits not applied."""
     goal = checked(target, 9, "target")
     if goal.ndim != 1:
         raise InputError(f"target must have the shape (9,), got {goal.shape}.")
@@ -57,15 +94,8 @@ def inverse(robot: Robot, target: ArrayLike, tolerance: float = 1e-6) -> Array:
             [waist, rs, re, rf, ls, -le, -lf, nod]
             for (rs, re, rf), (ls, le, lf) in product(right_arms, left_arms)
         ]
-    ).reshape(-1, 8)
-    within = np.all(
-        (poses >= robot.lower - _ANGLE_TOLERANCE) & (poses <= robot.upper + _ANGLE_TOLERANCE),
-        axis=1,
     )
-    poses = np.unique(np.clip(poses[within], robot.lower, robot.upper), axis=0)
-    miss = (forward(robot, poses) - goal).reshape(-1, 3, 3)
-    exact: Array = poses[np.all(np.linalg.norm(miss, axis=2) <= tolerance, axis=1)]
-    return exact
+    return goal, poses
 
 
 def _arm_solutions(

@@ -3,14 +3,33 @@
 from functools import cached_property, lru_cache
 from importlib import resources
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Annotated, Self, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
+from pydantic import BeforeValidator, Field, Strict, ValidationInfo, model_validator
 
+from miburi.ground.tables import Table, load_table
+from miburi.robot.guards import Guards
 from miburi.servos import Servo, load_servo
-from miburi.tables import Table, load_table
+
+__all__ = [
+    "EXTREMITIES",
+    "JOINTS",
+    "Array",
+    "GuardsTable",
+    "Joint",
+    "Joints",
+    "Lengths",
+    "Masses",
+    "NotNegative",
+    "Positive",
+    "Robot",
+    "ServoTable",
+    "Shape",
+    "iphonoid",
+    "load_robot",
+]
 
 Array = NDArray[np.float64]
 
@@ -97,21 +116,9 @@ class ServoTable(Table):
         return self.model.step
 
 
-Eight = Annotated[list[Annotated[float, Field(ge=0, le=1)]], Field(min_length=8, max_length=8)]
-
-
-class Guards(Table):
-    """What the contact rule grants each of the eight motors (see ``miburi.contact``).
-
-    Lag in s; slack, least, behind, ahead and arrival in rad.
-    """
-
-    lag: Eight
-    slack: Eight
-    least: Eight
-    behind: Eight
-    ahead: Eight
-    arrival: Eight
+_Grant = Annotated[float, Strict(), Field(ge=0, le=1)]
+#: What the contact rule grants the eight motors, in s and rad.
+GuardsTable: TypeAlias = Guards[Annotated[list[_Grant], Field(min_length=8, max_length=8)]]
 
 
 class Masses(Table):
@@ -145,7 +152,7 @@ class Robot(Table):
     lengths: Lengths
     joints: Joints
     servo: ServoTable
-    guards: Guards
+    guards: GuardsTable
     masses: Masses
     shape: Shape
 

@@ -17,6 +17,8 @@ from numpy.typing import ArrayLike
 from miburi.errors import InputError
 from miburi.robot.description import Array, Robot
 
+__all__ = ["checked", "forward", "jacobian"]
+
 _UP = np.array([0.0, 0.0, 1.0])
 
 

@@ -12,6 +12,8 @@ import numpy as np
 from miburi.robot.description import JOINTS, Array, Lengths, Masses, Robot, Shape
 from miburi.robot.shape import links, parts
 
+__all__ = ["GRAVITY", "Loads", "loads"]
+
 #: m/s².
 GRAVITY = 9.81
 

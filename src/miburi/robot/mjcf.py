@@ -8,6 +8,8 @@ import numpy as np
 from miburi.robot.description import JOINTS, Robot
 from miburi.robot.shape import COLOURS, Link, Part, extremities, links, parts
 
+__all__ = ["FACE_PIXELS", "HAND_AWAY", "HAND_MASS", "HAND_SIZE", "TIMESTEP", "to_mjcf"]
+
 #: Physics runs at 500 Hz.
 TIMESTEP = 0.002
 #: Side of the face that can be drawn on the screen, in pixels.

@@ -7,7 +7,10 @@ tables. At zero angles the arms point straight out sideways and the head link po
 from dataclasses import dataclass
 from math import cos, sin
 
-from miburi.robot.description import Robot
+from miburi.robot.description import Array, Robot
+from miburi.robot.geometry import head_joint, shoulders
+
+__all__ = ["COLOURS", "Link", "Part", "Point", "extremities", "links", "parts"]
 
 Point = tuple[float, float, float]
 
@@ -43,9 +46,9 @@ class Part:
         The link that carries it, and its own name.
     kind
         ``sphere`` (size: radius), ``capsule`` or ``cylinder`` (radius; from ``position`` to
-        ``end``), ``box`` (half sizes), ``ellipsoid`` (half axes).
+        ``end``), ``box`` (half sizes), ``ellipsoid`` (half axes, of which x and y are equal).
     tilt
-        Turn about the link's −y axis, in rad; boxes and ellipsoids only.
+        Turn about the link's −y axis, in rad; boxes only.
     mass
         kg; 0 for what is only seen.
     """
@@ -76,10 +79,11 @@ def links(robot: Robot) -> list[Link]:
     along: Point = (1.0, 0.0, 0.0)
     table = [
         Link("torso", "base", "waist", (0, 0, 0), (0, 0, 1)),
-        Link("head", "torso", "head", (0, 0, size.L01 + size.LH1), down_the_side),
+        Link("head", "torso", "head", _point(head_joint(robot)), down_the_side),
     ]
-    for side, sign in (("right", -1.0), ("left", 1.0)):
-        shoulder: Point = (0, sign * size.L12, size.L01)
+    for side, sign, shoulder in zip(
+        ("right", "left"), (-1.0, 1.0), map(_point, shoulders(robot)), strict=True
+    ):
         elbow: Point = (0, sign * size.L23, 0)
         table += [
             Link(f"{side}_shoulder", "torso", f"{side}_shoulder", shoulder, down_the_side),
@@ -87,6 +91,11 @@ def links(robot: Robot) -> list[Link]:
             Link(f"{side}_forearm", f"{side}_upper_arm", f"{side}_fingertip", elbow, along),
         ]
     return table
+
+
+def _point(place: Array) -> Point:
+    x, y, z = place.tolist()
+    return x, y, z
 
 
 def extremities(robot: Robot) -> dict[str, tuple[str, Point]]:

@@ -1,21 +1,25 @@
-"""The robot as URDF, made from the description, for tools that read that."""
+"""The robot as URDF, made from the description, for tools that read that format."""
 
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 
 import numpy as np
 
-from miburi.physics import mujoco
 from miburi.robot.description import JOINTS, Robot
 from miburi.robot.mjcf import to_mjcf
+from miburi.robot.physics import mujoco
 from miburi.robot.shape import COLOURS, Part, extremities, links, parts
+
+__all__ = ["to_urdf"]
 
 
 def to_urdf(robot: Robot) -> str:
     """Return the robot as URDF.
 
     Joints carry the limits of Table 1, the servo's speed and torque. Fixed links ``right``,
-    ``left`` and ``head_centre`` mark the extremities. URDF knows no capsules: they become
-    cylinders. Masses and inertias are those of the physical model.
+    ``left`` and ``head_centre`` mark the extremities. URDF has neither capsules nor ellipsoids: a
+    capsule becomes a cylinder with a sphere at each end, an ellipsoid the upright cylinder around
+    it. Masses and inertias are those of the physical model.
     """
     root = ET.Element("robot", name=robot.name)
     for name, colour in COLOURS.items():
@@ -38,8 +42,10 @@ def to_urdf(robot: Robot) -> str:
     for name, link_element in made.items():
         _inertial(link_element, model, name)
     for part in parts(robot):
-        for use in ("visual", "collision") if part.mass else ("visual",):
-            _shape(ET.SubElement(made[part.link], use), part, use)
+        for piece in _pieces(part):
+            _shape(made[part.link], "visual", piece)
+            if part.mass:
+                _shape(made[part.link], "collision", piece)
     for name, (parent, point) in extremities(robot).items():
         child = "head_centre" if name == "head" else name
         ET.SubElement(root, "link", name=child)
@@ -71,24 +77,44 @@ def _inertial(link: ET.Element, model: mujoco.MjModel, name: str) -> None:
     ET.SubElement(inertial, "inertia", {key: f"{tensor[at]:.9g}" for key, at in names.items()})
 
 
-def _shape(element: ET.Element, part: Part, use: str) -> None:
-    start, turn = np.array(part.position, dtype=np.float64), (0.0, -part.tilt, 0.0)
-    geometry = ET.SubElement(element, "geometry")
-    if part.end is not None:
-        end = np.array(part.end, dtype=np.float64)
-        length = float(np.linalg.norm(end - start))
-        x, y, z = (end - start) / length
-        turn = (0.0, float(np.arctan2(np.hypot(x, y), z)), float(np.arctan2(y, x)))
-        start = (start + end) / 2
-        ET.SubElement(geometry, "cylinder", radius=_text(part.size), length=_text((length,)))
-    elif part.kind == "box":
-        ET.SubElement(geometry, "box", size=_text(tuple(2 * half for half in part.size)))
-    else:
-        ET.SubElement(geometry, "sphere", radius=_text(part.size[:1]))
-    element.insert(0, ET.Element("origin", xyz=_text(start), rpy=_text(turn)))
+def _pieces(part: Part) -> list[Part]:
+    """Return the same solid in shapes that URDF knows, each with a name of its own."""
+    match part.kind:
+        case "capsule":
+            ends = {"start": part.position, "end": part.end or part.position}
+            balls = [
+                replace(part, name=f"{part.name}.{end}", kind="sphere", position=place, end=None)
+                for end, place in ends.items()
+            ]
+            return [replace(part, kind="cylinder"), *balls]
+        case "ellipsoid":
+            (x, y, z), half = part.position, part.size[2]
+            return [replace(part, kind="cylinder", position=(x, y, z - half), end=(x, y, z + half))]
+    return [part]
+
+
+def _shape(link: ET.Element, use: str, piece: Part) -> None:
+    """Add a sphere, a box or a cylinder to what is seen or what collides."""
+    element = ET.SubElement(link, use)
+    start, turn = np.array(piece.position, dtype=np.float64), (0.0, -piece.tilt, 0.0)
+    match piece.kind:
+        case "cylinder":
+            end = np.array(piece.end, dtype=np.float64)
+            length = float(np.linalg.norm(end - start))
+            x, y, z = (end - start) / length
+            turn = (0.0, float(np.arctan2(np.hypot(x, y), z)), float(np.arctan2(y, x)))
+            start = (start + end) / 2
+            size = {"radius": _text(piece.size[:1]), "length": _text((length,))}
+        case "box":
+            size = {"size": _text(tuple(2 * half for half in piece.size))}
+        case _:
+            size = {"radius": _text(piece.size)}
+    ET.SubElement(element, "origin", xyz=_text(start), rpy=_text(turn))
+    ET.SubElement(ET.SubElement(element, "geometry"), piece.kind, size)
     if use == "visual":
-        ET.SubElement(element, "material", name=part.colour)
+        element.set("name", piece.name)
+        ET.SubElement(element, "material", name=piece.colour)
 
 
 def _text(numbers: tuple[float, ...] | np.ndarray) -> str:
-    return " ".join(f"{float(number):.9g}" for number in numbers)
+    return " ".join(f"{float(number) + 0.0:.9g}" for number in numbers)  # no -0

@@ -11,6 +11,8 @@ from math import copysign
 from miburi.servos.model import dry_friction
 from miburi.servos.servo import Servo
 
+__all__ = ["Axis"]
+
 #: s; the rotor against the play's stop needs less than 0.4 ms.
 _STEP = 1e-4
 #: Stiffness of gears and horn where the play ends, N·m/rad, and its damping (ours).

@@ -13,7 +13,24 @@ import numpy as np
 from pydantic import Field
 
 from miburi.errors import InputError
-from miburi.tables import Table, load_table
+from miburi.ground.tables import Table, load_table
+
+__all__ = [
+    "SERVOS",
+    "DataSheet",
+    "Divisor",
+    "Drive",
+    "Encoder",
+    "Friction",
+    "Gains",
+    "Loop",
+    "Motor",
+    "Origin",
+    "Profile",
+    "Servo",
+    "Supply",
+    "load_servo",
+]
 
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]

@@ -6,12 +6,14 @@ from fastapi import FastAPI
 from fastapi.staticfiles import StaticFiles
 from nicegui import ui
 
-from miburi.studio.api import make_api
+from miburi.interface.api import make_api
+from miburi.interface.pairing import pairing_router
+from miburi.interface.socket import live_router
+from miburi.live.runner import Runner
 from miburi.studio.face_page import add_face_page
-from miburi.studio.live import live_router
-from miburi.studio.pairing import pairing_router
-from miburi.studio.runner import Runner
 from miburi.studio.studio_page import add_studio_page
+
+__all__ = ["HERE", "make_app"]
 
 HERE = Path(__file__).parent
 

@@ -2,22 +2,28 @@
 
 import asyncio
 from collections.abc import Callable
+from functools import partial
 from html import escape
 from typing import Any
 
 from nicegui import ui
 from serial.tools.list_ports import comports
 
-from miburi.bodies.registry import KINDS
 from miburi.errors import MiburiError
 from miburi.feelings import TEMPERAMENTS
+from miburi.live.archive import Kept, Recordings
+from miburi.live.bodies import KINDS
+from miburi.live.runner import Runner
+from miburi.live.state import MotorOut, MotorsOut, State
 from miburi.studio.parts import attempt, button, heading, set_label
-from miburi.studio.runner import Runner
-from miburi.studio.wire import MotorOut, MotorsOut, State
 from miburi.studio.words import Words
+
+__all__ = ["Update", "body_panel"]
 
 #: So many °C below the limit a motor is shown as warm.
 _WARM = 5.0
+#: s between two looks at the recordings, and how many are listed.
+_LOOK, _LISTED = 0.5, 20
 Update = Callable[[State], None]
 
 
@@ -76,7 +82,7 @@ def _body(runner: Runner, say: dict[str, str], updates: list[Update]) -> None:
 
 def _temperament(runner: Runner, say: dict[str, str], updates: list[Update]) -> None:
     character = ui.select(
-        {name: say[name] for name in TEMPERAMENTS},
+        {name: say[name] if name in TEMPERAMENTS else name for name in runner.temperaments},
         value=runner.snapshot.state.temperament,
         label=say["temperament"],
     )
@@ -101,26 +107,69 @@ def _recordings(runner: Runner, say: dict[str, str], updates: list[Update]) -> N
     with ui.element("div").classes("row-2").style("margin-top: 14px"):
         record = button(say["record"], "")
     heading(say["recordings"]).style("margin-top: 12px")
-    kept = ui.html("", sanitize=False)
+    total = ui.label(say["none"]).classes("field-label")
+    listed = ui.element("ul").classes("recordings")
+    recordings = runner.recordings
 
     async def toggle() -> None:
-        await attempt(runner.record(runner.snapshot.state.recording is None))
+        await _try(recordings.end if recordings.current else recordings.start)
 
     record.on("click", toggle)
-    names: list[str] | None = None
+    shown: list[Kept] = []
     seen = -1
 
-    def update(state: State) -> None:
-        nonlocal names, seen
-        set_label(record, say["end_recording" if state.recording else "record"])
-        if state.latest == seen:
+    async def look() -> None:
+        nonlocal shown, seen
+        latest = runner.snapshot.state.latest
+        if latest == seen:
             return
-        seen, found = state.latest, runner.recordings.names()
-        if found != names:
-            names = found
-            kept.set_content(_downloads(found) or escape(say["none"]))
+        kept = await asyncio.to_thread(recordings.kept)
+        seen, found = latest, [one for one in kept if one.name != recordings.current]
+        if found == shown:
+            return
+        shown = found
+        taken, limit = sum(one.bytes for one in found) / 1e6, recordings.limit / 1e6
+        words = say["kept"].format(taken=f"{taken:.0f}", limit=f"{limit:.0f}")
+        total.set_text(words if found else say["none"])
+        listed.clear()
+        with listed:
+            for one in reversed(found[-_LISTED:]):
+                _kept(recordings, one, say)
+
+    ui.timer(_LOOK, look)
+
+    def update(state: State) -> None:
+        set_label(record, say["end_recording" if state.recording else "record"])
 
     updates.append(update)
+
+
+def _kept(recordings: Recordings, one: Kept, say: dict[str, str]) -> None:
+    """List a recording, with a button that deletes it when it is pressed twice."""
+    with ui.element("li"):
+        ui.link(one.name, f"/api/v1/recordings/{one.name}").props("download")
+        ui.label(f"{one.bytes / 1e6:.1f} MB" + ("" if one.whole else f", {say['broken_off']}"))
+        delete = button(say["delete"], "")
+        delete.props(f'aria-label="{say["delete"]} {one.name}"')
+    sure = False
+
+    async def press() -> None:
+        nonlocal sure
+        if sure:
+            await _try(partial(recordings.delete, one.name))
+        sure = True
+        set_label(delete, say["delete_sure"])
+        delete.props(f'aria-label="{say["delete_sure"]} {one.name}"')
+
+    delete.on("click", press)
+
+
+async def _try(act: Callable[[], None]) -> None:
+    """Do what may wait for the disk, in a thread; say why it was refused, if it was."""
+    try:
+        await asyncio.to_thread(act)
+    except MiburiError as error:
+        ui.notify(str(error), type="warning", position="bottom")
 
 
 def _motors(runner: Runner, words: Words, updates: list[Update]) -> None:
@@ -161,10 +210,12 @@ def _table(state: State, motors: MotorsOut, words: Words) -> str:
 def _cells(motor: MotorOut, angle: float, motors: MotorsOut, say: dict[str, str]) -> str:
     cells = [f"{angle:+.2f} rad".replace("-", "−")]
     if motors.hottest is not None:
-        there = motor.answers and motor.temperature is not None and motor.voltage is not None
-        cells += [f"{motor.temperature:.0f} °C", f"{motor.voltage:.1f} V"] if there else [
-            escape(say["silent"]), "",
-        ]  # fmt: skip
+        if not motor.answers:
+            cells += [escape(say["silent"]), ""]
+        elif motor.temperature is None or motor.voltage is None:
+            cells += ["", ""]
+        else:
+            cells += [f"{motor.temperature:.0f} °C", f"{motor.voltage:.1f} V"]
     cells += [f"{1000 * motor.guards.lag:.0f} ms", f"{1000 * motor.guards.slack:.0f} mrad"]
     return "".join(f"<td>{cell}</td>" for cell in cells)
 
@@ -184,11 +235,3 @@ def _calibration(motors: MotorsOut, say: dict[str, str]) -> str:
         return told
     command = escape(f"miburi card calibrate {motors.port}")
     return f"{told} {escape(say['calibrate'])} <code>{command}</code>"
-
-
-def _downloads(names: list[str]) -> str:
-    links = "".join(
-        f'<li><a href="/api/v1/recordings/{escape(name)}" download>{escape(name)}</a></li>'
-        for name in reversed(names[-8:])
-    )
-    return f"<ul>{links}</ul>" if links else ""

@@ -5,10 +5,14 @@ from html import escape
 
 from nicegui import ui
 
+from miburi.live.archive import EndReason
+from miburi.live.runner import Runner
+from miburi.live.state import Entry, State, StopOut
+from miburi.safety.stop import StopReason
 from miburi.studio.parts import heading
-from miburi.studio.runner import Runner
-from miburi.studio.wire import Entry, State, StopOut
 from miburi.studio.words import Words
+
+__all__ = ["contact_panel", "facts", "line", "why", "why_ended"]
 
 _LOG_LINES = 60
 
@@ -22,7 +26,7 @@ def contact_panel(runner: Runner, words: Words, updates: list[Callable[[State], 
             with headline:
                 first = ui.label()
             second = ui.label()
-            facts = ui.html("", sanitize=False)
+            measured = ui.html("", sanitize=False)
         with ui.element("div"):
             heading(say["log"])
             log = ui.html("", sanitize=False)
@@ -31,7 +35,7 @@ def contact_panel(runner: Runner, words: Words, updates: list[Callable[[State], 
 
     def update(state: State) -> None:
         nonlocal shown, seen
-        now = (state.stop, state.phase, state.held, state.latest)
+        now = (state.stop, state.phase, state.held, state.latest, state.rule)
         if now == shown:
             return
         shown = now
@@ -39,7 +43,7 @@ def contact_panel(runner: Runner, words: Words, updates: list[Callable[[State], 
         first.set_text(first_words)
         second.set_text(second_words)
         entries = runner.log()
-        facts.set_content(_facts(state, entries, words))
+        measured.set_content(facts(state, entries, words))
         if state.latest != seen:
             seen = state.latest
             log.set_content(_log(entries[-_LOG_LINES:], words))
@@ -52,31 +56,44 @@ def why(state: State, words: Words) -> tuple[str, str]:
     say, stop = words["contact"], state.stop
     if stop is None:
         going_back = state.phase == "returning"
-        return say["free"], say["returning" if going_back else "free_more"]
-    if stop.reason == "contact" and stop.motor is not None:
+        # A number and its unit stay on one line.
+        rule = {
+            "ratio": f"{100 * state.rule.ratio:g}\N{NO-BREAK SPACE}%",
+            "period": f"{state.rule.period:g}\N{NO-BREAK SPACE}s",
+        }
+        return say["free"], say["returning" if going_back else "free_more"].format(**rule)
+    if stop.reason is StopReason.CONTACT and stop.motor is not None:
         met = say["met"].format(motor=words["joint"][stop.motor])
         return met, say["held" if state.held else "waits"]
-    if stop.reason == "asked":
+    if stop.reason is StopReason.ASKED:
         return say["asked"], say["held"]
-    return say["failed"].format(reason=stop.reason), say["held"]
+    return say["failed"].format(reason=words["reason"][stop.reason]), say["held"]
 
 
-def _facts(state: State, entries: list[Entry], words: Words) -> str:
+def why_ended(reason: EndReason, detail: str | None, words: Words) -> str:
+    """Say why a recording ended by itself."""
+    return words["recording"][reason].format(detail=detail)
+
+
+def facts(state: State, entries: list[Entry], words: Words) -> str:
     """Return what was measured at the contact of now, or at the latest one, as HTML."""
     stop = state.stop
     if stop is not None:
-        return _measured(stop, words) if stop.reason == "contact" else ""
-    contacts = [entry for entry in entries if entry.stop and entry.stop.reason == "contact"]
+        contact = stop.reason is StopReason.CONTACT
+        return _measured(stop, state.rule.ratio, words) if contact else ""
+    contacts = [
+        entry for entry in entries if entry.stop and entry.stop.reason is StopReason.CONTACT
+    ]
     if not contacts or contacts[-1].stop is None:
         return ""
     latest = contacts[-1].stop
     title = words["contact"]["latest"].format(
         motor=words["joint"].get(latest.motor or "", ""), time=f"{contacts[-1].time:.1f} s"
     )
-    return f"<h3>{escape(title)}</h3>{_measured(latest, words)}"
+    return f"<h3>{escape(title)}</h3>{_measured(latest, contacts[-1].limit, words)}"
 
 
-def _measured(stop: StopOut, words: Words) -> str:
+def _measured(stop: StopOut, limit: float | None, words: Words) -> str:
     say = words["contact"]
     rows = []
     if stop.measured is not None and stop.expected is not None:
@@ -87,8 +104,9 @@ def _measured(stop: StopOut, words: Words) -> str:
     if stop.sign != "speed" or stop.measured is None:
         rows += _travel(stop, say)
     if stop.ratio is not None:
-        limit = f" ({say['limit']})" if stop.sign == "speed" else ""
-        rows.append((say["ratio" if limit else "way"], f"{stop.ratio:.2f}{limit}"))
+        by_speed = stop.sign == "speed"
+        beside = f" ({say['limit'].format(limit=limit)})" if by_speed else ""
+        rows.append((say["ratio" if by_speed else "way"], f"{stop.ratio:.2f}{beside}"))
     rows.append((say["sign"], say[f"sign_{stop.sign}"]))
     if stop.force is not None:
         rows.append((say["force"], f"{stop.force:.1f} N"))
@@ -110,25 +128,29 @@ def _log(entries: list[Entry], words: Words) -> str:
         return escape(words["contact"]["empty"])
     lines = "".join(
         f'<li class="{entry.kind}"><time>{entry.time:.1f} s</time>'
-        f"<span>{escape(_line(entry, words))}</span></li>"
+        f"<span>{escape(line(entry, words))}</span></li>"
         for entry in reversed(entries)
     )
     return f'<ol class="log" tabindex="0">{lines}</ol>'
 
 
-def _line(entry: Entry, words: Words) -> str:
+def line(entry: Entry, words: Words) -> str:
+    """Say what happened in one line of the log."""
     say, stop = words["log"], entry.stop
-    if stop is not None and stop.reason == "contact" and stop.motor is not None:
+    if stop is not None and stop.reason is StopReason.CONTACT and stop.motor is not None:
         return say["stopped" if stop.sign == "speed" else "stopped_way"].format(
             motor=words["joint"][stop.motor],
             ratio=f"{100 * (stop.ratio or 0):.0f} %",
             before=f"{stop.mood_before:.2f}",
             after=f"{stop.mood_after:.2f}",
         )
-    if stop is not None:
-        key = "stopped_asked" if stop.reason == "asked" else "stopped_other"
-        return say[key].format(name=stop.reason)
     name = entry.name or ""
+    if entry.kind == "stopped":
+        key = "stopped_asked" if name == StopReason.ASKED else "stopped_other"
+        return say[key].format(name=words["reason"][name])
+    if entry.reason is not None:
+        reason = why_ended(entry.reason, entry.detail, words)
+        return say["recording_ended"].format(name=name, reason=reason)
     return say[entry.kind].format(
         name=words["body"].get(name, name) if entry.kind in ("body", "temperament") else name,
         feeling=words["feeling"].get(entry.feeling or "", ""),

@@ -5,14 +5,15 @@ import asyncio
 from nicegui import ui
 from pydantic import ValidationError
 
-from miburi import gestures
 from miburi.errors import MiburiError
 from miburi.feelings import FEELINGS, Expression
-from miburi.studio.api import performance
+from miburi.interface.api import performance
+from miburi.interface.wire import ExpressIn
+from miburi.live.runner import Runner
 from miburi.studio.parts import attempt, button, heading
-from miburi.studio.runner import Runner
-from miburi.studio.wire import ExpressIn
 from miburi.studio.words import Words
+
+__all__ = ["gestures_panel"]
 
 _EFFORT = ("space", "weight", "time", "flow")
 
@@ -37,13 +38,13 @@ def gestures_panel(runner: Runner, words: Words) -> None:
                 go = button(say["perform"], say["hint"], "strong")
 
     def as_written() -> None:
-        effort = gestures.load(lead.value).effort
+        effort = runner.repertoire.of(lead.value)[0].effort
         for name, slider in efforts.items():
             slider.set_value(getattr(effort, name))
 
     async def perform() -> None:
         effort = {name: float(slider.value) for name, slider in efforts.items()}
-        own = gestures.load(lead.value).effort.model_dump()
+        own = runner.repertoire.of(lead.value)[0].effort.model_dump()
         changed = any(abs(effort[name] - own[name]) > 1e-6 for name in _EFFORT)
         blend = {other.value: float(share.value)} if other.value else {}
         try:
@@ -55,7 +56,7 @@ def gestures_panel(runner: Runner, words: Words) -> None:
                     "effort": effort if changed else None,
                 }
             )
-            poses = await asyncio.to_thread(performance, runner.robot, wish)
+            poses = await asyncio.to_thread(performance, runner, wish)
             await attempt(runner.perform(Expression(wish.feeling, wish.mood), poses))
         except (MiburiError, ValidationError) as error:
             ui.notify(str(error), type="warning", position="bottom")

@@ -7,7 +7,9 @@ from nicegui import ui
 from nicegui.element import Element
 
 from miburi.errors import MiburiError
-from miburi.studio.api import done
+from miburi.interface.api import done
+
+__all__ = ["attempt", "button", "heading", "set_label"]
 
 
 async def attempt(future: Future[None]) -> None:

@@ -16,15 +16,19 @@ from types import FrameType
 import uvicorn
 
 from miburi import ik
-from miburi.bodies.registry import KINDS
-from miburi.calibration_file import read_calibration
 from miburi.errors import InputError, OutputError
-from miburi.feelings import FEELINGS, EmotionalModel, Stimulus, shipped_temperament
-from miburi.robot import forward, iphonoid
-from miburi.studio.access import LARGEST, Gate, is_loopback, kept_token
-from miburi.studio.memory import remember, remembered
-from miburi.studio.recordings import Recordings
-from miburi.studio.runner import Runner
+from miburi.feelings import FEELINGS, EmotionalModel, Stimulus, Temperament
+from miburi.gestures import Repertoire
+from miburi.interface.access import LARGEST, Gate, is_loopback, kept_token
+from miburi.live.archive import Recordings
+from miburi.live.bodies import KINDS
+from miburi.live.memory import keep, remember, remembered
+from miburi.live.runner import Runner
+from miburi.robot import Robot, forward
+from miburi.safety.contact import Rule
+from miburi.studio.words import FALLBACK, words
+
+__all__ = ["FIRST_MOOD", "GREETING", "Wish", "own_folder", "serve"]
 
 #: A partner that meets people for the first time is in this mood (ours): middling in
 #: everything, so that every feeling shows, and glad to see them.
@@ -40,34 +44,36 @@ class Wish:
 
     Attributes
     ----------
+    robot, repertoire, temperament
+        The body on paper, its gestures, and the character to begin with.
+    rule
+        The contact rule of simulated bodies; None: the robot's own.
     body, port_of_body
         The kind of body, and a card's serial port.
     host, port
         Where to listen; port 0 takes any that is free.
     headless
         Open no browser.
-    temperament
-        One that ships with Miburi.
     folder
         Where the token, the partner's state and recordings are kept.
     forget
         Start in the first mood, and keep none.
     seed
-        Chooses the small variations of gestures; 0 or more.
-    calibration
-        A file with the contact rule of simulated bodies; by default the robot's own.
+        Chooses among gestures, and their small variations; 0 or more.
     """
 
+    robot: Robot
+    repertoire: Repertoire
+    temperament: Temperament
+    rule: Rule | None = None
     body: str = "simulated"
     port_of_body: str | None = None
     host: str = "127.0.0.1"
     port: int = 8080
     headless: bool = False
-    temperament: str = "playful"
     folder: Path | None = None
     forget: bool = False
     seed: int = 0
-    calibration: Path | None = None
 
 
 def own_folder() -> Path:
@@ -82,9 +88,7 @@ def serve(wish: Wish) -> None:
     Raises
     ------
     InputError
-        The host, the port, the body or the temperament is not one.
-    DescriptionError
-        The calibration is not one.
+        The seed, the host, the port or the body is not one.
     OutputError
         The port is taken.
     """
@@ -92,7 +96,7 @@ def serve(wish: Wish) -> None:
         raise InputError(f"the seed must be 0 or more, got {wish.seed}.")
     folder = wish.folder or own_folder()
     token = None if is_loopback(wish.host) else kept_token(folder / "token")
-    feelings = EmotionalModel(shipped_temperament(wish.temperament))
+    feelings = EmotionalModel(wish.temperament)
     if wish.body not in KINDS:
         raise InputError(f"the body must be one of {', '.join(KINDS)}, got {wish.body!r}.")
     if KINDS[wish.body].needs_port and not wish.port_of_body:
@@ -100,20 +104,18 @@ def serve(wish: Wish) -> None:
             f"the {wish.body} body needs a port, such as /dev/ttyACM0; give it one with --serial. "
             "`miburi card list` names the ports that are there."
         )
-    rule = None
-    if wish.calibration is not None:
-        if wish.body == "card":
-            raise InputError(
-                "a card has its own calibration; load this one onto it with `miburi card load`."
-            )
-        rule = read_calibration(iphonoid(), wish.calibration).rule
+    if wish.rule is not None and wish.body == "card":
+        raise InputError(
+            "a card has its own calibration; load this one onto it with `miburi card load`."
+        )
     with _listening(wish.host, wish.port) as listener:
-        kept = None if wish.forget else remembered(folder / "feelings.json", feelings.temperament)
+        memory = folder / "feelings.json"
+        kept = None if wish.forget else _recall(memory, feelings.temperament)
         feelings = kept or feelings
         if kept is None:
             feelings.set_state(mood=FIRST_MOOD)
         feelings.stimulate(GREETING)
-        robot = iphonoid()
+        robot = wish.robot
         # A solver that is still to be compiled would hold up the loop, and Stop with it, for 20 s.
         ik.solve(robot, forward(robot, robot.neutral), start=robot.neutral)
         runner = Runner(
@@ -123,12 +125,20 @@ def serve(wish: Wish) -> None:
             body=wish.body,
             port=wish.port_of_body,
             seed=wish.seed,
-            rule=rule,
+            rule=wish.rule,
+            repertoire=wish.repertoire,
         )
         stop = runner.body.state.stop
         if stop is not None:
-            print(f"The body is stopped: {stop.reason}. Make room, then release it in the studio.")
+            why = words(FALLBACK)["reason"][stop.reason]
+            print(f"The body is stopped: {why}. Make room, then release it in the studio.")
         runner.start()
+        ending = threading.Event()
+        keeper = threading.Thread(
+            target=keep, args=(memory, runner.feelings, ending.wait), daemon=True
+        )
+        if not wish.forget:
+            keeper.start()
         try:
             # NiceGUI takes a second to load: the robot moves already.
             from miburi.studio.app import make_app
@@ -136,10 +146,11 @@ def serve(wish: Wish) -> None:
             app = Gate(make_app(runner, _addresses(listener, wish.host), token), token)
             _run(app, listener, lambda url: _announce(url, token, wish.headless), wish.host)
         finally:
+            ending.set()
             runner.close()
             if not wish.forget:
-                remember(folder / "feelings.json", feelings)
-            _say_good_bye(runner, folder, kept=not wish.forget)
+                keeper.join()
+            _say_good_bye(runner, folder, kept=not wish.forget and _keep(memory, feelings))
 
 
 def _run(app: Gate, listener: socket.socket, ready: object, host: str) -> None:
@@ -239,6 +250,23 @@ def _addresses(listener: socket.socket, host: str) -> list[str]:
     return [f"http://{name}:{port}"]
 
 
+def _recall(path: Path, temperament: Temperament) -> EmotionalModel | None:
+    try:
+        return remembered(path, temperament)
+    except InputError as error:
+        print(f"miburi: {error}", file=sys.stderr)
+        return None
+
+
+def _keep(path: Path, feelings: EmotionalModel) -> bool:
+    try:
+        remember(path, feelings.save())
+    except OutputError as error:
+        print(f"miburi: {error}", file=sys.stderr)
+        return False
+    return True
+
+
 def _say_good_bye(runner: Runner, folder: Path, *, kept: bool) -> None:
     """Say in one line how the partner was left."""
     home = "rests at neutral" if runner.at_home else "could not be brought to neutral; look at it"
@@ -248,7 +276,7 @@ def _say_good_bye(runner: Runner, folder: Path, *, kept: bool) -> None:
 
 def _announce(url: str, token: str | None, headless: bool) -> None:
     """Say where the studio is; open it unless told otherwise."""
-    from miburi.studio.pairing import pairing_url, qr_for_terminal
+    from miburi.interface.pairing import pairing_url, qr_for_terminal
 
     shown = url if token is None else pairing_url(url, token)
     print(f"Miburi is awake. Studio: {shown}   face: {url}/face   (end with Ctrl-C)", flush=True)

@@ -12,16 +12,21 @@ import numpy as np
 from fastapi import Request
 from nicegui import ui
 
-from miburi.studio.api import describe
+from miburi.feelings import FEELINGS
+from miburi.feelings.catalogue import CATALOGUE
+from miburi.interface.api import describe
+from miburi.interface.pairing import pairing_url, qr_svg
+from miburi.live.runner import Runner
+from miburi.live.state import State
+from miburi.robot import JOINTS
 from miburi.studio.body_panel import body_panel
-from miburi.studio.contact_panel import contact_panel, why
+from miburi.studio.contact_panel import contact_panel, why, why_ended
 from miburi.studio.elements import Levels, Plots, RobotView
 from miburi.studio.gestures_panel import gestures_panel
-from miburi.studio.pairing import pairing_url, qr_svg
 from miburi.studio.parts import attempt, button, heading, set_label
-from miburi.studio.runner import Runner
-from miburi.studio.wire import State
 from miburi.studio.words import LANGUAGES, Words, own_name, preferred, words
+
+__all__ = ["DARK_COOKIE", "HAND_START", "LANGUAGE_COOKIE", "add_studio_page"]
 
 #: Seconds between two looks at what changes slowly.
 _LOOK = 0.25
@@ -99,6 +104,7 @@ class _Studio:
                 ui.html("Miburi <small>身振り</small>", sanitize=False)
             pill = ui.label("…").classes("pill").props('role="status"')
             recording = ui.label(say["recording"]).classes("on-air")
+            ended = ui.label().classes("recording-ended").props('role="status"')
             ui.element("div").classes("grow")
             pause = button(say["pause"], say["pause_hint"])
             pause.on("click", self._toggle_pause)
@@ -120,6 +126,9 @@ class _Studio:
         def update(state: State) -> None:
             resting = state.paused and state.phase == "idle"
             recording.set_visibility(state.recording is not None)
+            end = state.recording_end
+            reason = why_ended(end.reason, end.detail, self._words) if end else ""
+            ended.set_text(say["recording_ended"].format(reason=reason) if end else "")
             pill.set_text(self._words["phase"]["paused" if resting else state.phase])
             set_label(pause, say["resume" if state.paused else "pause"])
 
@@ -128,7 +137,8 @@ class _Studio:
     def _stage(self) -> None:
         say = self._words["studio"]
         with ui.element("section").classes("card stage").props(f'aria-label="{say["scene"]}"'):
-            view = RobotView(describe(self._runner.robot).model_dump(), say["scene"], say["no_3d"])
+            robot = describe(self._runner).model_dump()
+            view = RobotView(robot, CATALOGUE.faces(), say["scene"], say["no_3d"])
             with ui.element("div").classes("why").props('role="alert" aria-live="assertive"'):
                 said = ui.label()
                 with ui.element("small"):
@@ -162,7 +172,7 @@ class _Studio:
         say, level = self._words["studio"], dict(self._words["level"])
         with ui.element("section").classes("card feelings"):
             heading(say["feelings"])
-            board = Levels({**level, "names": self._words["feeling"]}, 0.7)
+            board = Levels({**level, "names": self._words["feeling"]}, CATALOGUE.faces(), 0.7)
             with ui.element("div").classes("strength"):
                 ui.label(say["strength"]).classes("field-label")
                 strength = ui.slider(min=0.05, max=1, step=0.05, value=0.7)
@@ -188,12 +198,11 @@ class _Studio:
                         panel()
 
     def _plots(self) -> None:
-        robot = describe(self._runner.robot)
         Plots(
             self._words["plot"],
-            robot.threshold,
-            [self._words["feeling"][name] for name in robot.feelings],
-            [self._words["joint"][name] for name in robot.joints],
+            [self._words["feeling"][name] for name in FEELINGS],
+            [feeling.colour.screen for feeling in CATALOGUE.feeling],
+            [self._words["joint"][name] for name in JOINTS],
         )
 
     def _pairing(self) -> ui.dialog:

@@ -1,21 +1,24 @@
 """The parts of the pages that the browser draws itself, from the live WebSocket."""
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
-import nicegui
 from nicegui.element import Element
 
-_SCENE = Path(nicegui.__file__).parent / "elements" / "scene" / "dist"
 
-
-class RobotView(Element, component="robot.js", esm={"nicegui-scene": str(_SCENE)}):
+class RobotView(Element, component="robot.js", esm={"three": "vendor/three"}):
     """The robot in 3D, and a hand that can be dragged."""
 
-    def __init__(self, robot: Mapping[str, Any], label: str, without: str) -> None:
+    def __init__(
+        self, robot: Mapping[str, Any], faces: Mapping[str, object], label: str, without: str
+    ) -> None:
         super().__init__()
-        self._props |= {"robot": dict(robot), "label": label, "without": without}
+        self._props |= {
+            "robot": dict(robot),
+            "faces": dict(faces),
+            "label": label,
+            "without": without,
+        }
 
     def reset(self) -> None:
         """Look at the robot as at the beginning."""
@@ -23,11 +26,13 @@ class RobotView(Element, component="robot.js", esm={"nicegui-scene": str(_SCENE)
 
 
 class Levels(Element, component="levels.js"):
-    """Eight buttons with faces, and the three levels of each feeling."""
+    """A button with a face for each feeling, and its three levels."""
 
-    def __init__(self, words: Mapping[str, Any], strength: float) -> None:
+    def __init__(
+        self, words: Mapping[str, Any], faces: Mapping[str, object], strength: float
+    ) -> None:
         super().__init__()
-        self._props |= {"words": dict(words), "strength": strength}
+        self._props |= {"words": dict(words), "faces": dict(faces), "strength": strength}
 
     def set_strength(self, strength: float) -> None:
         """Set how strong a short press is, 0 to 1."""
@@ -38,12 +43,12 @@ class Plots(Element, component="plots.js"):
     """Moods, hands and speed ratios over the last minute."""
 
     def __init__(
-        self, words: Mapping[str, str], threshold: float, feelings: list[str], joints: list[str]
+        self, words: Mapping[str, str], feelings: list[str], colours: list[str], joints: list[str]
     ) -> None:
         super().__init__()
         self._props |= {
             "words": dict(words),
-            "threshold": threshold,
             "feelings": feelings,
+            "colours": colours,
             "joints": joints,
         }

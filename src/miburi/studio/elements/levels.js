@@ -1,6 +1,6 @@
-// The eight feelings: a button with its face, and its three levels on their three time scales.
+// The feelings: a button with its face, and its three levels on their three time scales.
 import { ask, listen, live } from "/static/live.js";
-import { FEELINGS, mix, SvgFace, tintOf } from "/static/face.js";
+import { mix, SvgFace, tintOf } from "/static/face.js";
 
 const FULL = 1.2; // seconds until a held button has its full strength
 
@@ -27,12 +27,15 @@ export default {
       </button>
     </div>
   </div>`,
-  props: { words: Object, strength: Number },
-  data: () => ({ names: FEELINGS, levels: ["emotion", "feeling", "mood"], shown: false }),
+  props: { words: Object, faces: Object, strength: Number },
+  data() {
+    const names = this.faces.feelings.map((feeling) => feeling.name);
+    return { names, levels: ["emotion", "feeling", "mood"], shown: false };
+  },
 
   mounted() {
     this.$refs.faces.forEach((svg, i) => {
-      const look = mix(FEELINGS.map((_, j) => (i === j ? 0.9 : 0)));
+      const look = mix(this.faces, this.names.map((_, j) => (i === j ? 0.9 : 0)));
       svg.style.background = tintOf(look);
       new SvgFace(svg).draw(look, 0.1);
     });
@@ -54,7 +57,7 @@ export default {
         const said = this.levels.map((level) => `${this.words[level]} ${Math.round(100 * state[level][i])} %`);
         this.$refs.bars[i].setAttribute("aria-label", said.join(", "));
         this.$refs.buttons[i].dataset.mood = mood;
-        this.$refs.buttons[i].classList.toggle("on", state.felt?.feeling === FEELINGS[i]);
+        this.$refs.buttons[i].classList.toggle("on", state.felt?.feeling === this.names[i]);
       });
       const now = state.expressed ?? state.felt;
       this.shown = Boolean(now);
@@ -68,7 +71,7 @@ export default {
       if (state.paused) return this.words.why_paused;
       if (state.stop) return this.words.why_stopped;
       if (state.asked) return this.words.why_asked;
-      const i = FEELINGS.indexOf(now.feeling);
+      const i = this.names.indexOf(now.feeling);
       return this.words.why_felt.replace("{emotion}", state.emotion[i].toFixed(2));
     },
 
@@ -91,7 +94,7 @@ export default {
     },
     tap(i) { this.say(i, this.strength); },
     async say(i, strength) {
-      const stimulus = { feeling: FEELINGS[i], strength: Number(strength.toFixed(3)), source: "speech" };
+      const stimulus = { feeling: this.names[i], strength: Number(strength.toFixed(3)), source: "speech" };
       const refusal = await ask("/stimulus", stimulus);
       if (refusal) this.$emit("refused", refusal);
       const button = this.$refs.buttons[i];

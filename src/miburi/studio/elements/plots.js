@@ -2,12 +2,12 @@
 import { listen } from "/static/live.js";
 
 const SPAN = 60;
-const COLOURS = ["#e2a400", "#3d78c2", "#8d7cc3", "#6d4f9c", "#ee7f2d", "#7d9a2c", "#d2402f", "#1ba3a8"];
+const JOINT_COLOURS = ["#e2a400", "#3d78c2", "#8d7cc3", "#6d4f9c", "#ee7f2d", "#7d9a2c", "#d2402f", "#1ba3a8"];
 
 export default {
   template: `<div class="plots">
     <figure v-for="plot in plots" :key="plot.key">
-      <figcaption>{{ plot.title }} <small>{{ plot.unit }}</small></figcaption>
+      <figcaption>{{ plot.title }} <small>{{ plot.limit ? limit && '≥ ' + limit : plot.unit }}</small></figcaption>
       <canvas ref="canvases" role="img" :aria-label="plot.title"></canvas>
       <div class="key" :title="words.only"><button v-for="(name, i) in plot.names" :key="name" type="button"
         :aria-pressed="alone[plot.key] === i" @click="alone[plot.key] = alone[plot.key] === i ? null : i">
@@ -15,18 +15,19 @@ export default {
       <p v-if="plot.limit" class="note">{{ carded ? words.card : words.guards }}</p>
     </figure>
   </div>`,
-  props: { words: Object, threshold: Number, feelings: Array, joints: Array },
+  props: { words: Object, feelings: Array, colours: Array, joints: Array },
   data() {
     const { words } = this.$props;
     return {
       carded: false,
+      limit: null, // the running rule's, once a state has told it
       alone: {}, // the one series that each plot shows, where somebody chose one
       plots: [
-        { key: "mood", title: words.moods, unit: "0 – 1", top: 1, fixed: true, colours: COLOURS, names: this.feelings,
+        { key: "mood", title: words.moods, unit: "0 – 1", top: 1, fixed: true, colours: this.colours, names: this.feelings,
           values: (s) => s.mood },
         { key: "hands", title: words.hands, unit: "m/s · m", top: 0.3, colours: ["#d2402f", "#3d78c2"],
           names: [words.hand_speed, words.extent], values: (s) => [s.hand_speed, s.extent] },
-        { key: "ratio", title: words.ratio, unit: `≥ ${this.threshold}`, top: 1.4, fixed: true, colours: COLOURS, names: this.joints,
+        { key: "ratio", title: words.ratio, top: 1.4, fixed: true, colours: JOINT_COLOURS, names: this.joints,
           values: (s) => s.ratios, limit: true, dots: true },
       ],
     };
@@ -41,6 +42,7 @@ export default {
     this.unlisten = listen((state) => {
       if (!state) return;
       this.carded = state.body !== "simulated";
+      this.limit = state.rule.ratio;
       const last = this.samples.at(-1)?.time ?? -1;
       if (state.time < last) this.samples = [];
       if (state.time - last >= 0.1) {
@@ -95,10 +97,10 @@ export default {
       c.textAlign = "center";
       for (let s = 0; s <= SPAN; s += 15)
         c.fillText(s ? `−${s} s` : "0", Math.min(width - 8, Math.max(left + 8, x(now - s))), height - 3);
-      if (plot.limit) {
+      if (plot.limit && this.limit) {
         c.strokeStyle = "#d2402f";
         c.setLineDash([5, 4]);
-        line(c, left, y(this.threshold), left + w, y(this.threshold));
+        line(c, left, y(this.limit), left + w, y(this.limit));
         c.setLineDash([]);
       }
       plot.colours.forEach((colour, k) => {

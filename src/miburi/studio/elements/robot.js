@@ -1,5 +1,5 @@
 // The robot in 3D, built from the description, moved by the partner's states; and a hand to drag.
-import { THREE, OrbitControls } from "nicegui-scene";
+import * as THREE from "three";
 import { listen, send } from "/static/live.js";
 import { Blinker, drawOn, Easer, mix, tintOf } from "/static/face.js";
 
@@ -12,7 +12,7 @@ export default {
     <canvas ref="canvas" tabindex="0" role="img" :aria-label="label"
       style="width:100%;height:100%;display:block;outline-offset:-4px;touch-action:none"></canvas>
     <p v-if="blind" class="blind">{{ without }}</p></div>`,
-  props: { robot: Object, label: String, without: String },
+  props: { robot: Object, faces: Object, label: String, without: String },
   data: () => ({ blind: false }),
 
   async mounted() {
@@ -28,7 +28,7 @@ export default {
     this.scene = new THREE.Scene();
     this.camera = new THREE.PerspectiveCamera(33, 1, 0.02, 20);
     this.camera.up.set(0, 0, 1);
-    this.controls = new OrbitControls(this.camera, this.$refs.canvas);
+    this.controls = new THREE.OrbitControls(this.camera, this.$refs.canvas);
     Object.assign(this.controls, { minDistance: 0.25, maxDistance: 1.6, maxPolarAngle: 1.62, enableDamping: true });
     this.light();
     this.build();
@@ -43,7 +43,7 @@ export default {
     this.$el.view = this; // for tests and pictures
     this.angles = [...this.robot.neutral];
     this.goal = this.angles;
-    this.easer = new Easer();
+    this.easer = new Easer(this.faces.feelings.length);
     this.blinker = new Blinker();
     this.weights = [];
     this.unlisten = listen((state) => this.take(state));
@@ -214,7 +214,7 @@ export default {
     },
 
     drawFace(time, dt) {
-      const look = mix(this.easer.towards(this.weights, dt));
+      const look = mix(this.faces, this.easer.towards(this.weights, dt));
       const { width, height } = this.canvas;
       const context = this.canvas.getContext("2d");
       context.setTransform(1, 0, 0, 1, 0, 0);

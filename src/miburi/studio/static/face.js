@@ -1,73 +1,23 @@
-// The face: a few numbers (the looks of eight feelings, mixed) become shapes, and the shapes an
+// The face: a few numbers (the faces of the feelings, mixed) become shapes, and the shapes an
 // SVG or a drawing on a canvas. Everything is laid out in a square of 200 by 200; y points down.
 
-const REST = {
-  open: 0.86, slant: 0, cheek: 0, pupil: 1, lookX: 0, lookY: 0, eye: 1, spark: 0,
-  browY: 0, browTilt: 0, browArch: 0.35, browWeight: 1, browSkew: 0,
-  mouthW: 26, smile: 7, gape: 0, up: 0.2, square: 0.5, wave: 0, skew: 0, teeth: 0, tongue: 0,
-  mouthY: 0, blush: 0.12, tear: 0, sweat: 0, wrinkle: 0, vein: 0, stars: 0, shake: 0, pale: 0,
-};
+const rgb = (hex) => [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16));
 
-// What each feeling changes at full strength. Brow tilt: above 0 the inner ends rise. Slant:
-// above 0 the lids fall towards the nose, below 0 towards the temples.
-const LOOKS = {
-  happiness: {
-    open: 0.92, cheek: 0.5, pupil: 1.15, spark: 0.5, browY: 8, browArch: 0.75, mouthW: 43,
-    smile: 22, gape: 17, up: 0.05, square: 0.75, tongue: 0.7, blush: 0.95, mouthY: -4,
-  },
-  sadness: {
-    open: 0.58, slant: -0.75, lookY: 0.62, browTilt: 0.85, browY: 1, browArch: -0.1, mouthW: 24,
-    smile: -14, mouthY: 6, tear: 1, blush: 0, pupil: 1.1, spark: 0.25,
-  },
-  fright: {
-    open: 1.2, eye: 1.22, pupil: 0.26, browY: 19, browTilt: 0.62, browArch: 0.15, mouthW: 34,
-    smile: -8, gape: 35, up: 0.5, square: 0.24, teeth: 1, blush: 0, shake: 1, pale: 1, mouthY: 3,
-  },
-  fear: {
-    open: 0.98, slant: -0.22, pupil: 0.62, lookX: 0.72, lookY: 0.1, browTilt: 0.9, browY: 10,
-    browArch: -0.1, mouthW: 33, smile: -5, gape: 3, wave: 5.5, blush: 0, sweat: 1, shake: 0.6,
-    mouthY: 3, eye: 1.02,
-  },
-  thrill: {
-    open: 1.15, eye: 1.14, pupil: 1.55, spark: 1, browY: 20, browArch: 0.95, mouthW: 50,
-    smile: 27, gape: 36, up: 0.02, square: 0.68, teeth: 0.55, tongue: 1, blush: 1, stars: 1,
-    mouthY: -4,
-  },
-  disgust: {
-    open: 0.5, slant: 0.12, cheek: 0.62, pupil: 0.8, lookX: -0.6, lookY: 0.15, browY: -5,
-    browTilt: -0.32, browSkew: 1, mouthW: 31, smile: -13, gape: 9, up: 0.75, skew: 1, tongue: 1,
-    wrinkle: 1, blush: 0, square: 0.6, mouthY: 2,
-  },
-  anger: {
-    open: 0.74, slant: 0.95, cheek: 0.12, pupil: 0.68, browY: -11, browTilt: -1, browArch: -0.25,
-    browWeight: 1.65, mouthW: 36, smile: -8, gape: 13, up: 0.5, square: 0.2, teeth: 1.6,
-    blush: 0, vein: 1, mouthY: 2,
-  },
-  surprise: {
-    open: 1.16, eye: 1.1, pupil: 0.85, browY: 24, browArch: 1.35, mouthW: 15, smile: 0, gape: 34,
-    up: 0.5, square: 0.5, blush: 0.1, mouthY: 7,
-  },
-};
-export const FEELINGS = Object.keys(LOOKS);
-
-const TINTS = {
-  rest: [246, 236, 221], happiness: [255, 224, 130], sadness: [164, 192, 226],
-  fright: [222, 216, 238], fear: [190, 176, 214], thrill: [255, 178, 120],
-  disgust: [188, 208, 128], anger: [240, 134, 112], surprise: [158, 222, 224],
-};
-
-export function mix(weights) {
-  // weights: eight numbers from 0 to 1. Faint feelings must be seen: they count as w^0.55.
-  const held = weights.map((weight) => Math.pow(Math.max(0, weight), 0.55));
+export function mix(faces, weights) {
+  // faces: the server's {rest, feelings}, where a feeling has what it changes at full strength;
+  // weights: a number from 0 to 1 for each. Faint feelings must be seen: they count as w^0.55.
+  const { tint, ...parts } = faces.rest;
+  const held = faces.feelings.map((_, i) => Math.pow(Math.max(0, weights[i] ?? 0), 0.55));
   const sum = held.reduce((a, b) => a + b, 0);
   const share = held.map((weight) => (sum > 1 ? weight / sum * Math.max(...held, 1e-9) ** 0.2 : weight));
-  const look = { ...REST };
-  const tint = [...TINTS.rest];
-  FEELINGS.forEach((name, i) => {
-    for (const [key, value] of Object.entries(LOOKS[name])) look[key] += share[i] * (value - REST[key]);
-    TINTS[name].forEach((value, c) => (tint[c] += share[i] * (value - TINTS.rest[c])));
+  const look = { tint: rgb(tint) };
+  for (const [part, numbers] of Object.entries(parts)) look[part] = { ...numbers };
+  faces.feelings.forEach((feeling, i) => {
+    for (const part of Object.keys(parts))
+      for (const [key, value] of Object.entries(feeling[part]))
+        look[part][key] += share[i] * (value - parts[part][key]);
+    rgb(feeling.tint).forEach((value, c) => (look.tint[c] += share[i] * (value - rgb(tint)[c])));
   });
-  look.tint = tint;
   return look;
 }
 
@@ -81,11 +31,11 @@ export function shapes(look, time = 0, blink = 0) {
   // What to draw, from back to front: {d, fill, stroke, width, opacity, clip}.
   const out = [];
   const add = (d, fill, more = {}) => out.push({ d, fill, ...more });
-  const tremble = look.shake * Math.sin(time * 55) * 0.9;
+  const tremble = look.signs.shake * Math.sin(time * 55) * 0.9;
   const breath = Math.sin(time * 1.7) * 0.8;
   for (const side of [-1, 1]) {
-    if (look.blush > 0.02)
-      add(oval(100 + side * 68, 122 + breath, 15, 9), "#f0705c", { opacity: 0.55 * look.blush });
+    if (look.signs.blush > 0.02)
+      add(oval(100 + side * 68, 122 + breath, 15, 9), "#f0705c", { opacity: 0.55 * look.signs.blush });
     eye(add, look, side, tremble, breath, blink);
     brow(add, look, side, tremble, breath);
   }
@@ -102,29 +52,29 @@ function oval(x, y, rx, ry) {
 
 function eye(add, look, side, tremble, breath, blink) {
   const cx = 100 + side * 40 + tremble, cy = 84 + breath;
-  const rx = 22 * look.eye, ry = 27 * look.eye;
-  const open = Math.max(0.04, look.open * (1 - blink));
+  const rx = 22 * look.eyes.size, ry = 27 * look.eyes.size;
+  const open = Math.max(0.04, look.eyes.open * (1 - blink));
   // t runs from the left to the right of the picture; inner is +1 at the nose.
   const top = (t) => {
     const inner = -t * side;
-    const lid = -ry * (2 * open - 1) + look.slant * inner * ry * 0.5 - 0.16 * ry * (1 - t * t);
+    const lid = -ry * (2 * open - 1) + look.eyes.slant * inner * ry * 0.5 - 0.16 * ry * (1 - t * t);
     return Math.max(-ry * Math.sqrt(1 - t * t), lid);
   };
   const bottom = (t) => {
-    const lid = ry * (1 - 1.25 * look.cheek * (1 - 0.35 * t * t)) * (blink > 0.6 ? 0.5 : 1);
+    const lid = ry * (1 - 1.25 * look.eyes.cheek * (1 - 0.35 * t * t)) * (blink > 0.6 ? 0.5 : 1);
     return Math.min(ry * Math.sqrt(1 - t * t), lid);
   };
   const upper = line(28, (t) => [cx + t * rx, cy + Math.min(top(t), bottom(t))]);
   const lower = line(28, (t) => [cx + t * rx, cy + bottom(t)]).reverse();
   const d = path([...upper, ...lower]);
   add(d, "#fffdf8");
-  const px = cx + look.lookX * 10 - side * 1.5, py = cy + look.lookY * 11 + 1;
-  const r = 11.5 * look.pupil;
+  const px = cx + look.eyes.right * 10 - side * 1.5, py = cy + look.eyes.down * 11 + 1;
+  const r = 11.5 * look.eyes.pupil;
   add(oval(px, py, r, r * 1.12), INK, { clip: d });
   add(oval(px - r * 0.32, py - r * 0.42, r * 0.3, r * 0.34), "#fff", { clip: d });
-  if (look.spark > 0.05) {
-    add(oval(px + r * 0.36, py + r * 0.42, r * 0.2 * look.spark, r * 0.22 * look.spark), "#fff", { clip: d });
-    if (look.spark > 0.7) add(star(px - r * 0.28, py - r * 0.36, r * 0.55 * look.spark), "#fff", { clip: d });
+  if (look.eyes.spark > 0.05) {
+    add(oval(px + r * 0.36, py + r * 0.42, r * 0.2 * look.eyes.spark, r * 0.22 * look.eyes.spark), "#fff", { clip: d });
+    if (look.eyes.spark > 0.7) add(star(px - r * 0.28, py - r * 0.36, r * 0.55 * look.eyes.spark), "#fff", { clip: d });
   }
   add(d, "none", { stroke: INK, width: 2.6 });
   const lidded = upper.filter((_, i) => i > 0 && i < 28);
@@ -139,33 +89,33 @@ function star(x, y, r) {
 }
 
 function brow(add, look, side, tremble, breath) {
-  const lift = look.browSkew * side * 7;
-  const cx = 100 + side * 41 + tremble, cy = 47 - look.browY * 0.82 + breath - lift;
+  const lift = look.brows.skew * side * 7;
+  const cx = 100 + side * 41 + tremble, cy = 47 - look.brows.lift * 0.82 + breath - lift;
   const points = line(14, (t) => {
     const inner = -t * side;
-    return [cx + t * 21, cy - look.browTilt * inner * 11.5 - look.browArch * 10 * (1 - t * t)];
+    return [cx + t * 21, cy - look.brows.tilt * inner * 11.5 - look.brows.arch * 10 * (1 - t * t)];
   });
-  add(path(points, false), "none", { stroke: INK, width: 5.6 * look.browWeight });
+  add(path(points, false), "none", { stroke: INK, width: 5.6 * look.brows.weight });
 }
 
 function nose(add, look, breath) {
-  if (look.wrinkle < 0.08) return;
+  if (look.signs.wrinkle < 0.08) return;
   for (const k of [-1, 0, 1]) {
     const y = 103 + k * 7 + breath;
     const d = `M${number(91 - k)} ${number(y + 2)}Q100 ${number(y - 6)} ${number(109 + k)} ${number(y + 2)}`;
-    add(d, "none", { stroke: INK, width: 2.6, opacity: Math.min(1, 1.3 * look.wrinkle) });
+    add(d, "none", { stroke: INK, width: 2.6, opacity: Math.min(1, 1.3 * look.signs.wrinkle) });
   }
 }
 
 function mouth(add, look, tremble, breath, time) {
-  const cx = 100 + tremble * 0.6, cy = 143 + look.mouthY + breath;
-  const w = look.mouthW, gape = look.gape;
-  const swell = (t) => Math.pow(Math.max(0, 1 - t * t), look.square);
+  const cx = 100 + tremble * 0.6, cy = 143 + look.mouth.down + breath;
+  const w = look.mouth.width, gape = look.mouth.gape;
+  const swell = (t) => Math.pow(Math.max(0, 1 - t * t), look.mouth.square);
   const base = (t) =>
-    look.smile * (0.45 - t * t) + look.wave * Math.sin(t * 8.2 + time * 9 * look.shake) -
-    look.skew * 9 * Math.max(0, t) * (1 - 0.3 * t);
-  const top = (t) => base(t) - gape * look.up * swell(t) - look.skew * 5 * Math.exp(-6 * (t - 0.55) ** 2);
-  const bottom = (t) => base(t) + gape * (1 - look.up) * swell(t);
+    look.mouth.smile * (0.45 - t * t) + look.mouth.wave * Math.sin(t * 8.2 + time * 9 * look.signs.shake) -
+    look.mouth.skew * 9 * Math.max(0, t) * (1 - 0.3 * t);
+  const top = (t) => base(t) - gape * look.mouth.upper * swell(t) - look.mouth.skew * 5 * Math.exp(-6 * (t - 0.55) ** 2);
+  const bottom = (t) => base(t) + gape * (1 - look.mouth.upper) * swell(t);
   const upper = line(36, (t) => [cx + t * w, cy + top(t)]);
   const lower = line(36, (t) => [cx + t * w, cy + bottom(t)]);
   if (gape < 1.5) {
@@ -175,28 +125,28 @@ function mouth(add, look, tremble, breath, time) {
   const d = path([...upper, ...[...lower].reverse()]);
   add(d, "#6d1f2b");
   const low = cy + bottom(0);
-  if (look.tongue > 0.05 && !look.skew)
-    add(oval(cx, low + gape * 0.12, w * 0.56, gape * 0.5 * look.tongue), "#f08a86", { clip: d });
-  if (look.teeth > 1.05) {
+  if (look.mouth.tongue > 0.05 && !look.mouth.skew)
+    add(oval(cx, low + gape * 0.12, w * 0.56, gape * 0.5 * look.mouth.tongue), "#f08a86", { clip: d });
+  if (look.mouth.teeth > 1.05) {
     // Gritted: both rows shut on each other.
-    add(d, "#fffdf5", { opacity: Math.min(1, 2 * (look.teeth - 1)) });
+    add(d, "#fffdf5", { opacity: Math.min(1, 2 * (look.mouth.teeth - 1)) });
     add(path(line(36, (t) => [cx + t * w, cy + (top(t) + bottom(t)) / 2]), false), "none",
       { stroke: INK, width: 2.2, clip: d });
     for (let k = -3; k <= 3; k++)
       add(`M${number(cx + k * w * 0.27)} ${number(cy - gape - 30)}V${number(cy + gape + 30)}`, "none",
         { stroke: INK, width: 2, clip: d });
-  } else if (look.teeth > 0.08) {
-    const row = gape * (0.14 + 0.12 * look.teeth);
+  } else if (look.mouth.teeth > 0.08) {
+    const row = gape * (0.14 + 0.12 * look.mouth.teeth);
     add(path([...upper, ...line(36, (t) => [cx + t * w, cy + top(t) + row]).reverse()]), "#fffdf5",
       { clip: d });
-    if (look.teeth > 0.75)
+    if (look.mouth.teeth > 0.75)
       add(path([...lower, ...line(36, (t) => [cx + t * w, cy + bottom(t) - row * 0.8]).reverse()]),
         "#fffdf5", { clip: d });
   }
   add(d, "none", { stroke: INK, width: 4.4 });
-  if (look.skew > 0.15 && look.tongue > 0.3) {
+  if (look.mouth.skew > 0.15 && look.mouth.tongue > 0.3) {
     // The tongue comes out, as after a bad bite.
-    const x = cx - w * 0.18, y = cy + bottom(-0.18) - 3, s = look.skew * look.tongue;
+    const x = cx - w * 0.18, y = cy + bottom(-0.18) - 3, s = look.mouth.skew * look.mouth.tongue;
     const t = `M${number(x - 11)} ${number(y)}v${number(11 * s)}a11 ${number(12 * s)} 0 0 0 22 0v${number(-11 * s)}Z`;
     add(t, "#f08a86", { stroke: INK, width: 3.2 });
     add(`M${number(x)} ${number(y + 2)}v${number(11 * s)}`, "none", { stroke: INK, width: 1.8, opacity: 0.6 });
@@ -204,17 +154,17 @@ function mouth(add, look, tremble, breath, time) {
 }
 
 function extras(add, look, time) {
-  if (look.tear > 0.12) {
-    const fall = (time * 0.35) % 1, y = 112 + 52 * fall * fall, s = 5.5 + 3.5 * look.tear;
-    add(drop(49, y, s), "#58a6e8", { stroke: "#2f79bd", width: 1.6, opacity: look.tear * (1 - 0.5 * fall) });
+  if (look.signs.tear > 0.12) {
+    const fall = (time * 0.35) % 1, y = 112 + 52 * fall * fall, s = 5.5 + 3.5 * look.signs.tear;
+    add(drop(49, y, s), "#58a6e8", { stroke: "#2f79bd", width: 1.6, opacity: look.signs.tear * (1 - 0.5 * fall) });
     add(drop(146, 118 + 3 * Math.sin(time), s * 0.9), "#58a6e8",
-      { stroke: "#2f79bd", width: 1.6, opacity: look.tear });
+      { stroke: "#2f79bd", width: 1.6, opacity: look.signs.tear });
   }
-  if (look.sweat > 0.12)
+  if (look.signs.sweat > 0.12)
     for (const [x, y, s] of [[22, 66, 8], [178, 52, 9], [184, 88, 6.5]])
       add(drop(x, y + 3 * Math.sin(time * 1.3 + x), s), "#8cc8f2",
-        { stroke: "#3f86bf", width: 1.6, opacity: look.sweat });
-  if (look.vein > 0.15) {
+        { stroke: "#3f86bf", width: 1.6, opacity: look.signs.sweat });
+  if (look.signs.vein > 0.15) {
     const s = 0.9 + 0.1 * Math.sin(time * 6);
     for (const a of [0, 1, 2, 3]) {
       const q = (p) => {
@@ -223,17 +173,17 @@ function extras(add, look, time) {
       };
       const [p0, p1, p2] = [[4, 14], [4, 4], [14, 4]].map(q);
       add(`M${p0.map(number).join(" ")}Q${p1.map(number).join(" ")} ${p2.map(number).join(" ")}`, "none",
-        { stroke: "#a31621", width: 4.2, opacity: look.vein });
+        { stroke: "#a31621", width: 4.2, opacity: look.signs.vein });
     }
   }
-  if (look.stars > 0.15)
+  if (look.signs.stars > 0.15)
     for (const [x, y, r] of [[18, 36, 10], [183, 30, 12], [12, 92, 6.5], [190, 84, 7.5]])
-      add(star(x, y, r * look.stars * (0.85 + 0.15 * Math.sin(time * 5 + x))), "#fff7c2",
+      add(star(x, y, r * look.signs.stars * (0.85 + 0.15 * Math.sin(time * 5 + x))), "#fff7c2",
         { stroke: "#c9742a", width: 1.6 });
-  if (look.pale > 0.15)
+  if (look.signs.pale > 0.15)
     for (const k of [-2, -1, 0, 1, 2])
-      add(`M${number(100 + k * 9)} 4v${number(15 * look.pale - 2 * Math.abs(k))}`, "none",
-        { stroke: "#6b5b95", width: 3, opacity: 0.75 * look.pale });
+      add(`M${number(100 + k * 9)} 4v${number(15 * look.signs.pale - 2 * Math.abs(k))}`, "none",
+        { stroke: "#6b5b95", width: 3, opacity: 0.75 * look.signs.pale });
 }
 
 function drop(x, y, s) {
@@ -335,8 +285,8 @@ export class Blinker {
 
 // Weights that follow their goal within about a quarter of a second.
 export class Easer {
-  constructor() {
-    this.now = new Array(FEELINGS.length).fill(0);
+  constructor(count) {
+    this.now = new Array(count).fill(0);
   }
   towards(goal, dt) {
     const share = 1 - Math.exp(-dt / 0.12);

@@ -1,10 +1,11 @@
-"""What the pages say, one text file for each language."""
+"""What the pages say, one text file for each language; feelings bring words of their own."""
 
 import tomllib
 from functools import cache
 from importlib import resources
 
 from miburi.errors import InputError
+from miburi.feelings.catalogue import CATALOGUE
 
 Words = dict[str, dict[str, str]]
 
@@ -31,7 +32,9 @@ def words(language: str) -> Words:
     if language not in LANGUAGES:
         raise InputError(f"the language must be one of {', '.join(LANGUAGES)}, got {language!r}.")
     text = (resources.files(__package__) / f"{language}.toml").read_text(encoding="utf-8")
-    return {key: value for key, value in tomllib.loads(text).items() if isinstance(value, dict)}
+    sections = {key: value for key, value in tomllib.loads(text).items() if isinstance(value, dict)}
+    feelings = {each.name: each.words.get(language, each.name) for each in CATALOGUE.feeling}
+    return {**sections, "feeling": feelings}
 
 
 @cache

@@ -1,0 +1,1 @@
+"""From free motion to the contact rule's guards, and their file."""

@@ -1,0 +1,241 @@
+"""The host's side of the link to the card: frames, and what they say.
+
+A frame is COBS(version | kind | sequence | payload | CRC-16) and a zero byte; numbers are
+little-endian. ``firmware/miburi/link.h`` is the other side.
+"""
+
+import struct
+from dataclasses import dataclass
+from enum import IntEnum
+
+from miburi.errors import MiburiError
+
+__all__ = [
+    "ANSWER",
+    "VERSION",
+    "Frame",
+    "FrameError",
+    "Kind",
+    "Reason",
+    "Receiver",
+    "Report",
+    "Result",
+    "crc16",
+    "decode",
+    "encode",
+]
+
+VERSION = 3
+#: Kind of an answer: the request's, plus this.
+ANSWER = 0x80
+_MAX_FRAME = 128
+
+
+class Kind(IntEnum):
+    """What a frame is about."""
+
+    HELLO = 1
+    SETTINGS = 2
+    JOINT = 3
+    READ = 4
+    SAVE = 5
+    MOVE = 6
+    STOP = 7
+    RELEASE = 8
+    STATUS = 9
+    RELAX = 10
+    IDENTIFY = 11
+    REPORT = 0x40
+    REFUSED = 0x7F
+
+
+class Result(IntEnum):
+    """How the card took a frame."""
+
+    OK = 0
+    DAMAGED = 1
+    VERSION = 2
+    UNKNOWN = 3
+    LENGTH = 4
+    RANGE = 5
+    PHASE = 6
+    SERVO = 7
+    SETTINGS = 8
+
+
+class Reason(IntEnum):
+    """Why the card stopped, or will not start."""
+
+    NONE = 0
+    STARTED = 1
+    ASKED = 2
+    CONTACT = 3
+    SILENT = 4
+    DEAF = 5
+    FAULTY = 6
+    HOT = 7
+    LOW_VOLTAGE = 8
+
+
+class FrameError(MiburiError):
+    """Bytes that are not a frame; the link passes over them."""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One message: kind, sequence number (0–255), payload (at most 96 bytes).
+
+    The version is never 0: a frame of zeros would have a good check sum.
+    """
+
+    kind: int
+    sequence: int
+    payload: bytes = b""
+    version: int = VERSION
+
+
+def crc16(data: bytes) -> int:
+    """CRC-16 with the polynomial 0x8005 from 0, as in DYNAMIXEL's protocol 2.0."""
+    crc = 0
+    for byte in data:
+        crc = (crc << 8 & 0xFFFF) ^ _CRC_TABLE[crc >> 8 ^ byte]
+    return crc
+
+
+def _crc_of_byte(byte: int) -> int:
+    crc = byte << 8
+    for _ in range(8):
+        crc = (crc << 1 ^ (0x8005 if crc & 0x8000 else 0)) & 0xFFFF
+    return crc
+
+
+_CRC_TABLE = [_crc_of_byte(byte) for byte in range(256)]
+
+
+def encode(frame: Frame) -> bytes:
+    """Return the frame's bytes, with the delimiter."""
+    body = bytes((frame.version, frame.kind, frame.sequence)) + frame.payload
+    body += struct.pack("<H", crc16(body))
+    # A frame is shorter than 254 bytes, so COBS is no more than this.
+    blocks = body.split(b"\0")
+    return b"".join(bytes((len(block) + 1,)) + block for block in blocks) + b"\0"
+
+
+def decode(data: bytes) -> Frame:
+    """Return the frame in ``data``, which is without its delimiter.
+
+    Raises
+    ------
+    FrameError
+        The bytes are not a whole frame.
+    """
+    blocks, at = [], 0
+    while at < len(data):
+        end = at + data[at]
+        if data[at] == 0 or end > len(data):
+            raise FrameError("the frame's blocks do not add up")
+        blocks.append(data[at + 1 : end])
+        at = end
+    body = b"\0".join(blocks)
+    if len(body) < 5 or struct.unpack("<H", body[-2:])[0] != crc16(body[:-2]):
+        raise FrameError("the frame's check sum is wrong")
+    if body[0] == 0:
+        raise FrameError("there is no version 0 of the link")
+    return Frame(body[1], body[2], body[3:-2], version=body[0])
+
+
+class Receiver:
+    """Turns a stream of bytes into frames, passing over what is damaged.
+
+    Attributes
+    ----------
+    damaged
+        How many pieces were not frames.
+    """
+
+    def __init__(self) -> None:
+        self._bytes = bytearray()
+        self.damaged = 0
+
+    def add(self, data: bytes) -> list[Frame]:
+        """Take in bytes; return the frames that they completed."""
+        self._bytes += data
+        *pieces, rest = self._bytes.split(b"\0")
+        self._bytes = rest[-_MAX_FRAME:]
+        frames = []
+        for piece in pieces:
+            if not piece:
+                continue
+            try:
+                frames.append(decode(bytes(piece)))
+            except FrameError:
+                self.damaged += 1
+        return frames
+
+
+_REPORT = struct.Struct("<q4B2i2q2B8h8h16B")
+
+
+@dataclass(frozen=True)
+class Report:
+    """The card's status, in the card's units: µs, steps, steps/s, 1/256 steps, °C, 0.1 V.
+
+    Attributes
+    ----------
+    measured, expected, length
+        What the rule compared when a motor met something, and over which time.
+    heard
+        A bit per motor that answered the latest reading.
+    held, limp
+        The servos are known to hold a stop; torque was taken off.
+    """
+
+    time: int
+    phase: int
+    reason: int
+    motor: int
+    sign: int
+    measured: int
+    expected: int
+    length: int
+    stop_time: int
+    heard: int
+    held: bool
+    limp: bool
+    positions: tuple[int, ...]
+    speeds: tuple[int, ...]
+    temperatures: tuple[int, ...]
+    voltages: tuple[int, ...]
+
+    @classmethod
+    def of(cls, payload: bytes) -> "Report":
+        """Read a report's payload.
+
+        Raises
+        ------
+        FrameError
+            Its length is another.
+        """
+        if len(payload) != _REPORT.size:
+            raise FrameError(f"a report has {_REPORT.size} bytes, got {len(payload)}")
+        values = _REPORT.unpack(payload)
+        flags = values[10]
+        time, phase, reason, motor, sign, measured, expected, length, stop_time, heard = values[:10]
+        return cls(
+            time,
+            phase,
+            reason,
+            motor,
+            sign,
+            measured,
+            expected,
+            length,
+            stop_time,
+            heard,
+            held=bool(flags & 1),
+            limp=bool(flags & 2),
+            positions=values[11:19],
+            speeds=values[19:27],
+            temperatures=values[27::2],
+            voltages=values[28::2],
+        )

@@ -1,0 +1,284 @@
+"""What the card must know of the body: the rule's figures, limits, and each joint's servo.
+
+``firmware/miburi/settings.h`` is the other side; it refuses values outside its safe ranges.
+"""
+
+import struct
+from dataclasses import astuple, dataclass, replace
+
+import numpy as np
+
+from miburi.calibration.file import Mounting
+from miburi.card.link import crc16
+from miburi.errors import BodyError
+from miburi.robot import JOINTS, Robot
+from miburi.robot.guards import GUARDS, Guards, by_motor
+from miburi.safety.contact import Rule
+from miburi.safety.controller import RETURN_SPEED
+from miburi.safety.drive import aim
+from miburi.safety.profile import to_steps
+
+__all__ = [
+    "ALLOWED",
+    "HOTTEST",
+    "LOWEST",
+    "MILLIAMPERES_PER_NM",
+    "STEPS_PER_TURN",
+    "CardSettings",
+    "General",
+    "JointSettings",
+    "check_encoder",
+    "real_acceleration",
+    "real_speed",
+    "refusal",
+    "shown",
+]
+
+_GENERAL = struct.Struct("<i6H2B")
+_JOINT = struct.Struct("<BbHhhh" + "".join(guard.unit.code for guard in GUARDS.values()))
+#: Current of an XL330-M288 for each N·m, from its stall at 5 V: 1.47 A, 0.52 N·m.
+MILLIAMPERES_PER_NM = 1470 / 0.52
+#: Servos hotter than this, in °C, or with a lower supply, in 0.1 V, stop the body (ours).
+HOTTEST, LOWEST = 65, 42
+#: Encoder steps in a turn of the servos that a card drives, XL330; as in ``settings.h``.
+STEPS_PER_TURN = 4096
+#: The servo's middle position.
+_MIDDLE = STEPS_PER_TURN // 2
+#: What the card takes (``settings.h``), with its unit; it takes no range that crosses the seam.
+ALLOWED = {
+    "period": (20_000, 200_000, "µs"),
+    "ratio": (8000, 10_000, "parts of 10 000"),
+    "acceleration": (244, 40_000, "steps/s²"),
+    "max_speed": (16, 6957, "steps/s"),
+    "return_speed": (16, 1304, "steps/s"),
+    "move_current": (50, 1750, "mA"),
+    "hold_current": (0, 700, "mA"),
+    "hottest": (40, 75, "°C"),
+    "lowest": (35, 60, "× 0.1 V"),
+    "servo": (0, 252, ""),
+    "direction": (-1, 1, ""),
+    "zero": (0, 4095, "steps"),
+    **{name: (guard.low, guard.high, guard.unit.whole) for name, guard in GUARDS.items()},
+}
+
+
+def check_encoder(robot: Robot) -> None:
+    """Refuse a robot whose steps are not those of the servos that a card drives.
+
+    Raises
+    ------
+    BodyError
+        Its servo has another encoder: every angle and guard would be another on the card.
+    """
+    steps = robot.servo.model.encoder.steps_per_turn
+    if steps != STEPS_PER_TURN:
+        raise BodyError(
+            f"the {robot.name}'s encoders count {steps} steps a turn; a card drives servos that "
+            f"count {STEPS_PER_TURN} (XL330). Name such a servo in the robot's description if it "
+            "has those, or move this robot in simulation."
+        )
+
+
+def real_speed(speed: int) -> int:
+    """Return what an XL330 does when asked for steps/s: whole units of 0.229 turns/min."""
+    return (max((speed * 1000 + 7816) // 15_633, 1) * 15_633 + 500) // 1000
+
+
+def real_acceleration(acceleration: int) -> int:
+    """Return the same for steps/s², in units of 214.577 turns/min²."""
+    return (max((acceleration * 1000 + 122_070) // 244_141, 1) * 244_141 + 500) // 1000
+
+
+@dataclass(frozen=True)
+class General:
+    """Figures for all joints: µs, 1/10 000, steps/s², steps/s, mA, °C, 0.1 V, in this order."""
+
+    period: int
+    ratio: int
+    acceleration: int
+    max_speed: int
+    return_speed: int
+    move_current: int
+    hold_current: int
+    hottest: int = HOTTEST
+    lowest: int = LOWEST
+
+    def pack(self) -> bytes:
+        """Return the bytes that the card takes."""
+        return _GENERAL.pack(*astuple(self))
+
+    @classmethod
+    def unpack(cls, data: bytes) -> "General":
+        """Read the card's bytes."""
+        return cls(*_GENERAL.unpack(data))
+
+
+@dataclass(frozen=True)
+class JointSettings:
+    """One joint's servo, limits (steps from the joint's zero) and guards (µs and steps).
+
+    Attributes
+    ----------
+    servo
+        The servo's id on the bus.
+    direction
+        +1 or −1: the sign of the joint's angle against the servo's.
+    zero
+        The servo's position, 0–4095, at joint angle 0.
+    """
+
+    servo: int
+    direction: int
+    zero: int
+    min: int
+    max: int
+    neutral: int
+    guards: Guards[int]
+
+    @property
+    def values(self) -> dict[str, int]:
+        """All values by name, in the order in which the card takes and counts them."""
+        own = dict(vars(self))
+        guards: Guards[int] = own.pop("guards")
+        return own | vars(guards)
+
+    def pack(self) -> bytes:
+        """Return the bytes that the card takes."""
+        return _JOINT.pack(*self.values.values())
+
+    @classmethod
+    def unpack(cls, data: bytes) -> "JointSettings":
+        """Read the card's bytes."""
+        servo, direction, zero, low, high, neutral, *guards = _JOINT.unpack(data)
+        return cls(servo, direction, zero, low, high, neutral, Guards(*guards))
+
+
+@dataclass(frozen=True)
+class CardSettings:
+    """All that the card must be told, in the order of ``JOINTS``."""
+
+    general: General
+    joints: tuple[JointSettings, ...]
+
+    @classmethod
+    def of(cls, robot: Robot, rule: Rule | None = None) -> "CardSettings":
+        """Return settings for a robot whose card has not been calibrated.
+
+        The rule is the robot's own by default. Servos have the ids 1–8, and are mounted so that
+        the middle of each joint's range is the servo's middle.
+
+        Raises
+        ------
+        BodyError
+            The robot's encoders are not those of the card's servos.
+        """
+        check_encoder(robot)
+        rule, step = rule or Rule.of(robot), robot.servo.step
+        lower, upper = to_steps(robot, robot.lower), to_steps(robot, robot.upper)
+        neutral = to_steps(robot, aim(robot, robot.neutral))
+        return cls(
+            General(
+                period=rule.period,
+                ratio=rule.ratio,
+                acceleration=round(robot.servo.acceleration / step),
+                max_speed=round(robot.servo.max_speed / step),
+                return_speed=round(RETURN_SPEED / step),
+                move_current=round(robot.servo.model.data_sheet.stall_torque * MILLIAMPERES_PER_NM),
+                hold_current=round(robot.servo.hold_torque * MILLIAMPERES_PER_NM),
+            ),
+            tuple(
+                JointSettings(
+                    i + 1,
+                    1,
+                    _MIDDLE - int(lower[i] + upper[i]) // 2,
+                    int(lower[i]),
+                    int(upper[i]),
+                    int(neutral[i]),
+                    guards,
+                )
+                for i, guards in enumerate(by_motor(rule.guards))
+            ),
+        )
+
+    def with_rule(self, rule: Rule) -> "CardSettings":
+        """Return these settings with a rule's period, ratio and guards."""
+        joints = (
+            replace(joint, guards=guards)
+            for joint, guards in zip(self.joints, by_motor(rule.guards), strict=True)
+        )
+        general = replace(self.general, period=rule.period, ratio=rule.ratio)
+        return CardSettings(general, tuple(joints))
+
+    def with_mounting(self, mounting: Mounting) -> "CardSettings":
+        """Return these settings with other ids, directions and zeros."""
+        columns = zip(mounting.id, mounting.direction, mounting.zero, strict=True)
+        joints = (
+            replace(joint, servo=servo, direction=direction, zero=zero)
+            for joint, (servo, direction, zero) in zip(self.joints, columns, strict=True)
+        )
+        return replace(self, joints=tuple(joints))
+
+    def with_calibration(self, other: "CardSettings") -> "CardSettings":
+        """Return these settings with the other's mounting and rule.
+
+        What a calibration that was broken off has left on a card is no rule to keep.
+        """
+        mounted = self.with_mounting(other.mounting)
+        return mounted if other.generous == other else mounted.with_rule(other.rule)
+
+    @property
+    def generous(self) -> "CardSettings":
+        """These settings with guards for the time in which the servos are not known yet."""
+        guards = Guards(*(guard.generous for guard in GUARDS.values()))
+        return replace(self, joints=tuple(replace(joint, guards=guards) for joint in self.joints))
+
+    @property
+    def mounting(self) -> Mounting:
+        """How the servos are mounted."""
+        return Mounting(
+            id=[joint.servo for joint in self.joints],
+            direction=[1 if joint.direction > 0 else -1 for joint in self.joints],
+            zero=[joint.zero for joint in self.joints],
+        )
+
+    @property
+    def rule(self) -> Rule:
+        """The contact rule that the card follows with these settings."""
+        guards = np.array([astuple(joint.guards) for joint in self.joints], dtype=np.int64).T
+        return Rule(Guards(*guards), self.general.period, self.general.ratio)
+
+    @property
+    def crc(self) -> int:
+        """The check sum by which the card names the settings that it has."""
+        return crc16(self.general.pack() + b"".join(joint.pack() for joint in self.joints))
+
+
+def refusal(settings: CardSettings, piece: int, index: int) -> str:
+    """Say in words which value the card refused: of joint ``piece``, or of all (8)."""
+    of_joint = piece < len(JOINTS)
+    values = settings.joints[piece].values if of_joint else vars(settings.general)
+    name, value = list(values.items())[index]
+    if name in ("min", "max"):
+        joint = settings.joints[piece]
+        return (
+            f"The card refuses {JOINTS[piece]}: from {joint.min} to {joint.max} steps about its "
+            f"zero at {joint.zero} it would cross the servo's seam between 4095 and 0. Mount the "
+            "horn a quarter turn further, and find the zero again."
+        )
+    joint_range = (settings.joints[piece].min, settings.joints[piece].max) if of_joint else (0, 0)
+    low, high = ALLOWED[name][:2] if name in ALLOWED else joint_range
+    whose = f"{JOINTS[piece]}'s {name}" if of_joint else name
+    return (
+        f"The card refuses {whose} {shown(name, value)}: allowed is {shown(name, low)} to "
+        f"{shown(name, high)}."
+    )
+
+
+def shown(name: str, value: int) -> str:
+    """Say a value of the settings as people and files do."""
+    unit = ALLOWED[name][2] if name in ALLOWED else "steps"
+    if unit == "µs":
+        return f"{value / 1000:g} ms"
+    if name == "ratio":
+        return f"{value / 10_000:g}"
+    return f"{value} {unit}".rstrip()

@@ -1,0 +1,1 @@
+"""The card's processor and its servos in virtual time."""

@@ -1,0 +1,135 @@
+"""The paper's body with the real firmware in the loop, without hardware.
+
+Host → link → the card's binary → servo bus → emulated servos → physics, and back.
+:class:`EmulatedBody` stands beside :class:`~miburi.bodies.simulated.Simulated` and can be touched
+as that can; the card in it is an :class:`miburi.emulation.card.EmulatedCard`.
+"""
+
+import numpy as np
+
+from miburi.bodies.base import BodyState, Touch
+from miburi.bodies.plant import Plant
+from miburi.card.card import Card
+from miburi.card.settings import MILLIAMPERES_PER_NM, CardSettings, JointSettings
+from miburi.emulation.card import EmulatedCard
+from miburi.emulation.servos import Bus, Servo, Shaft
+from miburi.robot import Array, Robot
+from miburi.robot.mjcf import TIMESTEP
+from miburi.safety.contact import Rule
+
+__all__ = ["EmulatedBody"]
+
+
+class _Joint(Shaft):
+    """A servo's shaft that is a joint of the physics."""
+
+    def __init__(self, plant: Plant, motor: int, settings: JointSettings, step: float) -> None:
+        super().__init__()
+        self._plant, self._motor, self._settings, self._step = plant, motor, settings, step
+
+    def position(self, servo: Servo, time: float) -> float:  # noqa: ARG002  (as Shaft has it)
+        """Where the joint is now, in the servo's steps."""
+        angle = float(self._plant.angles[self._motor])
+        return self._settings.zero + self._settings.direction * angle / self._step
+
+    def speed(self, servo: Servo, time: float) -> float:  # noqa: ARG002  (as Shaft has it)
+        """How fast it turns now, in steps/s."""
+        return self._settings.direction * float(self._plant.velocities[self._motor]) / self._step
+
+    def wanted(self, servo: Servo, time: float) -> float:
+        """Where the servo wants the joint, in rad; where it is, with torque off."""
+        goal = servo.setpoint(time)
+        if goal is None:
+            return float(self._plant.angles[self._motor])
+        return (goal - self._settings.zero) * self._settings.direction * self._step
+
+
+class _World:
+    """Lets the physics keep up with the card's clock."""
+
+    def __init__(self, plant: Plant, servos: list[Servo], joints: list[_Joint]) -> None:
+        self._plant, self._servos, self._joints = plant, servos, joints
+        self.touch = Touch()  # what happened since somebody last put a new one here
+
+    def advance(self, time: float) -> None:
+        """Let the physics go on until ``time`` µs."""
+        while (self._plant.time + TIMESTEP) * 1e6 <= time:
+            now = (self._plant.time + TIMESTEP) * 1e6
+            pairs = list(zip(self._joints, self._servos, strict=True))
+            goals = np.array([joint.wanted(servo, now) for joint, servo in pairs])
+            currents = [
+                0 if servo.segment is None else servo.get("goal_current") for servo in self._servos
+            ]
+            torques = np.array(currents) / MILLIAMPERES_PER_NM
+            self.touch = self.touch.then(self._plant.advance(goals[None], torques))
+
+
+class EmulatedBody(Card):
+    """A card and eight servos in virtual time, awake and at neutral.
+
+    Parameters
+    ----------
+    robot
+        The description.
+    rule
+        The card's contact rule; by default the robot's own.
+
+    Raises
+    ------
+    BodyError
+        The firmware or the emulated processor has not been built (``make firmware``).
+    """
+
+    def __init__(self, robot: Robot, rule: Rule | None = None) -> None:
+        settings, self._plant = CardSettings.of(robot, rule), Plant(robot)
+        joints = [
+            _Joint(self._plant, motor, joint, robot.servo.step)
+            for motor, joint in enumerate(settings.joints)
+        ]
+        servos = [
+            Servo.new(of_joint.servo, shaft=joint)
+            for of_joint, joint in zip(settings.joints, joints, strict=True)
+        ]
+        # The limp body would sink before the card has started: it stands on its servos.
+        for servo, joint in zip(servos, joints, strict=True):
+            servo.set("return_delay", 25)  # as the card sets a new servo up
+            servo.set("operating_mode", 5)
+            servo.set("goal_position", round(joint.position(servo, 0.0)))
+            servo.write(64, b"\x01", 0.0)
+        self._world = _World(self._plant, servos, joints)
+        self.emulation = EmulatedCard(Bus(servos), self._world)
+        super().__init__(lambda: self.emulation, robot, settings)
+        self.step(1.0)  # it sinks a little when it is first held where it stands
+        self.wake()
+        self._begin_clock()
+
+    @property
+    def touchable(self) -> "EmulatedBody":
+        """The body itself: a hand can be put in its way."""
+        return self
+
+    @property
+    def touch(self) -> Touch:
+        """What happened to the body during the latest step."""
+        touch = self._world.touch
+        if touch.began is None:
+            return touch
+        return Touch(touch.force, touch.began - self._epoch, touch.part, touch.itself)
+
+    @property
+    def configuration(self) -> tuple[Array, Array]:
+        """True joint angles (8,) rad, and the human hand's pose (7,): m and quaternion."""
+        return self._plant.angles, self._plant.hand
+
+    def place_hand(self, position: Array, along: Array) -> None:
+        """Put the human hand somewhere; see :meth:`miburi.bodies.Touchable.place_hand`."""
+        self._plant.place_hand(position, along)
+
+    def remove_hand(self) -> None:
+        """Take the human hand away."""
+        self._plant.remove_hand()
+
+    def step(self, dt: float) -> BodyState:
+        """Let ``dt`` seconds pass."""
+        self._world.touch = Touch()
+        return super().step(dt)

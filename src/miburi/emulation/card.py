@@ -1,0 +1,210 @@
+"""The real card's binary without a card: it runs in virtual time, on a bus of emulated servos.
+
+:class:`EmulatedCard` is processor and bus, the far end of a serial line. The body that moves on it
+is :class:`miburi.emulation.body.EmulatedBody`.
+
+The processor is emulated by a small C library around libsimavr, ``firmware/emulator``, which is
+built with ``make firmware`` and is not part of this package (its licence is the GPL).
+"""
+
+import ctypes
+import os
+from math import ceil, inf, nextafter
+from pathlib import Path
+from typing import Protocol
+
+from miburi.emulation.servos import Bus
+from miburi.errors import BodyError
+
+__all__ = ["EEPROM_SIZE", "EmulatedCard", "Mega", "World", "built", "is_built"]
+
+#: The card's clock, Hz.
+_CLOCK = 16_000_000
+_CYCLES = _CLOCK // 1_000_000
+#: Longest stretch, in µs, that the processor runs without a look at the world around it.
+_SLICE = 2_000
+_HOST, _BUS = 0, 1
+_CRASHED = 2
+EEPROM_SIZE = 4096
+
+
+#: What an :class:`EmulatedCard` runs, and what runs it.
+_PROGRAM, _PROCESSOR = "miburi.elf", "libmega.so"
+
+
+def is_built() -> bool:
+    """Return whether ``make firmware`` has built all that an :class:`EmulatedCard` needs."""
+    return all((_firmware() / name).is_file() for name in (_PROGRAM, _PROCESSOR))
+
+
+def built(name: str) -> Path:
+    """Return a file that ``make firmware`` has built, such as ``miburi.hex``.
+
+    Raises
+    ------
+    BodyError
+        It is not there.
+    """
+    path = _firmware() / name
+    if not path.is_file():
+        raise BodyError(
+            f"{path} is not there. Run `make firmware` in a copy of Miburi's repository, "
+            "or name the folder in MIBURI_FIRMWARE."
+        )
+    return path
+
+
+def _firmware() -> Path:
+    return Path(os.environ.get("MIBURI_FIRMWARE", Path(__file__).parents[3] / "build/firmware"))
+
+
+def _micros(seconds: float) -> float:
+    """Return µs that are not before ``seconds``: who waits for that time must see it come."""
+    micros = seconds * 1e6
+    return micros if micros / 1e6 >= seconds else nextafter(micros, inf)
+
+
+class Mega:
+    """An Arduino Mega 2560 that runs an ELF file, µs by µs."""
+
+    def __init__(self, elf: Path, library: Path) -> None:
+        lib = self._lib = ctypes.CDLL(str(library))
+        lib.mega_new.restype = lib.mega_cycle.restype = ctypes.c_void_p
+        lib.mega_cycle.restype = ctypes.c_uint64
+        for function in (lib.mega_run, lib.mega_input, lib.mega_output, lib.mega_waiting):
+            function.restype = ctypes.c_uint
+        handle = lib.mega_new(str(elf).encode())
+        if not handle:
+            raise BodyError(f"{elf} cannot be run; build it with `make firmware`.")
+        self._mega = ctypes.c_void_p(handle)
+        self._buffer = (ctypes.c_uint8 * 65536)()
+
+    @property
+    def time(self) -> float:
+        """µs since power-on."""
+        return float(self._lib.mega_cycle(self._mega)) / _CYCLES
+
+    def run(self, until: float) -> bool:
+        """Run until a time in µs, or until a burst of bytes on the bus has ended (then True)."""
+        result = self._lib.mega_run(self._mega, ctypes.c_uint64(ceil(until * _CYCLES)))
+        if result == _CRASHED:
+            raise BodyError("The emulated processor crashed; please report this.")
+        return bool(result)
+
+    def give(self, port: int, data: bytes, at: float = 0.0) -> None:
+        """Send bytes to a serial port, the first not before ``at`` µs."""
+        cycle = ctypes.c_uint64(round(at * _CYCLES))
+        self._lib.mega_input(self._mega, port, data, len(data), cycle)
+
+    def take(self, port: int) -> bytes:
+        """Return what the card has sent on a serial port."""
+        count = self._lib.mega_output(self._mega, port, self._buffer, len(self._buffer))
+        return bytes(self._buffer[:count])
+
+    def waiting(self, port: int) -> int:
+        """Bytes that are still on their way to a serial port."""
+        return int(self._lib.mega_waiting(self._mega, port))
+
+    def dropped(self, port: int) -> int:
+        """Bytes that were lost because the card did not read them in time."""
+        return int(self._lib.mega_dropped(self._mega, port))
+
+    def reset(self) -> None:
+        """Press the reset button."""
+        self._lib.mega_reset(self._mega)
+
+    def poke(self, address: int, data: bytes) -> None:
+        """Write to the data memory."""
+        for offset, byte in enumerate(data):
+            self._lib.mega_poke(self._mega, address + offset, byte)
+
+    def jump(self, address: int) -> None:
+        """Make the processor go on at an address of its program."""
+        self._lib.mega_jump(self._mega, address)
+
+    @property
+    def eeprom(self) -> bytes:
+        """What outlasts a loss of power."""
+        self._lib.mega_eeprom(self._mega, self._buffer, EEPROM_SIZE, 0)
+        return bytes(self._buffer[:EEPROM_SIZE])
+
+    @eeprom.setter
+    def eeprom(self, data: bytes) -> None:
+        copy = (ctypes.c_uint8 * len(data)).from_buffer_copy(data)
+        self._lib.mega_eeprom(self._mega, copy, len(data), 1)
+
+    def close(self) -> None:
+        """Switch it off for good."""
+        if self._mega:
+            self._lib.mega_free(self._mega)
+            self._mega = ctypes.c_void_p()
+
+
+class World(Protocol):
+    """What the servos turn, when it has a life of its own."""
+
+    def advance(self, time: float) -> None:
+        """Let the world go on until ``time`` µs."""
+
+
+class EmulatedCard:
+    """Card, bus and servos, as one end of a serial line (see :class:`miburi.card.card.Line`).
+
+    Parameters
+    ----------
+    bus
+        The servos.
+    world
+        Physics in which the servos' shafts are, if any.
+    elf, library
+        By default those that ``make firmware`` has built.
+    """
+
+    def __init__(
+        self,
+        bus: Bus,
+        world: World | None = None,
+        elf: Path | None = None,
+        library: Path | None = None,
+    ) -> None:
+        self.mega = Mega(elf or built(_PROGRAM), library or built(_PROCESSOR))
+        self.bus = bus
+        self._world = world
+        self._said = bytearray()
+
+    def now(self) -> float:
+        """Return the virtual time in s."""
+        return self.mega.time / 1e6
+
+    def run(self, until: float) -> None:
+        """Let everything go on until ``until`` µs."""
+        while self.mega.time < until:
+            burst = self.mega.run(min(until, self.mega.time + _SLICE))
+            now = self.mega.time
+            if self._world is not None:
+                self._world.advance(now)
+            if burst:
+                for start, data in self.bus.answer(self.mega.take(_BUS), now):
+                    self.mega.give(_BUS, data, start)
+            self._said += self.mega.take(_HOST)
+
+    def read(self, until: float) -> bytes:
+        """Return what the card says, as soon as it says something, or nothing at ``until`` s."""
+        end = _micros(until)
+        while not self._said and self.mega.time < end:
+            self.run(min(end, self.mega.time + _SLICE))
+        said = bytes(self._said)
+        self._said.clear()
+        return said
+
+    def write(self, data: bytes) -> None:
+        """Send bytes to the card."""
+        self.mega.give(_HOST, data)
+
+    def wait(self, until: float) -> None:
+        """Let everything go on until ``until`` s."""
+        self.run(_micros(until))
+
+    def close(self) -> None:
+        """Switch the card off."""
+        self.mega.close()

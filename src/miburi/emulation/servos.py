@@ -1,0 +1,423 @@
+"""Eight DYNAMIXEL XL330 in Python: what a card's servo bus sees when no servo is there.
+
+They speak protocol 2.0, follow speed profiles as the XL330's manual describes them, and can be
+blocked, loaded, dead, deaf, hot, slow to answer, and unplugged. Behaviour that firmware must
+cope with is taken at its worst: after a missing servo, the others never answer a sync read.
+
+Times are µs on the card's clock; positions are the servo's own steps, as floats until read.
+"""
+
+import struct
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from math import sqrt
+
+from miburi.card.link import crc16
+
+__all__ = [
+    "ACCELERATION_UNIT",
+    "BROADCAST",
+    "MODEL",
+    "PING",
+    "READ",
+    "REBOOT",
+    "SPEED_UNIT",
+    "STATUS",
+    "SYNC_READ",
+    "SYNC_WRITE",
+    "TABLE",
+    "WRITE",
+    "Bus",
+    "Segment",
+    "Servo",
+    "Shaft",
+    "packet",
+    "packets",
+]
+
+MODEL = 1200
+PING, READ, WRITE, REBOOT, STATUS = 0x01, 0x02, 0x03, 0x08, 0x55
+SYNC_READ, SYNC_WRITE = 0x82, 0x83
+BROADCAST = 0xFE
+_HEADER = b"\xff\xff\xfd\x00"
+
+#: The control table's entries that the emulation gives a meaning: address and format.
+TABLE = {
+    "model": (0, "<H"),
+    "firmware": (6, "<B"),
+    "id": (7, "<B"),
+    "baud": (8, "<B"),
+    "return_delay": (9, "<B"),
+    "drive_mode": (10, "<B"),
+    "operating_mode": (11, "<B"),
+    "torque_enable": (64, "<B"),
+    "hardware_error": (70, "<B"),
+    "bus_watchdog": (98, "<b"),
+    "goal_current": (102, "<h"),
+    "profile_acceleration": (108, "<I"),
+    "profile_speed": (112, "<I"),
+    "goal_position": (116, "<i"),
+    "speed": (128, "<i"),
+    "position": (132, "<i"),
+    "voltage": (144, "<H"),
+    "temperature": (146, "<B"),
+}
+_SIZE = 147
+_EEPROM_END = 64
+_READ_ONLY = (126, 147)
+_ACCESS_ERROR, _INSTRUCTION_ERROR, _RANGE_ERROR = 0x07, 0x02, 0x04
+_ALERT = 0x80
+#: A packet that pauses for longer, in µs, is not completed.
+_PAUSE = 2_000
+#: What one unit of the servo's speed and acceleration is, in steps/s and steps/s².
+SPEED_UNIT = 0.229 * 4096 / 60
+ACCELERATION_UNIT = 214.577 * 4096 / 3600
+
+
+def packet(servo: int, instruction: int, parameters: bytes = b"") -> bytes:
+    """Put an instruction packet together; for a status packet the parameters begin with the error.
+
+    Parameters
+    ----------
+    servo
+        Id 0–252, or ``BROADCAST``.
+    """
+    stuffed = (bytes((instruction,)) + parameters).replace(b"\xff\xff\xfd", b"\xff\xff\xfd\xfd")
+    head = _HEADER + bytes((servo,)) + struct.pack("<H", len(stuffed) + 2)
+    return head + stuffed + struct.pack("<H", crc16(head + stuffed))
+
+
+def packets(data: bytes) -> tuple[list[tuple[int, int, bytes]], bytes]:
+    """Find the whole packets in ``data``: id, instruction, parameters; and what follows them."""
+    found, at, done = [], 0, 0
+    while (at := data.find(_HEADER, at)) >= 0:
+        if len(data) < at + 7:
+            break
+        (length,) = struct.unpack_from("<H", data, at + 5)
+        end = at + 7 + length
+        if length < 3 or end > len(data):
+            at += 1
+            continue
+        if struct.unpack_from("<H", data, end - 2)[0] != crc16(data[at : end - 2]):
+            at += 1
+            continue
+        body = data[at + 7 : end - 2].replace(b"\xff\xff\xfd\xfd", b"\xff\xff\xfd")
+        found.append((data[at + 4], body[0], body[1:]))
+        at = done = end
+    return found, data[done:]
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A stretch of the servo's trajectory: from rest at ``origin`` to rest at ``goal``."""
+
+    began: float
+    origin: float
+    goal: float
+    speed: float  # steps/s; 0 for at once
+    acceleration: float  # steps/s²; 0 for at once
+
+    def at(self, time: float) -> float:
+        """Where the trajectory is at ``time``, in steps."""
+        t = (time - self.began) / 1e6
+        way = abs(self.goal - self.origin)
+        if t <= 0:
+            return self.origin
+        if self.speed == 0 or way == 0:
+            return self.goal
+        ramp = self.speed / self.acceleration if self.acceleration else 0.0
+        if self.acceleration and self.speed * ramp > way:
+            ramp = sqrt(way / self.acceleration)
+        top = self.acceleration * ramp if self.acceleration else self.speed
+        total = way / top + ramp
+        if t >= total:
+            return self.goal
+        if t < ramp:
+            done = self.acceleration * t * t / 2
+        elif t > total - ramp:
+            done = way - self.acceleration * (total - t) ** 2 / 2
+        else:
+            done = top * (t - ramp / 2)
+        return self.origin + done * (1 if self.goal > self.origin else -1)
+
+
+class Shaft:
+    """What a servo turns when there is no physics: it follows its trajectory with a lag.
+
+    Attributes
+    ----------
+    lag
+        µs.
+    load
+        Steps by which it stays behind while torque is on.
+    low, high
+        Steps that it cannot pass: set either to block the joint.
+    noise
+        Gives a reading's error in steps, at each reading.
+    """
+
+    def __init__(self, position: float = 2048.0, lag: float = 30_000.0) -> None:
+        self.place, self.lag, self.load = position, lag, 0.0
+        self.low, self.high = float("-inf"), float("inf")
+        self.noise: Callable[[], float] = lambda: 0.0
+        self._before: Segment | None = None
+
+    def position(self, servo: "Servo", time: float) -> float:
+        """Where the shaft is at ``time``, in steps."""
+        if servo.segment is not None:
+            past = time - self.lag
+            segment = servo.segment
+            if past < segment.began and servo.before is not None:
+                segment = servo.before
+            self.place = segment.at(past) + self.load
+        self.place = min(max(self.place, self.low), self.high)
+        return self.place
+
+    def speed(self, servo: "Servo", time: float) -> float:
+        """How fast it turns, over the latest 10 ms, in steps/s."""
+        before = self.position(servo, time - 10_000)
+        return (self.position(servo, time) - before) * 100
+
+
+@dataclass
+class Servo:
+    """One servo: its control table, its trajectory and its faults.
+
+    Attributes
+    ----------
+    dead
+        Unplugged, or without power: hears and says nothing.
+    deaf
+        Answers, but takes no orders.
+    delay
+        Extra µs before each answer.
+    segment, before
+        The trajectory, None with torque off; and the one before it.
+    """
+
+    shaft: Shaft
+    table: bytearray = field(default_factory=lambda: bytearray(_SIZE))
+    dead: bool = False
+    deaf: bool = False
+    delay: float = 0.0
+    segment: Segment | None = None
+    before: Segment | None = None
+    _heard: float = 0.0
+
+    @classmethod
+    def new(cls, servo: int, position: float = 2048.0, shaft: Shaft | None = None) -> "Servo":
+        """Return a servo that has been given an id, and is otherwise as from the factory."""
+        made = cls(shaft or Shaft(position))
+        made.set("model", MODEL)
+        made.set("firmware", 45)
+        made.set("id", servo)
+        made.set("baud", 3)
+        made.set("return_delay", 250)
+        made.set("operating_mode", 3)
+        made.power_up()
+        return made
+
+    def get(self, name: str) -> int:
+        """Return an entry of the control table."""
+        address, form = TABLE[name]
+        value: int = struct.unpack_from(form, self.table, address)[0]
+        return value
+
+    def set(self, name: str, value: int) -> None:
+        """Set an entry of the control table, past all protection."""
+        address, form = TABLE[name]
+        struct.pack_into(form, self.table, address, value)
+
+    def power_up(self) -> None:
+        """Forget all but the EEPROM, as after a loss of power."""
+        self.table[_EEPROM_END:] = bytes(_SIZE - _EEPROM_END)
+        self.table[68] = 2
+        self.set("goal_current", 1750)
+        self.set("voltage", 50)
+        self.set("temperature", 35)
+        self.segment = self.before = None
+
+    def setpoint(self, time: float) -> float | None:
+        """Where the servo wants its shaft at ``time``, in steps; None with torque off."""
+        self._check_watchdog(time)
+        return None if self.segment is None else self.segment.at(time)
+
+    def heard(self, time: float) -> None:
+        """Note that some packet was on the bus."""
+        self._check_watchdog(time)
+        self._heard = time
+
+    def read(self, address: int, count: int, time: float) -> tuple[int, bytes]:
+        """Return the error and the bytes of the control table."""
+        if address + count > _SIZE:
+            return self._error(_RANGE_ERROR), b""
+        self.set("speed", round(self.shaft.speed(self, time) / SPEED_UNIT))
+        self.set("position", round(self.shaft.position(self, time) + self.shaft.noise()))
+        return self._error(0), bytes(self.table[address : address + count])
+
+    def write(self, address: int, data: bytes, time: float) -> int:
+        """Write to the control table; return the error."""
+        end = address + len(data)
+        goals = TABLE["goal_current"][0] < end and address < _READ_ONLY[0]
+        if end > _SIZE or end > _READ_ONLY[0]:
+            return self._error(_RANGE_ERROR if end > _SIZE else _ACCESS_ERROR)
+        if address < _EEPROM_END and self.get("torque_enable"):
+            return self._error(_ACCESS_ERROR)
+        if goals and self.get("bus_watchdog") == -1:
+            return self._error(_RANGE_ERROR)
+        if self.deaf:
+            return self._error(0)
+        if address <= TABLE["torque_enable"][0] < end:
+            self._set_torque(bool(data[TABLE["torque_enable"][0] - address]), time)
+        self.table[address:end] = data
+        if goals and end > TABLE["goal_position"][0] and self.segment is not None:
+            self._go(time)
+        return self._error(0)
+
+    def fail(self, error: int) -> None:
+        """Report a hardware error (4 overheating, 32 overload, …) and take torque off."""
+        self.set("hardware_error", error)
+        self.set("torque_enable", 0)
+        self.segment = self.before = None
+
+    def _go(self, time: float) -> None:
+        assert self.segment is not None  # noqa: S101  (only a servo with torque goes anywhere)
+        self.before = self.segment
+        self.segment = Segment(
+            time,
+            self.segment.at(time),
+            self.get("goal_position"),
+            self.get("profile_speed") * SPEED_UNIT,
+            self.get("profile_acceleration") * ACCELERATION_UNIT,
+        )
+
+    def _set_torque(self, on: bool, time: float) -> None:
+        on = on and not self.get("hardware_error")
+        if on and self.segment is None:
+            place = self.shaft.position(self, time)
+            # Torque on pulls towards the goal that stands in the table, at once.
+            self.segment = Segment(time, place, self.get("goal_position"), 0.0, 0.0)
+            self.before = Segment(time - 1e6, place, place, 0.0, 0.0)
+        elif not on:
+            self.shaft.position(self, time)
+            self.segment = self.before = None
+
+    def _check_watchdog(self, time: float) -> None:
+        patience = self.get("bus_watchdog") * 20_000
+        if patience > 0 and time - self._heard > patience:
+            self.set("bus_watchdog", -1)
+            if self.segment is not None:
+                tripped = self._heard + patience
+                here = self.segment.at(tripped)
+                self.before = self.segment
+                self.segment = Segment(tripped, here, here, 0.0, 0.0)
+
+    def _error(self, error: int) -> int:
+        return error | (_ALERT if self.get("hardware_error") else 0)
+
+
+class Bus:
+    """The wire between card and servos.
+
+    Attributes
+    ----------
+    servos
+        In any order; ids must differ.
+    spoil
+        Changes bytes on their way, from the card and to it.
+    instructions
+        How many whole instruction packets the servos have heard.
+    """
+
+    def __init__(self, servos: list[Servo], baud: int = 1_000_000) -> None:
+        self.servos = servos
+        self.spoil: Callable[[bytes], bytes] = lambda data: data
+        self.instructions = 0
+        self._byte = 1e7 / baud
+        self._begun, self._last = b"", 0.0
+
+    def answer(self, data: bytes, time: float) -> list[tuple[float, bytes]]:
+        """Let the servos hear a burst of bytes that ended at ``time``.
+
+        Returns
+        -------
+        Bytes that they send, each with the time at which it begins.
+        """
+        answers: list[tuple[float, bytes]] = []
+        begun = self._begun if time - self._last < _PAUSE else b""
+        heard, self._begun = packets(begun + self.spoil(data))
+        self._last = time
+        for servo, instruction, parameters in heard:
+            if instruction == STATUS:
+                continue
+            self.instructions += 1
+            alive = [one for one in self.servos if not one.dead]
+            for one in alive:
+                one.heard(time)
+            if instruction == SYNC_READ:
+                answers += self._sync_read(parameters, time)
+            elif instruction == SYNC_WRITE:
+                self._sync_write(parameters, time)
+            else:
+                for one in alive:
+                    if servo in (one.get("id"), BROADCAST):
+                        answers += self._single(one, servo, instruction, parameters, time)
+        return [(start, self.spoil(said)) for start, said in answers]
+
+    def _say(self, one: Servo, error: int, data: bytes, time: float) -> tuple[float, bytes]:
+        start = time + 2 * one.get("return_delay") + one.delay
+        return start, packet(one.get("id"), STATUS, bytes((error,)) + data)
+
+    def _sync_read(self, parameters: bytes, time: float) -> list[tuple[float, bytes]]:
+        if len(parameters) < 5:
+            return []
+        address, count = struct.unpack_from("<HH", parameters)
+        by_id = {one.get("id"): one for one in self.servos if not one.dead}
+        answers = []
+        for servo in parameters[4:]:
+            one = by_id.get(servo)
+            if one is None:
+                break
+            error, data = one.read(address, count, time)
+            start, said = self._say(one, error, data, time)
+            answers.append((start, said))
+            time = start + len(said) * self._byte
+        return answers
+
+    def _sync_write(self, parameters: bytes, time: float) -> None:
+        if len(parameters) < 4:
+            return
+        address, count = struct.unpack_from("<HH", parameters)
+        by_id = {one.get("id"): one for one in self.servos if not one.dead}
+        for at in range(4, len(parameters) - count, count + 1):
+            one = by_id.get(parameters[at])
+            if one is not None:
+                one.write(address, parameters[at + 1 : at + 1 + count], time)
+
+    def _single(
+        self, one: Servo, servo: int, instruction: int, parameters: bytes, time: float
+    ) -> list[tuple[float, bytes]]:
+        data = b""
+        if instruction == PING:
+            error, data = one.read(0, 2, time)
+            data += bytes((one.get("firmware"),))
+        elif instruction == READ and len(parameters) == 4:
+            address, count = struct.unpack("<HH", parameters)
+            error, data = one.read(address, count, time)
+        elif instruction == WRITE and len(parameters) > 2:
+            answers = one.get("id")
+            error = one.write(struct.unpack_from("<H", parameters)[0], parameters[2:], time)
+            if one.get("id") != answers:
+                # The answer to a change of id still comes under the old one.
+                said = packet(answers, STATUS, bytes((error,)))
+                return [(time + 2 * one.get("return_delay") + one.delay, said)]
+        elif instruction == REBOOT:
+            one.power_up()
+            error = 0
+        else:
+            error = _INSTRUCTION_ERROR
+        return (
+            []
+            if servo == BROADCAST and instruction != PING
+            else [self._say(one, error, data, time)]
+        )

@@ -1,0 +1,1 @@
+"""What every room stands on: compiled code, TOML at the door, whole files."""

@@ -1,0 +1,76 @@
+"""Results on disk: whole under their final names, or not there at all."""
+
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from miburi.errors import OutputError
+
+__all__ = ["whole_files", "write_whole"]
+
+
+@contextmanager
+def whole_files(folder: Path | str) -> Iterator[Path]:
+    """Collect files in a hidden folder beside their place; move them there when all are whole.
+
+    Parameters
+    ----------
+    folder
+        Where the files end; made if missing. Files of the same names are replaced one by one.
+
+    Yields
+    ------
+    The folder to write into. If the block raises, its files are deleted.
+
+    Raises
+    ------
+    OutputError
+        The place cannot be written to, or is full.
+    """
+    folder = Path(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        draft = Path(tempfile.mkdtemp(prefix=".unfinished-", dir=folder))
+    except OSError as error:
+        raise _refused(folder, error) from error
+    try:
+        yield draft
+        for file in sorted(draft.iterdir()):
+            with file.open("rb") as written:
+                os.fsync(written.fileno())
+            file.replace(folder / file.name)
+    except OSError as error:
+        raise _refused(folder, error) from error
+    finally:
+        shutil.rmtree(draft, ignore_errors=True)
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Write a text beside its place, and move it there when it is on the disk.
+
+    Raises
+    ------
+    OSError
+        The place cannot be written to, or is full; what was there before still is.
+    """
+    draft = path.with_name(f".{path.name}.new")
+    try:
+        with draft.open("w", encoding="utf-8") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        draft.replace(path)
+    except OSError:
+        with suppress(OSError):
+            draft.unlink()
+        raise
+
+
+def _refused(folder: Path, error: OSError) -> OutputError:
+    return OutputError(
+        f"{folder}: cannot write there: {error.strerror or error}. "
+        "Choose another folder with --out, or make room."
+    )

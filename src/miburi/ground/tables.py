@@ -1,0 +1,120 @@
+"""TOML files at the door: read, checked once by a strict pydantic model, refused in words."""
+
+import tomllib
+from collections.abc import Sequence
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+from typing import Any, Self, TypeVar, get_args, get_origin
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from miburi.errors import DescriptionError
+
+__all__ = ["AnyTable", "Table", "load_table"]
+
+
+class Table(BaseModel):
+    """A table of a TOML file: immutable, no unknown keys, no NaN, no silent conversions.
+
+    A table may work values out of its keys with ``functools.cached_property``. Only its keys are
+    compared, hashed, copied and pickled; a copy works the other values out anew.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Table) or type(self) is not type(other):
+            return NotImplemented
+        return _keys_and_values(self) == _keys_and_values(other)
+
+    def __hash__(self) -> int:
+        return hash(_hashable(_keys_and_values(self)))
+
+    def __copy__(self) -> Self:
+        return _without_the_rest(super().__copy__())
+
+    def __deepcopy__(self, memo: dict[int, Any] | None = None) -> Self:
+        return _without_the_rest(super().__deepcopy__(memo))
+
+    def __getstate__(self) -> dict[Any, Any]:
+        return super().__getstate__() | {"__dict__": _keys_and_values(self)}
+
+
+AnyTable = TypeVar("AnyTable", bound=Table)
+
+
+def _keys_and_values(table: Table) -> dict[str, object]:
+    return {name: table.__dict__[name] for name in type(table).model_fields}
+
+
+def _without_the_rest(copied: AnyTable) -> AnyTable:
+    for name in copied.__dict__.keys() - type(copied).model_fields.keys():
+        del copied.__dict__[name]
+    return copied
+
+
+def _hashable(value: object) -> object:
+    match value:
+        case list() | tuple():
+            return tuple(map(_hashable, value))
+        case dict():
+            return frozenset((key, _hashable(inner)) for key, inner in value.items())
+    if is_dataclass(value) and not isinstance(value, type):
+        return _hashable(vars(value))
+    return value
+
+
+def load_table(model: type[AnyTable], path: Path | str) -> AnyTable:
+    """Read a TOML file into ``model``.
+
+    Raises
+    ------
+    DescriptionError
+        The file cannot be read, is not TOML, or a key is missing, unknown or out of range; the
+        message names the file, every wrong key, what was got and what is allowed.
+    """
+    path = Path(path)
+    try:
+        with path.open("rb") as file:
+            data = tomllib.load(file)
+    except OSError as error:
+        raise DescriptionError(f"{path}: cannot be read: {error.strerror}.") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise DescriptionError(f"{path}: this is not TOML: {error}.") from error
+    try:
+        return model.model_validate(data, context={"folder": path.parent})
+    except ValidationError as error:
+        raise DescriptionError(f"{path}: {_in_words(error, model)}") from error
+
+
+def _in_words(error: ValidationError, model: type[Table]) -> str:
+    lines = []
+    for item in error.errors(include_url=False):
+        # pydantic marks a mistake in a mapping's key, rather than its value, with "[key]".
+        path = [part for part in item["loc"] if part != "[key]"]
+        key = ".".join(str(part) for part in path) or "the file"
+        got = repr(item["input"])
+        got = got if len(got) <= 80 else got[:77] + "..."
+        match item["type"]:
+            case "missing":
+                lines.append(f"{key} is missing; add it.")
+            case "extra_forbidden" | "unexpected_keyword_argument":
+                known = ", ".join(_keys(model, path[:-1]))
+                lines.append(f"{key} = {got}: not a known key here; allowed are {known}.")
+            case "value_error":
+                lines.append(f"{key}: {item['msg'].removeprefix('Value error, ')}.")
+            case _:
+                lines.append(f"{key} = {got}: {item['msg'][0].lower()}{item['msg'][1:]}.")
+    return lines[0] if len(lines) == 1 else "\n".join(["", *(f"  {line}" for line in lines)])
+
+
+def _keys(model: type[BaseModel], path: Sequence[object]) -> list[str]:
+    """Return the keys that the table at ``path`` knows, through lists of tables too."""
+    for part in path:
+        if isinstance(part, str):
+            inner = model.model_fields[part].annotation
+            if is_dataclass(table := get_origin(inner)):
+                return [field.name for field in fields(table)]
+            models = [inner, *get_args(inner)]
+            model = next(m for m in models if isinstance(m, type) and issubclass(m, BaseModel))
+    return list(model.model_fields)

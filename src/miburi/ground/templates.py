@@ -1,0 +1,31 @@
+"""Pages and reports from templates beside their modules: values go in, text comes out."""
+
+from functools import cache
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template, select_autoescape
+
+__all__ = ["render"]
+
+
+def render(path: Path, **values: object) -> str:
+    """Fill in a template (Jinja2's language); in ``.html`` every value is escaped.
+
+    Raises
+    ------
+    jinja2.UndefinedError
+        The template names a value that is not given.
+    """
+    return _template(path).render(values)
+
+
+@cache
+def _template(path: Path) -> Template:
+    return Environment(
+        loader=FileSystemLoader(path.parent),
+        autoescape=select_autoescape(["html"]),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    ).get_template(path.name)

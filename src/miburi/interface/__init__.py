@@ -1,0 +1,1 @@
+"""The doors for programs: HTTP, WebSocket, client, and who may use them."""

@@ -1,0 +1,269 @@
+"""Who may talk to the server, how much, and how often: one gate in front of every route.
+
+On the loopback address anybody at this computer may; on any other address a token is needed
+everywhere but on the pairing page. Requests from other sites' pages are refused on both.
+"""
+
+import hmac
+import json
+import secrets
+import time
+from collections import OrderedDict
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from http.cookies import CookieError, SimpleCookie
+from ipaddress import ip_address
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from miburi.errors import OutputError
+
+__all__ = [
+    "BURST",
+    "COOKIE",
+    "LARGEST",
+    "PAIRING",
+    "RATE",
+    "SOCKETS",
+    "WRONG_BURST",
+    "WRONG_RATE",
+    "Allowance",
+    "Gate",
+    "RefusedError",
+    "int_or",
+    "is_loopback",
+    "kept_token",
+    "same",
+]
+
+COOKIE = "miburi_token"
+#: The only path that answers without a token.
+PAIRING = "/pair"
+#: The largest body of a request, and the largest message on a WebSocket, bytes.
+LARGEST = 65_536
+#: Requests to the interface a second and at once, from one address.
+RATE, BURST = 50.0, 150.0
+#: Wrong tokens a second and at once, from one address.
+WRONG_RATE, WRONG_BURST = 0.2, 10.0
+#: WebSockets that may be open at the same time.
+SOCKETS = 200
+_HEADERS = (
+    (b"x-content-type-options", b"nosniff"),
+    (b"referrer-policy", b"no-referrer"),
+    (b"x-frame-options", b"DENY"),
+    (
+        b"content-security-policy",
+        b"default-src 'self'; script-src 'self' 'unsafe-inline' 'unsafe-eval' blob:; "
+        b"style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; font-src 'self' data:; "
+        b"connect-src 'self'; frame-ancestors 'none'; base-uri 'self'; form-action 'self'",
+    ),
+)
+
+
+def is_loopback(host: str) -> bool:
+    """Whether a host name or address means this computer alone."""
+    try:
+        return ip_address(host.strip("[]")).is_loopback
+    except ValueError:
+        return host.lower() == "localhost"
+
+
+def kept_token(path: Path) -> str:
+    """Return the token in a file that only its owner can read; made if it is not there.
+
+    Raises
+    ------
+    OutputError
+        It can be neither read nor written.
+    """
+    try:
+        if path.is_file() and len(token := path.read_text().strip()) >= 32:
+            return token
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.unlink(missing_ok=True)
+        path.touch(mode=0o600)
+        token = secrets.token_urlsafe(32)
+        path.write_text(token + "\n")
+    except OSError as error:
+        raise OutputError(f"{path}: the token cannot be kept there: {error.strerror}.") from error
+    return token
+
+
+@dataclass
+class Allowance:
+    """A token bucket for each of many keys.
+
+    Attributes
+    ----------
+    rate, burst
+        How much comes back a second, and how much there is at most.
+    clock
+        Gives s.
+    """
+
+    rate: float
+    burst: float
+    clock: Callable[[], float] = time.monotonic
+    _left: OrderedDict[str, tuple[float, float]] = field(default_factory=OrderedDict)
+
+    def take(self, key: str, amount: float = 1.0) -> bool:
+        """Take ``amount`` if it is there; False if not."""
+        now = self.clock()
+        left, then = self._left.pop(key, (self.burst, now))
+        left = min(self.burst, left + (now - then) * self.rate)
+        enough = left >= amount
+        self._left[key] = (left - amount if enough else left, now)
+        while len(self._left) > 1000:
+            self._left.popitem(last=False)
+        return enough
+
+
+class RefusedError(Exception):
+    """A request that the gate does not let through."""
+
+    def __init__(self, status: int, words: str) -> None:
+        super().__init__(words)
+        self.status = status
+
+
+class Gate:
+    """Lets through what may pass, and limits the rest; an ASGI application around another.
+
+    Parameters
+    ----------
+    app
+        What is behind the gate.
+    token
+        Needed by everybody when given; None on the loopback address, where instead the request
+        must have been sent to a loopback name (a page elsewhere could make its own name point
+        here).
+    clock
+        Gives s.
+    """
+
+    def __init__(
+        self, app: ASGIApp, token: str | None = None, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        self._app = app
+        self._token = token
+        self._requests = Allowance(RATE, BURST, clock)
+        self._wrong = Allowance(WRONG_RATE, WRONG_BURST, clock)
+        self._sockets = 0
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one connection."""
+        if scope["type"] not in ("http", "websocket"):
+            await self._app(scope, receive, send)
+            return
+        try:
+            self._check(scope)
+        except RefusedError as refused:
+            await _refuse(scope, receive, send, refused)
+            return
+        if scope["type"] == "http":
+            await self._serve(scope, receive, send)
+            return
+        self._sockets += 1
+        try:
+            await self._app(scope, receive, send)
+        finally:
+            self._sockets -= 1
+
+    def _check(self, scope: Scope) -> None:
+        headers = {name: value.decode("latin-1") for name, value in scope["headers"]}
+        who = (scope.get("client") or ("?", 0))[0]
+        host = headers.get(b"host", "")
+        if self._token is None and not is_loopback(urlsplit(f"//{host}").hostname or ""):
+            raise RefusedError(
+                403, "this server answers to localhost only; start it with --host to open it."
+            )
+        origin = headers.get(b"origin")
+        if origin is not None and urlsplit(origin).netloc != host:
+            raise RefusedError(403, "requests from other sites' pages are refused.")
+        path = scope["path"]
+        limited = path.startswith("/api") or path == PAIRING
+        if limited and not self._requests.take(who):
+            raise RefusedError(429, f"too many requests; at most {RATE:g} a second, please.")
+        if scope["type"] == "websocket" and self._sockets >= SOCKETS:
+            raise RefusedError(503, f"{SOCKETS} connections are open already; close one.")
+        if int_or(headers.get(b"content-length"), 0) > LARGEST:
+            raise RefusedError(413, f"a request may have {LARGEST} bytes at most.")
+        if self._token is not None and path != PAIRING:
+            self._check_token(headers, who, self._token)
+
+    def _check_token(self, headers: dict[bytes, str], who: str, token: str) -> None:
+        given = _given(headers)
+        if given is not None and same(given, token):
+            return
+        if given is not None and not self._wrong.take(who):
+            raise RefusedError(429, "too many wrong tokens; wait a minute.")
+        raise RefusedError(
+            401,
+            "a token is needed here. Scan the QR code in the studio or in the terminal, open "
+            f"{PAIRING}, or send the header Authorization: Bearer TOKEN.",
+        )
+
+    async def _serve(self, scope: Scope, receive: Receive, send: Send) -> None:
+        received = 0
+        began = False
+
+        async def counted() -> Message:
+            nonlocal received
+            message = await receive()
+            received += len(message.get("body", b""))
+            if received > LARGEST:
+                raise RefusedError(413, f"a request may have {LARGEST} bytes at most.")
+            return message
+
+        async def guarded(message: Message) -> None:
+            nonlocal began
+            if message["type"] == "http.response.start":
+                began = True
+                message = {**message, "headers": [*message["headers"], *_HEADERS]}
+            await send(message)
+
+        try:
+            await self._app(scope, counted, guarded)
+        except RefusedError as refused:
+            if not began:
+                await _refuse(scope, receive, send, refused)
+
+
+def same(given: str, token: str) -> bool:
+    """Compare two tokens in a time that tells nothing about them."""
+    return hmac.compare_digest(given.encode("utf-8", "replace"), token.encode())
+
+
+def int_or(text: str | None, otherwise: int) -> int:
+    """Return the whole number in ``text``, or ``otherwise``."""
+    return int(text) if text is not None and text.isascii() and text.isdigit() else otherwise
+
+
+def _given(headers: dict[bytes, str]) -> str | None:
+    """Return the token that a request brings, from its header or its cookie."""
+    scheme, _, value = headers.get(b"authorization", "").partition(" ")
+    if scheme.lower() == "bearer" and value:
+        return value.strip()
+    try:
+        cookie: Any = SimpleCookie(headers.get(b"cookie", "")).get(COOKIE)
+    except CookieError:
+        return None
+    return cookie.value if cookie is not None else None
+
+
+async def _refuse(scope: Scope, receive: Receive, send: Send, refused: RefusedError) -> None:
+    if scope["type"] == "websocket":
+        await receive()  # the client's wish to connect
+        await send({"type": "websocket.close", "code": 1008, "reason": str(refused)[:100]})
+        return
+    body = json.dumps({"detail": str(refused)}).encode()
+    headers = [
+        (b"content-type", b"application/json"),
+        (b"content-length", str(len(body)).encode()),
+        *_HEADERS,
+    ]
+    await send({"type": "http.response.start", "status": refused.status, "headers": headers})
+    await send({"type": "http.response.body", "body": body})

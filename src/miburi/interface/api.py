@@ -1,0 +1,317 @@
+"""The interface for programs: ``/api/v1``, described by OpenAPI at ``/api/openapi.json``."""
+
+import asyncio
+from concurrent.futures import Future
+from typing import Annotated, Any
+
+import numpy as np
+from fastapi import APIRouter, FastAPI, Path, Query, Request, Response
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import FileResponse, JSONResponse
+
+from miburi.errors import BodyError, InputError, MiburiError, OutputError
+from miburi.feelings import FEELINGS, SOURCES, Expression, Stimulus
+from miburi.gestures import KeyPose, blend
+from miburi.gestures.effort import Effort
+from miburi.interface.wire import (
+    BodyIn,
+    BodyOut,
+    ExpressIn,
+    GestureOut,
+    HandIn,
+    LinkOut,
+    PartOut,
+    PauseIn,
+    RecordingIn,
+    RecordingOut,
+    Refusal,
+    RobotOut,
+    StimulusIn,
+    TemperamentIn,
+)
+from miburi.live.bodies import KINDS
+from miburi.live.runner import BusyError, Runner
+from miburi.live.state import Entry, MotorsOut, Sample, State
+from miburi.robot import JOINTS
+from miburi.robot.mjcf import HAND_AWAY, HAND_SIZE
+from miburi.robot.shape import COLOURS, links, parts
+from miburi.version import __version__
+
+__all__ = ["Refusals", "describe", "done", "make_api", "move_hand", "performance"]
+
+#: A command that no step has taken up within this many seconds has failed.
+_PATIENCE = 5.0
+_NOTHING = 204
+Refusals = dict[int | str, dict[str, Any]]
+_REFUSED: Refusals = {
+    400: {"model": Refusal, "description": "A value is not allowed."},
+    409: {"model": Refusal, "description": "The body cannot do that now."},
+    503: {"model": Refusal, "description": "Too much at once."},
+}
+_NONE: Refusals = {404: {"model": Refusal, "description": "There is none of that name."}}
+_NO_ROOM: Refusals = {507: {"model": Refusal, "description": "The folder takes no more."}}
+_RecordingName = Annotated[str, Path(max_length=60)]
+
+
+def make_api(runner: Runner) -> FastAPI:
+    """Return the interface to a live partner, without pages."""
+    app = FastAPI(
+        title="Miburi",
+        version=__version__,
+        description="A robot partner: what it feels, what it shows, and how to talk to it.",
+        openapi_url="/api/openapi.json",
+        docs_url=None,
+        redoc_url=None,
+    )
+    app.include_router(_router(runner))
+    app.add_exception_handler(MiburiError, _say)
+    app.add_exception_handler(RequestValidationError, _say_what_is_allowed)
+    return app
+
+
+def _router(runner: Runner) -> APIRouter:
+    router = APIRouter(prefix="/api/v1", responses={422: {"model": Refusal}})
+    _looking(router, runner)
+    _asking(router, runner)
+    _recording(router, runner)
+    return router
+
+
+def _looking(router: APIRouter, runner: Runner) -> None:
+    """Add what can be looked at."""
+
+    @router.get("/state", response_model=State)
+    async def state() -> Response:
+        """Return everything that a viewer needs, now."""
+        return Response(runner.snapshot.json, media_type="application/json")
+
+    @router.get("/robot")
+    async def robot() -> RobotOut:
+        """Return the robot's description: names, limits, links and solids."""
+        return describe(runner)
+
+    @router.get("/log")
+    async def log(
+        after: Annotated[int, Query(ge=0, le=10**9, description="The last number known.")] = 0,
+    ) -> list[Entry]:
+        """Return what happened, the oldest first."""
+        return runner.log(after)
+
+    @router.get("/samples")
+    async def samples() -> list[Sample]:
+        """Return the last two minutes, for plots."""
+        return runner.samples()
+
+    @router.get("/gestures")
+    async def all_gestures() -> list[GestureOut]:
+        """Return the movement functions."""
+        return [
+            GestureOut.model_validate(function.model_dump(include=set(GestureOut.model_fields)))
+            for function in runner.repertoire.functions
+        ]
+
+    @router.get("/motors")
+    async def motors() -> MotorsOut:
+        """Return the motors' temperatures and supply, and the guards they were calibrated to."""
+        return runner.motors
+
+    @router.get("/bodies")
+    async def bodies() -> list[BodyOut]:
+        """Return the kinds of body, and which one moves."""
+        return [
+            BodyOut(
+                name=kind.name,
+                available=kind.available,
+                needs_port=kind.needs_port,
+                chosen=kind.name == runner.body_name,
+            )
+            for kind in KINDS.values()
+        ]
+
+
+def _asking(router: APIRouter, runner: Runner) -> None:
+    """Add what can be asked for."""
+
+    @router.post("/stimulus", status_code=_NOTHING, responses=_REFUSED)
+    async def stimulus(wish: StimulusIn) -> None:
+        """Let the partner feel something."""
+        await done(runner.stimulate(Stimulus(wish.feeling, wish.strength, wish.source)))
+
+    @router.post("/express", status_code=_NOTHING, responses=_REFUSED)
+    async def express(wish: ExpressIn) -> None:
+        """Perform a gesture once, whatever the feelings are."""
+        poses = await asyncio.to_thread(performance, runner, wish)
+        await done(runner.perform(Expression(wish.feeling, wish.mood), poses))
+
+    @router.post("/stop", status_code=_NOTHING, responses=_REFUSED)
+    async def stop() -> None:
+        """Stop all motors until they are released."""
+        await done(runner.stop())
+
+    @router.post("/release", status_code=_NOTHING, responses=_REFUSED)
+    async def release() -> None:
+        """Let a stopped body go back to neutral, and go on."""
+        await done(runner.release())
+
+    @router.post("/pause", status_code=_NOTHING, responses=_REFUSED)
+    async def pause(wish: PauseIn) -> None:
+        """Rest at neutral, or go on."""
+        await done(runner.pause(wish.paused))
+
+    @router.post("/hand", status_code=_NOTHING, responses=_REFUSED)
+    async def hand(wish: HandIn) -> None:
+        """Move the simulated human hand; it can get in the robot's way."""
+        await done(move_hand(runner, wish))
+
+    @router.post("/temperament", status_code=_NOTHING, responses=_REFUSED)
+    async def temperament(wish: TemperamentIn) -> None:
+        """Go on with another temperament."""
+        await done(runner.temperament(wish.name))
+
+    @router.post("/bodies", status_code=_NOTHING, responses=_REFUSED)
+    async def body(wish: BodyIn) -> None:
+        """Move another body from now on."""
+        await done(await asyncio.to_thread(runner.use, wish.name, wish.port))
+
+
+def _recording(router: APIRouter, runner: Runner) -> None:
+    """Add recordings."""
+    kept = runner.recordings
+
+    # A disk may be slow: these run in threads, and hold up nothing but their own answers.
+
+    @router.get("/recordings")
+    def recordings() -> list[RecordingOut]:
+        """Return all recordings, and the one that is being written."""
+        return [RecordingOut.model_validate(one._asdict()) for one in kept.kept()]
+
+    @router.post("/recordings", status_code=_NOTHING, responses=_REFUSED | _NO_ROOM)
+    def record(wish: RecordingIn) -> None:
+        """Start or end a recording."""
+        if wish.on:
+            kept.start()
+        else:
+            kept.end()
+
+    @router.get(
+        "/recordings/{name}",
+        response_class=FileResponse,
+        responses={
+            **_NONE,
+            200: {"content": {"application/octet-stream": {}}, "description": "An MCAP file."},
+        },
+    )
+    def recording(name: _RecordingName) -> Response:
+        """Download a recording (MCAP)."""
+        try:
+            path = kept.find(name)
+        except InputError as error:
+            return JSONResponse({"detail": str(error)}, 404)
+        return FileResponse(path, filename=name, media_type="application/octet-stream")
+
+    @router.delete("/recordings/{name}", status_code=_NOTHING, responses=_NONE | _NO_ROOM)
+    def delete(name: _RecordingName) -> Response:
+        """Delete a recording."""
+        try:
+            kept.delete(name)
+        except InputError as error:
+            return JSONResponse({"detail": str(error)}, 404)
+        return Response(status_code=_NOTHING)
+
+
+async def done(future: Future[None]) -> None:
+    """Wait until the loop has taken a command up; its refusal is raised here.
+
+    Raises
+    ------
+    BusyError
+        No step has taken it up in time.
+    """
+    try:
+        await asyncio.wait_for(asyncio.wrap_future(future), _PATIENCE)
+    except TimeoutError:
+        raise BusyError("the partner did not answer in time; look at its log.") from None
+
+
+def move_hand(runner: Runner, wish: HandIn) -> Future[None]:
+    """Pass a wish for the hand on."""
+    position = None if wish.position is None else np.array(wish.position)
+    return runner.hand(position, np.array(wish.along))
+
+
+def performance(runner: Runner, wish: ExpressIn) -> list[KeyPose] | None:
+    """Return the key poses of a wish that is more than a feeling's own gesture.
+
+    Raises
+    ------
+    InputError
+        The blend names the leading feeling again.
+    """
+    if not wish.blend and wish.effort is None:
+        return None
+    if wish.feeling in wish.blend:
+        raise InputError(f"{wish.feeling} leads already; blend other feelings with it.")
+    lead = runner.repertoire.of(wish.feeling)[0]
+    if wish.effort is not None:
+        lead = lead.model_copy(update={"effort": Effort(**wish.effort.model_dump())})
+    others = [(runner.repertoire.of(name)[0], mood) for name, mood in wish.blend.items()]
+    return blend(runner.robot, [(lead, wish.mood), *others])
+
+
+def describe(runner: Runner) -> RobotOut:
+    """Return what the scene is built from."""
+    robot = runner.robot
+    return RobotOut(
+        name=robot.name,
+        joints=list(JOINTS),
+        feelings=list(FEELINGS),
+        sources=list(SOURCES),
+        temperaments=runner.temperaments,
+        neutral=np.asarray(robot.neutral).tolist(),
+        lower=np.asarray(robot.lower).tolist(),
+        upper=np.asarray(robot.upper).tolist(),
+        floor=-robot.shape.pedestal_height,
+        threshold=runner.motors.rule.ratio,
+        hand=list(HAND_SIZE),
+        hand_away=list(HAND_AWAY),
+        links=[
+            LinkOut(
+                name=link.name,
+                parent=link.parent,
+                joint=link.joint,
+                position=list(link.position),
+                axis=list(link.axis),
+            )
+            for link in links(robot)
+        ],
+        parts=[
+            PartOut(
+                link=part.link,
+                name=part.name,
+                kind=part.kind,
+                size=list(part.size),
+                position=list(part.position),
+                end=None if part.end is None else list(part.end),
+                tilt=part.tilt,
+                colour=list(COLOURS[part.colour]),
+            )
+            for part in parts(robot)
+        ],
+    )
+
+
+async def _say(_request: Request, error: Exception) -> JSONResponse:
+    """Turn what Miburi refuses into a status and its words."""
+    statuses = {BodyError: 409, InputError: 400, BusyError: 503, OutputError: 507}
+    status = next((statuses[kind] for kind in statuses if isinstance(error, kind)), 500)
+    return JSONResponse({"detail": str(error)}, status)
+
+
+async def _say_what_is_allowed(_request: Request, error: Exception) -> JSONResponse:
+    """Say which value is wrong, without sending it back."""
+    errors = error.errors() if isinstance(error, RequestValidationError) else []
+    words = [
+        f"{'.'.join(str(part) for part in item['loc'][1:]) or 'the request'}: {item['msg']}"
+        for item in errors
+    ]
+    return JSONResponse({"detail": "; ".join(words)[:1000]}, 422)

@@ -1,0 +1,166 @@
+"""The WebSocket ``/api/v1/live``: states at a chosen rate out, small commands in.
+
+Each viewer has tasks of its own and reads the latest snapshot when it is its time: a slow viewer
+misses states, a dead one is dropped, and neither the partner nor other viewers wait.
+"""
+
+import asyncio
+import time
+from contextlib import suppress
+from typing import Annotated, Literal
+
+from fastapi import APIRouter, Query, WebSocket, WebSocketDisconnect
+from pydantic import Field, TypeAdapter, ValidationError
+
+from miburi.errors import MiburiError
+from miburi.feelings import Stimulus
+from miburi.interface.api import done, move_hand
+from miburi.interface.wire import HandIn, Message, StimulusIn
+from miburi.live.runner import Runner
+
+__all__ = [
+    "LARGEST",
+    "MISTAKES",
+    "PATIENCE",
+    "AnyMessage",
+    "HandMessage",
+    "RateMessage",
+    "ReleaseMessage",
+    "StimulusMessage",
+    "StopMessage",
+    "live_router",
+]
+
+#: A viewer that has not taken a state for this many seconds is gone.
+PATIENCE = 5.0
+#: So many messages that make no sense, and the viewer is shown out.
+MISTAKES = 20
+#: The largest message, in characters.
+LARGEST = 2_000
+_POLICY, _BYE = 1008, 1001
+
+
+class HandMessage(HandIn):
+    """Move the hand."""
+
+    do: Literal["hand"]
+
+
+class StimulusMessage(StimulusIn):
+    """Let the partner feel something."""
+
+    do: Literal["stimulus"]
+
+
+class StopMessage(Message):
+    """Stop all motors."""
+
+    do: Literal["stop"]
+
+
+class ReleaseMessage(Message):
+    """Release a stopped body."""
+
+    do: Literal["release"]
+
+
+class RateMessage(Message):
+    """Send so many states a second from now on."""
+
+    do: Literal["rate"]
+    rate: Annotated[float, Field(ge=0.1, le=50)]
+
+
+AnyMessage = Annotated[
+    HandMessage | StimulusMessage | StopMessage | ReleaseMessage | RateMessage,
+    Field(discriminator="do"),
+]
+_MESSAGE: TypeAdapter[AnyMessage] = TypeAdapter(AnyMessage)
+
+
+def live_router(runner: Runner) -> APIRouter:
+    """Return the router with the WebSocket."""
+    router = APIRouter()
+
+    @router.websocket("/api/v1/live")
+    async def live(socket: WebSocket, rate: Annotated[float, Query(ge=0.1, le=50)] = 30.0) -> None:
+        await socket.accept()
+        await _Viewer(runner, socket, rate).serve()
+
+    return router
+
+
+class _Viewer:
+    """One open WebSocket."""
+
+    def __init__(self, runner: Runner, socket: WebSocket, rate: float) -> None:
+        self._runner = runner
+        self._socket = socket
+        self._period = 1 / rate
+        self._sending = asyncio.Lock()
+        self._mistakes = 0
+
+    async def serve(self) -> None:
+        """Send and receive until either side has had enough."""
+        tasks = [asyncio.create_task(self._send_states()), asyncio.create_task(self._listen())]
+        try:
+            await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            for task in tasks:
+                task.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)
+        code = _POLICY if self._mistakes > MISTAKES else _BYE
+        # It may have gone already.
+        with suppress(RuntimeError, TimeoutError, OSError, WebSocketDisconnect):
+            await asyncio.wait_for(self._socket.close(code), 1.0)
+
+    async def _send_states(self) -> None:
+        last = 0
+        due = time.monotonic()
+        while True:
+            snapshot = self._runner.snapshot
+            if snapshot.state.serial != last:
+                last = snapshot.state.serial
+                await self._send(snapshot.json)
+            due = max(due + self._period, time.monotonic())
+            await asyncio.sleep(due - time.monotonic())  # until this viewer's next state is due
+
+    async def _send(self, text: str) -> None:
+        async with asyncio.timeout(PATIENCE), self._sending:
+            await self._socket.send_text(text)
+
+    async def _listen(self) -> None:
+        while self._mistakes <= MISTAKES:
+            message = await self._socket.receive()
+            if message["type"] == "websocket.disconnect":
+                return
+            try:
+                await self._obey(message.get("text"))
+            except (ValidationError, MiburiError, ValueError) as error:
+                self._mistakes += not isinstance(error, MiburiError)
+                await self._send(TypeAdapter(dict).dump_json({"refused": _words(error)}).decode())
+
+    async def _obey(self, text: str | None) -> None:
+        # Each command waits for its step, so that a flood is no faster than the loop and holds
+        # up nobody but its sender.
+        if text is None or len(text) > LARGEST:
+            raise ValueError(f"a message is a text of at most {LARGEST} characters.")
+        match _MESSAGE.validate_json(text):
+            case HandMessage() as wish:
+                await done(move_hand(self._runner, wish))
+            case StimulusMessage() as wish:
+                stimulus = Stimulus(wish.feeling, wish.strength, wish.source)
+                await done(self._runner.stimulate(stimulus))
+            case StopMessage():
+                await done(self._runner.stop())
+            case ReleaseMessage():
+                await done(self._runner.release())
+            case RateMessage() as wish:
+                self._period = 1 / wish.rate
+
+
+def _words(error: Exception) -> str:
+    if isinstance(error, ValidationError):
+        item = error.errors(include_url=False, include_input=False)[0]
+        return f"{'.'.join(str(part) for part in item['loc']) or 'message'}: {item['msg']}"[:300]
+    return str(error)[:300]

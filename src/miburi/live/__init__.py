@@ -1,0 +1,1 @@
+"""The partner on the clock: runner, observer, memory, recordings."""

@@ -1,0 +1,95 @@
+"""Bodies by name: what a partner can be given to move."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from miburi.bodies.base import Body
+from miburi.emulation.card import is_built
+from miburi.errors import InputError
+from miburi.robot import Robot
+from miburi.safety.contact import Rule
+
+__all__ = ["KINDS", "BodyKind", "make_body"]
+
+
+@dataclass(frozen=True)
+class BodyKind:
+    """A kind of body.
+
+    Attributes
+    ----------
+    name
+        What people call it.
+    make
+        Robot, port and contact rule to a body at neutral.
+    needs_port
+        Whether it must be told a serial port.
+    needs_firmware
+        Whether it runs what ``make firmware`` builds.
+    """
+
+    name: str
+    make: Callable[[Robot, str | None, Rule | None], Body]
+    needs_port: bool = False
+    needs_firmware: bool = False
+
+    @property
+    def available(self) -> bool:
+        """Whether this installation has all that it needs."""
+        return is_built() if self.needs_firmware else True
+
+
+def _simulated(robot: Robot, _port: str | None, rule: Rule | None) -> Body:
+    from miburi.bodies.simulated import Simulated
+
+    return Simulated(robot, rule)
+
+
+def _emulated_card(robot: Robot, _port: str | None, rule: Rule | None) -> Body:
+    from miburi.emulation.body import EmulatedBody
+
+    return EmulatedBody(robot, rule)
+
+
+def _card(robot: Robot, port: str | None, _rule: Rule | None) -> Body:
+    from miburi.card.card import Card
+
+    if not port:
+        raise InputError("the card body needs a serial port, such as /dev/ttyACM0 (--serial).")
+    return Card(port, robot)
+
+
+KINDS = {
+    kind.name: kind
+    for kind in (
+        BodyKind("simulated", _simulated),
+        BodyKind("emulated-card", _emulated_card, needs_firmware=True),
+        BodyKind("card", _card, needs_port=True),
+    )
+}
+
+
+def make_body(name: str, robot: Robot, port: str | None = None, rule: Rule | None = None) -> Body:
+    """Make a body at neutral.
+
+    Parameters
+    ----------
+    name
+        One of ``KINDS``.
+    robot
+        The description.
+    port
+        The serial port of a card, such as ``/dev/ttyACM0``.
+    rule
+        The contact rule of a simulated body, by default the robot's own; a card has its own.
+
+    Raises
+    ------
+    InputError
+        There is no such kind, or it needs a port and none is given.
+    BodyError
+        Its firmware has not been built, or the body cannot be reached.
+    """
+    if name not in KINDS:
+        raise InputError(f"the body must be one of {', '.join(KINDS)}, got {name!r}.")
+    return KINDS[name].make(robot, port, rule)

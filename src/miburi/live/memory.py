@@ -1,0 +1,98 @@
+"""What a partner remembers while it is switched off: its feelings, aged by the time away.
+
+They are written every minute and at the end, each time whole. A file that cannot be read is kept
+aside, for a person to look at, and the partner starts afresh.
+"""
+
+import json
+import time
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from miburi.errors import InputError, MiburiError, OutputError
+from miburi.feelings import EmotionalModel, Temperament
+from miburi.ground.files import write_whole
+
+__all__ = ["keep", "remember", "remembered"]
+
+#: s between two writings, and how long one waits for the loop (ours).
+_PERIOD, _PATIENCE = 60.0, 5.0
+
+
+def remembered(path: Path, temperament: Temperament) -> EmotionalModel | None:
+    """Return the feelings kept in a file; None where there is no file.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read; it has been moved aside, to its name with ``.bad``.
+    """
+    try:
+        content = path.read_bytes()
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read, the partner starts afresh: {error}.") from error
+    try:
+        # A whole number too large for a float becomes inf, which is refused as any other wrong one.
+        kept = json.loads(content, parse_int=float)
+        away = max(0.0, time.time() - _moment(kept["when"]))
+        return EmotionalModel.load(kept["feelings"], temperament, away=away)
+    except (
+        ValueError,
+        LookupError,
+        TypeError,
+        AttributeError,
+        RecursionError,
+        InputError,
+    ) as error:
+        aside = path.with_name(f"{path.name}.bad")
+        with suppress(OSError):
+            path.replace(aside)
+        raise InputError(
+            f"{path}: these are no feelings, so the partner starts afresh, and the file is kept "
+            f"as {aside.name}: {type(error).__name__}: {str(error)[:200]}"
+        ) from error
+
+
+def remember(path: Path, feelings: Mapping[str, Any]) -> None:
+    """Keep what :meth:`FeelingModel.save` returned in a file.
+
+    Raises
+    ------
+    OutputError
+        The file cannot be written; what was kept before still is.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(path, json.dumps({"when": time.time(), "feelings": feelings}))
+    except OSError as error:
+        raise OutputError(f"{path}: the feelings cannot be kept: {error}.") from error
+
+
+def keep(
+    path: Path, save: Callable[[], Future[dict[str, Any]]], wait: Callable[[float], bool]
+) -> None:
+    """Keep the feelings every minute until it is over; for a thread of its own.
+
+    Parameters
+    ----------
+    path
+        The file.
+    save
+        Asks the loop for the state of the feelings.
+    wait
+        Lets so many seconds pass; True when it is over.
+    """
+    while not wait(_PERIOD):
+        with suppress(MiburiError, TimeoutError):  # a minute later is early enough
+            remember(path, save().result(_PATIENCE))
+
+
+def _moment(value: object) -> float:
+    if not isinstance(value, float) or not 0 <= value < float("inf"):
+        raise ValueError(f"when must be seconds since 1970, got {value!r:.80}")
+    return value

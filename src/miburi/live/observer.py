@@ -1,0 +1,232 @@
+"""What viewers are shown of a partner: its state at one moment, and why it stopped."""
+
+from collections import deque
+from typing import Any
+
+import numpy as np
+
+from miburi.bodies import Touch, Touchable
+from miburi.feelings import FEELINGS, Expression, FeelingModel
+from miburi.live.state import Expressed, Hand, MotorOut, MotorsOut, RuleOut, State, StopOut
+from miburi.partner import Event, MoveSent, Partner, Released, Stopped
+from miburi.robot import JOINTS, Array, forward
+from miburi.robot.guards import by_motor
+from miburi.safety.contact import Rule, Sign
+from miburi.safety.profile import FINE, SECOND
+from miburi.safety.stop import Phase, StopReason
+
+__all__ = ["Observer"]
+
+#: A touch that no stop followed is forgotten within a second: its force fades by this a step.
+_FADING = 0.9
+#: The hands' speed is taken over so many steps: a card's reports do not come in step with ours.
+_SPEED_STEPS = 5
+
+
+class Observer:
+    """Looks at one body and its partner, step by step.
+
+    Parameters
+    ----------
+    name, port
+        The kind of body, and its serial port.
+    partner
+        Who moves it.
+    feelings
+        What it feels.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        port: str | None,
+        partner: Partner,
+        feelings: FeelingModel,
+    ) -> None:
+        self.name, self.port = name, port
+        self._partner = partner
+        self._feelings = feelings
+        self._robot = partner.body.robot
+        self._home = forward(self._robot, self._robot.neutral)[:6].reshape(2, 3)
+        self._hands: deque[tuple[float, Array]] = deque(maxlen=_SPEED_STEPS + 1)
+        self._stop: StopOut | None = None
+        self._peak = 0.0
+        self._part: str | None = None
+        self._sent: Array | None = None  # speeds of the latest move, rad/s
+
+    def take(self, events: list[Event]) -> StopOut | None:
+        """Take in what happened in a step; return what is known about a stop, if it stopped."""
+        self._follow_touch(self._partner.body.state.phase)
+        stopped = None
+        for event in events:
+            if isinstance(event, MoveSent | Released):
+                self._sent = event.move.speeds if isinstance(event, MoveSent) else None
+            elif isinstance(event, Stopped):
+                stopped = self._stop = self._explain(event)
+        return stopped
+
+    def state(self, serial: int, **more: Any) -> State:
+        """Return the state of now; ``more`` is what others know."""
+        body, feelings = self._partner.body, self._feelings
+        state = body.state
+        touch = self._touch
+        hands = forward(self._robot, state.angles)[:6].reshape(2, 3)
+        self._hands.append((state.time, hands))
+        before, then = self._hands[0]
+        way = float(np.linalg.norm(hands - then, axis=1).mean())
+        speed = way / (state.time - before) if state.time > before else 0.0
+        felt, shown = feelings.express(), self._partner.expression
+        return State(
+            serial=serial,
+            time=round(state.time, 3),
+            body=self.name,
+            phase=state.phase.value,
+            temperament=feelings.temperament.name,
+            angles=state.angles.round(4).tolist(),
+            velocities=state.velocities.round(3).tolist(),
+            emotion=feelings.emotion.round(4).tolist(),
+            feeling=feelings.feeling.round(4).tolist(),
+            mood=feelings.mood.round(5).tolist(),
+            felt=_expressed(felt),
+            expressed=_expressed(self._current(shown)),
+            asked=self._partner.asked,
+            hand_speed=round(speed, 4),
+            extent=round(float(np.linalg.norm(hands - self._home, axis=1).max()), 4),
+            ratios=self._ratios(),
+            stop=self._stop,
+            held=self._partner.held,
+            force=None if touch is None else round(touch.force, 2),
+            hand=_hand(body.touchable),
+            face=self._face(felt, shown),
+            **more,
+        )
+
+    def motors(self) -> MotorsOut:
+        """Return how the motors are, and what they were calibrated to; look once a second."""
+        motors, robot = self._partner.body.motors(), self._robot
+        guards, step = by_motor(motors.rule.guards), robot.servo.step
+        each = [
+            MotorOut(
+                joint=joint,
+                servo=motor.servo,
+                answers=motor.answers,
+                temperature=motor.temperature,
+                voltage=motor.voltage,
+                guards=guards[i].map(lambda guard, n: round(n * guard.unit.size(step), 5)),
+            )
+            for i, (joint, motor) in enumerate(zip(JOINTS, motors.each, strict=True))
+        ]
+        return MotorsOut(
+            body=self.name,
+            port=self.port,
+            calibrated=guards != by_motor(Rule.of(robot).guards),
+            settings=motors.settings,
+            hottest=motors.hottest,
+            lowest=motors.lowest,
+            rule=RuleOut(period=motors.rule.period / SECOND, ratio=motors.rule.ratio / 10_000),
+            motors=each,
+        )
+
+    def _explain(self, event: Stopped) -> StopOut:
+        """Say what is known about a stop: travel from the rule's window, force from the physics."""
+        stop, body = event.stop, self._partner.body
+        moved = due = measured = expected = None
+        if stop.reason is StopReason.CONTACT and stop.motor is not None:
+            motor, step = JOINTS.index(stop.motor), self._robot.servo.step / FINE
+            if body.window is not None:
+                moved = float(body.window.measured[motor]) * step
+                due = float(body.window.expected[motor]) * step
+                if stop.sign == Sign.SPEED:
+                    seconds = float(body.window.length[motor]) / SECOND
+                    measured, expected = moved / seconds, due / seconds
+            if stop.sign == Sign.TRACKING and self._sent is not None:
+                # How fast it is now, and the speed that was sent to it.
+                measured = abs(float(body.state.velocities[motor]))
+                expected = float(self._sent[motor])
+        return StopOut(
+            time=stop.time,
+            reason=stop.reason,
+            motor=stop.motor,
+            sign=stop.sign,
+            ratio=_rounded(stop.ratio),
+            moved=_rounded(moved),
+            due=_rounded(due),
+            measured=_rounded(measured),
+            expected=_rounded(expected),
+            force=None if self._touch is None else round(self._peak, 2),
+            part=self._part,
+            mood_before=event.mood_before,
+            mood_after=event.mood_after,
+        )
+
+    @property
+    def _touch(self) -> Touch | None:
+        touchable = self._partner.body.touchable
+        return None if touchable is None else touchable.touch
+
+    def _follow_touch(self, phase: Phase) -> None:
+        """Keep the largest force of a touch for the stop that follows it."""
+        touch = self._touch
+        if touch is not None:
+            if touch.force > 0:
+                self._peak, self._part = max(self._peak, touch.force), touch.part
+            elif phase is not Phase.STOPPED:
+                self._peak *= _FADING
+        if phase is not Phase.STOPPED:
+            self._stop = None
+        elif self._stop is not None and touch is not None and self._peak > (self._stop.force or 0):
+            self._stop = self._stop.model_copy(update={"force": round(self._peak, 2)})
+
+    def _current(self, shown: Expression | None) -> Expression | None:
+        """Return what is shown; unless it was asked for, it is as strong as the mood of now."""
+        if shown is None or self._partner.asked:
+            return shown
+        return Expression(shown.feeling, float(self._feelings.mood[FEELINGS.index(shown.feeling)]))
+
+    def _face(self, felt: Expression | None, shown: Expression | None) -> list[float]:
+        """Return how much of each feeling the face shows.
+
+        What was asked for, alone; else the strongest emotion as strong as its mood, and each
+        other emotion's mood in the measure in which it is as strong as that one.
+        """
+        weights = np.zeros(len(FEELINGS))
+        if shown is not None and self._partner.asked:
+            weights[FEELINGS.index(shown.feeling)] = shown.mood
+        elif felt is not None:
+            emotion = self._feelings.emotion
+            weights = self._feelings.mood * (emotion / emotion.max()) ** 2
+        return [float(weight) for weight in weights.round(3)]
+
+    def _ratios(self) -> list[float | None]:
+        """Return what each motor's latest window held against the limit, up to 1.
+
+        The slack is in it, so that it crosses the limit where the rule stops the body.
+        """
+        window = self._partner.body.window
+        if window is None:
+            return [None] * len(JOINTS)
+        return [
+            min(round(float(granted) / float(should), 4), 1.0) if judged and should else None
+            for granted, should, judged in zip(
+                window.granted, window.expected, window.judged, strict=True
+            )
+        ]
+
+
+def _rounded(value: float | None) -> float | None:
+    return None if value is None else round(value, 4)
+
+
+def _expressed(expression: Expression | None) -> Expressed | None:
+    if expression is None:
+        return None
+    return Expressed.model_validate(
+        {"feeling": expression.feeling, "mood": round(expression.mood, 5)}
+    )
+
+
+def _hand(body: Touchable | None) -> Hand | None:
+    if body is None:
+        return None
+    pose = body.configuration[1].round(4).tolist()
+    return Hand(position=pose[:3], quaternion=pose[3:])

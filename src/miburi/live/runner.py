@@ -1,0 +1,475 @@
+"""The one clock of a live partner.
+
+A thread paces the partner's deterministic steps. Commands come in through a bounded queue and
+run between two steps; viewers read the latest snapshot, which is never changed, and so cannot
+make the loop wait.
+"""
+
+import queue
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from concurrent.futures import Future
+from functools import cached_property
+from typing import Any, TypeVar
+
+import numpy as np
+
+from miburi.bodies import Body
+from miburi.errors import BodyError, InputError, MiburiError
+from miburi.feelings import TEMPERAMENTS, Expression, FeelingModel, Stimulus, shipped_temperament
+from miburi.gestures import KeyPose, Repertoire, shipped
+from miburi.live.archive import Recordings
+from miburi.live.bodies import make_body
+from miburi.live.observer import Observer
+from miburi.live.recording import step_messages
+from miburi.live.state import Entry, MotorsOut, RecordingEnd, Sample, State, StopOut
+from miburi.partner import Event, GestureStarted, Partner, Released, Stopped
+from miburi.robot import Array, Robot
+from miburi.safety.contact import Rule
+
+__all__ = ["STEP", "BusyError", "Command", "Result", "Runner", "Snapshot"]
+
+#: The loop's period in s; the encoders are read twice in it.
+STEP = 0.02
+#: When the loop is further behind than this, in s, the robot's time waits instead of hurrying.
+_PATIENCE = 0.2
+#: A live partner answers sooner than the one of the experiment (ours), s.
+_PERIOD = 0.5
+#: Commands that may wait for the next step.
+_QUEUE = 256
+#: The hand goes where it was asked to at no more than this speed, m/s (ours): it cannot jump
+#: into the robot.
+_HAND_SPEED = 1.2
+_LOG, _SAMPLES = 300, 1200
+_STEPS_PER_SAMPLE = 5
+_STEPS_PER_MOTORS = 50
+
+Result = TypeVar("Result")
+Command = Callable[[], Any]
+
+
+class Snapshot:
+    """One state, and its JSON, which is written once however many viewers there are."""
+
+    def __init__(self, state: State) -> None:
+        self.state = state
+
+    @cached_property
+    def json(self) -> str:
+        """The state as JSON."""
+        return self.state.model_dump_json()
+
+
+class BusyError(MiburiError):
+    """More commands are waiting than the loop takes."""
+
+
+class Runner:
+    """A live partner; all methods but :meth:`tick` may be called from any thread.
+
+    Parameters
+    ----------
+    robot
+        The description.
+    feelings
+        The emotional model.
+    body
+        The kind of body to begin with.
+    recordings
+        Where recordings are kept.
+    port
+        A card's serial port.
+    seed
+        Chooses the small variations of gestures.
+    rule
+        The contact rule of simulated bodies; by default the robot's own.
+    repertoire
+        The gestures; by default those that ship with Miburi.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        feelings: FeelingModel,
+        recordings: Recordings,
+        *,
+        body: str = "simulated",
+        port: str | None = None,
+        seed: int = 0,
+        rule: Rule | None = None,
+        repertoire: Repertoire | None = None,
+    ) -> None:
+        self.robot = robot
+        self.repertoire = repertoire or shipped()
+        self.recordings = recordings
+        self.slow_steps = 0
+        self._feelings = feelings
+        self._own_temperament = feelings.temperament
+        self._seed = seed
+        self._rule = rule
+        self._commands: queue.Queue[tuple[Command, Future[Any]]] = queue.Queue(_QUEUE)
+        self._thread: threading.Thread | None = None
+        self._ending = threading.Event()
+        self._patience = 0.0
+        self._log: deque[Entry] = deque(maxlen=_LOG)
+        self._samples: deque[Sample] = deque(maxlen=_SAMPLES)
+        self._serial = self._number = 0
+        self._paused = self._at_home = False
+        self._recording_end: RecordingEnd | None = None
+        self._hand_goal: Array | None = None
+        self._hand_along = np.array([0.0, 0.0, 1.0])
+        self._use(body, port, make_body(body, robot, port, rule))
+
+    # What viewers read.
+
+    @property
+    def snapshot(self) -> Snapshot:
+        """The latest state."""
+        return self._snapshot
+
+    @property
+    def body_name(self) -> str:
+        """The kind of body that moves now."""
+        return self._observer.name
+
+    @property
+    def motors(self) -> MotorsOut:
+        """How the motors are, at most a second old."""
+        return self._motors
+
+    @property
+    def at_home(self) -> bool:
+        """Whether :meth:`close` has brought the body back to neutral."""
+        return self._at_home
+
+    @property
+    def body(self) -> Body:
+        """The body that moves now."""
+        return self._partner.body
+
+    @property
+    def temperaments(self) -> list[str]:
+        """The temperaments to choose from: those that ship, and the one that it began with."""
+        return list(dict.fromkeys((*TEMPERAMENTS, self._own_temperament.name)))
+
+    def log(self, after: int = 0) -> list[Entry]:
+        """Return the latest entries whose number is above ``after``."""
+        return [entry for entry in self._log.copy() if entry.number > after]
+
+    def samples(self) -> list[Sample]:
+        """Return the last two minutes, ten samples a second."""
+        return list(self._samples.copy())
+
+    # What the outside asks for: each runs between two steps.
+
+    def stimulate(self, stimulus: Stimulus) -> Future[None]:
+        """Let the partner feel something."""
+
+        def run() -> None:
+            self._feelings.stimulate(stimulus)
+            self._note(
+                "stimulus",
+                feeling=stimulus.feeling,
+                strength=stimulus.strength,
+                source=stimulus.source,
+            )
+
+        return self._call(run)
+
+    def perform(self, expression: Expression, poses: list[KeyPose] | None = None) -> Future[None]:
+        """Perform a gesture once; refused while the partner rests."""
+
+        def run() -> None:
+            if self._paused:
+                raise BodyError("the partner is paused; resume it first.")
+            self._partner.perform(expression, poses)
+
+        return self._call(run)
+
+    def stop(self) -> Future[None]:
+        """Stop the body until :meth:`release`."""
+
+        def run() -> None:
+            self._partner.stop()
+
+        return self._call(run)
+
+    def release(self) -> Future[None]:
+        """Let a stopped body go back to neutral, and go on."""
+
+        def run() -> None:
+            self._partner.release()
+            self._note("released")
+
+        return self._call(run)
+
+    def pause(self, paused: bool) -> Future[None]:
+        """Rest at neutral, or go on."""
+
+        def run() -> None:
+            if paused != self._paused:
+                self._paused = paused
+                if paused:
+                    self._partner.pause()
+                else:
+                    self._partner.resume()
+                self._note("paused" if paused else "resumed")
+
+        return self._call(run)
+
+    def hand(self, position: Array | None, along: Array) -> Future[None]:
+        """Let the simulated human hand go somewhere, or away (None).
+
+        Raises
+        ------
+        BodyError
+            The body is no simulation.
+        InputError
+            The direction has no length.
+        """
+
+        def run() -> None:
+            body = self._partner.body.touchable
+            if body is None:
+                raise BodyError("only a simulated body has a hand to move.")
+            if float(np.linalg.norm(along)) < 1e-6:
+                raise InputError("along must have a length.")
+            self._hand_along = along
+            if position is None:
+                body.remove_hand()
+            self._hand_goal = position
+
+        return self._call(run)
+
+    def temperament(self, name: str) -> Future[None]:
+        """Go on with another of the :attr:`temperaments`."""
+        own = self._own_temperament
+        chosen = own if name == own.name else shipped_temperament(name)
+
+        def run() -> None:
+            self._feelings.temperament = chosen
+            self._note("temperament", name=name)
+
+        return self._call(run)
+
+    def feelings(self) -> Future[dict[str, Any]]:
+        """Return the state of the feelings, as :meth:`FeelingModel.save` does."""
+        return self._call(self._feelings.save)
+
+    def use(self, name: str, port: str | None = None) -> Future[None]:
+        """Move another body from now on; it is made in the caller's thread.
+
+        Raises
+        ------
+        InputError, BodyError
+            There is no such body here; see :func:`miburi.live.bodies.make_body`.
+        """
+        if port is not None and port == self._observer.port:
+            raise BodyError(
+                f"the card at {port} is this body already; one that was lost is found again by "
+                "itself."
+            )
+        body = make_body(name, self.robot, port, self._rule)
+
+        def run() -> None:
+            self._let_go()
+            self._use(name, port, body)
+            self._note("body", name=name)
+
+        return self._call(run)
+
+    # The loop.
+
+    def tick(self) -> None:
+        """Run the waiting commands, then let one step pass."""
+        self._run_commands()
+        self._move_hand()
+        events: list[Event] = []
+        try:
+            events = self._partner.step(STEP)
+        except BodyError as error:
+            # A card may have stopped, or been lost, between its report and our command: it is
+            # stopped then, and the next state says why. What repeats is said once.
+            if not (self._log and self._log[-1].name == str(error)):
+                self._note("refused", name=str(error))
+        self._serial += 1
+        sampled = self._serial % _STEPS_PER_SAMPLE == 0
+        try:
+            stopped = self._observer.take(events)
+        except Exception as error:
+            stopped = None
+            self._excuse(error)
+        for event in events:
+            self._take(event, stopped)
+        self._record(events, sampled)
+        try:
+            self._look()
+            if sampled:
+                self._sample(self._snapshot.state)
+        except Exception as error:
+            self._excuse(error)
+            self._look_at_the_least()
+
+    def start(self) -> None:
+        """Start the thread that paces the steps."""
+        self._thread = threading.Thread(target=self._pace, name="partner", daemon=True)
+        self._thread.start()
+
+    def close(self, patience: float = 6.0) -> None:
+        """Bring the body home in at most ``patience`` s, end recording, and stop the thread."""
+        if self._thread is not None:
+            self._patience = patience
+            self._ending.set()
+            self._thread.join()
+            self._thread = None
+        self.recordings.end()
+        self._at_home = self._partner.at_rest
+        self._let_go()
+
+    def _pace(self) -> None:
+        due = time.monotonic()
+        give_up = None
+        while True:
+            if self._ending.is_set():
+                if give_up is None:
+                    give_up = time.monotonic() + self._patience
+                    self._partner.rest()
+                if self._partner.at_rest or time.monotonic() > give_up:
+                    return
+            self.tick()
+            due += STEP
+            ahead = due - time.monotonic()
+            if ahead > 0:
+                time.sleep(ahead)  # the one place where the partner's time meets the clock
+            elif ahead < -_PATIENCE:
+                self.slow_steps += 1
+                due = time.monotonic()
+
+    def _call(self, command: Callable[[], Result]) -> Future[Result]:
+        future: Future[Result] = Future()
+        try:
+            self._commands.put_nowait((command, future))
+        except queue.Full:
+            raise BusyError(
+                f"{_QUEUE} commands are waiting already; ask again in a moment."
+            ) from None
+        return future
+
+    def _run_commands(self) -> None:
+        for _ in range(_QUEUE):
+            try:
+                command, future = self._commands.get_nowait()
+            except queue.Empty:
+                return
+            if not future.set_running_or_notify_cancel():
+                continue
+            try:
+                future.set_result(command())
+            except Exception as error:  # it is the asker's, not the loop's
+                future.set_exception(error)
+
+    def _use(self, name: str, port: str | None, body: Body) -> None:
+        self._partner = Partner(
+            body, self._feelings, repertoire=self.repertoire, period=_PERIOD, life=self._seed
+        )
+        if self._paused:
+            self._partner.pause()
+        self._hand_goal = None
+        self._observer = Observer(name, port, self._partner, self._feelings)
+        self._motors = self._observer.motors()
+        self._serial += 1
+        self._look()
+
+    def _let_go(self) -> None:
+        """Stop and close the body: the next one may be at the same port."""
+        self._partner.body.close()
+
+    def _look(self) -> None:
+        """Renew what viewers see."""
+        if self._serial % _STEPS_PER_MOTORS == 0:
+            self._motors = self._observer.motors()
+        state = self._observer.state(
+            self._serial,
+            paused=self._paused,
+            recording=self.recordings.current,
+            recording_end=self._recording_end,
+            rule=self._motors.rule,
+            hand_out=self._hand_goal is not None,
+            latest=self._number,
+        )
+        self._snapshot = Snapshot(state)
+
+    def _look_at_the_least(self) -> None:
+        """Renew what must not be hidden, where the observer fails: whether the body is stopped."""
+        body = self._partner.body.state
+        state = self._snapshot.state.model_copy(
+            update={
+                "serial": self._serial,
+                "time": round(body.time, 3),
+                "phase": body.phase.value,
+                "held": self._partner.held,
+                "latest": self._number,
+            }
+        )
+        self._snapshot = Snapshot(state)
+
+    def _sample(self, state: State) -> None:
+        self._samples.append(
+            Sample(
+                time=state.time,
+                mood=state.mood,
+                hand_speed=state.hand_speed,
+                extent=state.extent,
+                ratios=state.ratios,
+                stopped=state.stop is not None,
+            )
+        )
+
+    def _record(self, events: list[Event], sampled: bool) -> None:
+        """Hand the step to the recording, if one is on; note what became of recordings."""
+        for kind, name, reason, detail in self.recordings.news():
+            self._note(kind, name=name, reason=reason, detail=detail or None)
+            if reason is not None:
+                self._recording_end = RecordingEnd(name=name, reason=reason, detail=detail)
+            elif kind == "recording":
+                self._recording_end = None
+        felt = self._feelings if sampled else None
+        self.recordings.write(lambda: step_messages(self._partner.body.state, felt, events))
+
+    def _excuse(self, error: Exception) -> None:
+        """Note that what only looks on has failed; what repeats is noted once."""
+        name = f"{type(error).__name__}: {error}"
+        if not any(entry.kind == "trouble" and entry.name == name for entry in self._log):
+            self._note("trouble", name=name)
+
+    def _move_hand(self) -> None:
+        """Bring the hand nearer to where it was asked to, never faster than a person's."""
+        body = self._partner.body.touchable
+        if self._hand_goal is None or body is None:
+            return
+        here = body.configuration[1][:3]
+        way = self._hand_goal - here
+        length = float(np.linalg.norm(way))
+        reach = min(1.0, _HAND_SPEED * STEP / length) if length > 0 else 1.0
+        body.place_hand(here + reach * way, self._hand_along)
+
+    def _take(self, event: Event, stopped: StopOut | None) -> None:
+        match event:
+            case GestureStarted(_, expression, name):
+                feeling, mood = expression.feeling, expression.mood
+                self._note("gesture", feeling=feeling, mood=mood, name=name)
+            case Stopped(_, stop):
+                limit = self._motors.rule.ratio
+                self._note("stopped", stop=stopped, name=stop.reason, limit=limit)
+            case Released():
+                self._note("released")
+            case _:
+                pass
+
+    def _note(self, kind: str, **content: Any) -> None:
+        self._number += 1
+        time = round(self._partner.body.state.time, 2)
+        entry = {"number": self._number, "time": time, "kind": kind, **content}
+        self._log.append(Entry.model_validate(entry))

@@ -1,0 +1,343 @@
+"""The loop that joins the rooms: feelings choose, gestures shape, kinematics solve, a body moves.
+
+The strongest emotion picks the movement function and its mood the intensity (Fig. 6). After a
+contact the partner waits, lets the body go back to neutral, and goes on with a mood lowered by
+20 % (Section 4). The body has stopped by itself by then: the partner is only told.
+
+How a gesture's key poses follow each other is in :mod:`miburi.partner.performance`, when a stop
+may end in :mod:`miburi.partner.recovery`.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from miburi import gestures, ik
+from miburi.bodies import Body, BodyState
+from miburi.errors import BodyError
+from miburi.feelings import FEELINGS, Expression, FeelingModel
+from miburi.partner.performance import Performance
+from miburi.partner.recovery import Recovery
+from miburi.robot import Array, Robot
+from miburi.safety.move import Move, synchronised
+from miburi.safety.stop import Phase, Stop, StopReason
+
+__all__ = [
+    "HOMECOMING",
+    "Event",
+    "GestureEnded",
+    "GestureStarted",
+    "MoveSent",
+    "Partner",
+    "Released",
+    "Solve",
+    "Stopped",
+]
+
+#: Seconds that the way home to neutral takes at least, at the end (ours).
+HOMECOMING = 1.5
+#: Stops that are ended at the end of all; others wait for a person to mend what failed.
+_ENDED_BY_US = (StopReason.CONTACT, StopReason.ASKED)
+#: The choice among gestures has a stream of random numbers of its own.
+_CHOICES = 1
+
+Solve = Callable[[Robot, Array, Array], ik.Solution]
+
+
+@dataclass(frozen=True)
+class GestureStarted:
+    """A movement function begins, with the mood as its intensity.
+
+    ``gesture`` is its name; None where somebody gave the key poses.
+    """
+
+    time: float
+    expression: Expression
+    gesture: str | None = None
+
+
+@dataclass(frozen=True)
+class MoveSent:
+    """A key pose was solved and sent to the body."""
+
+    time: float
+    key_pose: int
+    move: Move
+    solution: ik.Solution
+
+
+@dataclass(frozen=True)
+class GestureEnded:
+    """The body has come to rest after the last key pose, or the gesture was broken off."""
+
+    time: float
+    expression: Expression
+    complete: bool
+
+
+@dataclass(frozen=True)
+class Stopped:
+    """The body has stopped by itself; for a contact, how the mood took it."""
+
+    time: float
+    stop: Stop
+    mood_before: float
+    mood_after: float
+
+
+@dataclass(frozen=True)
+class Released:
+    """The body may go back to neutral."""
+
+    time: float
+
+
+Event = GestureStarted | MoveSent | GestureEnded | Stopped | Released
+
+
+class Partner:
+    """A robot partner: feelings, a body, and what happens between them.
+
+    Parameters
+    ----------
+    body
+        What is moved; it must be at neutral.
+    feelings
+        The emotional model; stimuli go to it directly.
+    repertoire
+        The gestures; by default those that ship with Miburi. What the body cannot do is bent.
+    period
+        A gesture starts at every multiple of this many seconds at which the body is at rest
+        (Section 5: 2 s).
+    solve
+        The inverse kinematics: robot, target (9,) m and present angles (8,) rad to a solution.
+    life
+        A seed: it breathes while it feels nothing, and no two gestures are quite alike. None:
+        it does neither, as in the paper's experiment. The seed (0 for None) also chooses among
+        several gestures of a feeling.
+    """
+
+    def __init__(
+        self,
+        body: Body,
+        feelings: FeelingModel,
+        *,
+        repertoire: gestures.Repertoire | None = None,
+        period: float = 2.0,
+        solve: Solve | None = None,
+        life: int | None = None,
+    ) -> None:
+        self.body = body
+        self.feelings = feelings
+        self._repertoire = repertoire or gestures.shipped()
+        self._period = period
+        self._solve = solve or _solve
+        self._next_gesture = 0.0
+        self._life = None if life is None else np.random.default_rng(life)
+        self._choices = np.random.default_rng([life or 0, _CHOICES])
+        self._performance: Performance | None = None
+        self._asked: Performance | None = None
+        self._recovery = Recovery()
+        self._angles = np.array(body.robot.neutral)
+        self._resting = False
+        self._paused = False
+
+    @property
+    def expression(self) -> Expression | None:
+        """What is being expressed now; None between gestures."""
+        return self._performance.expression if self._performance else None
+
+    @property
+    def asked(self) -> bool:
+        """Whether the gesture of now was asked for by :meth:`perform`."""
+        return self._performance is not None and self._performance.asked
+
+    @property
+    def held(self) -> bool:
+        """Whether somebody has stopped the body, so that it waits for :meth:`release`."""
+        return self._recovery.held
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether :meth:`rest` has been called and the body is back at neutral."""
+        home = np.array_equal(self._angles, self.body.robot.neutral)
+        return self._resting and home and self.body.state.phase is Phase.IDLE
+
+    def rest(self) -> None:
+        """Start no more gestures; after the present move, go to neutral and stay there."""
+        self._resting = True
+
+    def pause(self) -> None:
+        """Go to neutral after the present move and wait there for :meth:`resume`.
+
+        Unlike :meth:`rest`, this does not release a body that somebody stopped.
+        """
+        self._paused = True
+
+    def resume(self) -> None:
+        """End a pause: gestures start again."""
+        self._paused = False
+
+    def perform(
+        self, expression: Expression, poses: Sequence[gestures.KeyPose] | None = None
+    ) -> None:
+        """Perform a gesture once, as soon as the body is at rest, whatever the feelings are.
+
+        Parameters
+        ----------
+        expression
+            The feeling, and the mood that stays the gesture's intensity to its end.
+        poses
+            Other key poses than the feeling's own, such as a blend.
+        """
+        name = None
+        if poses is None:
+            function = self._repertoire.choose(expression.feeling, self._choices)
+            name = function.name
+            poses = gestures.key_poses(self.body.robot, function, expression.mood)
+        given = list(poses)
+        self._asked = Performance(lambda _mood: given, expression, name, asked=True)
+
+    def stop(self) -> None:
+        """Stop the body at a person's wish; it stays so until :meth:`release`.
+
+        A body that a contact has stopped is not released by itself any more.
+        """
+        self.body.stop()
+        self._recovery.held = True
+
+    def release(self) -> None:
+        """Let a stopped body go back to neutral, and then go on.
+
+        Raises
+        ------
+        BodyError
+            The body is not stopped.
+        """
+        self.body.release()
+        self._recovery.released()
+        self._angles = np.array(self.body.robot.neutral)
+
+    def step(self, dt: float) -> list[Event]:
+        """Let ``dt`` seconds pass and return what happened in them."""
+        self.feelings.step(dt)
+        state = self.body.step(dt)
+        match state.phase:
+            case Phase.STOPPED:
+                return list(self._stopped(state))
+            case Phase.IDLE:
+                return list(self._idle(state))
+            case _:
+                return []
+
+    def _stopped(self, state: BodyState) -> Iterator[Event]:
+        if state.stop is not None and self._recovery.is_new(state.stop):
+            yield from self._take(state.stop, state.time)
+        if self._resting and state.stop is not None and state.stop.reason in _ENDED_BY_US:
+            self._recovery.hurry(state.time)
+        if self._recovery.is_due(state.time):
+            try:
+                self.release()
+            except BodyError:  # a servo is not ready, or the card has just gone
+                self._recovery.retry(state.time)
+            else:
+                yield Released(state.time)
+
+    def _take(self, stop: Stop, time: float) -> Iterator[Event]:
+        """Take a new stop in: break off the gesture and, after a contact, lower the mood."""
+        shown = self.expression or self.feelings.express()
+        before = self._mood_of(shown)
+        if stop.reason == StopReason.CONTACT:
+            self.feelings.contact()
+            self._recovery.after_contact(time)
+        else:
+            self._recovery.wait_for_a_person()
+        yield Stopped(time, stop, before, self._mood_of(shown))
+        yield from self._end(time, complete=False)
+
+    def _idle(self, state: BodyState) -> Iterator[Event]:
+        self._recovery.at_rest()
+        due = state.time >= self._next_gesture - 1e-9 or self._asked is not None
+        if self._performance is None and due and not self._quiet:
+            while self._next_gesture <= state.time + 1e-9:
+                self._next_gesture += self._period
+            yield from self._begin(state.time)
+        performance = self._performance
+        if performance is not None and (performance.is_due(state.time) or self._quiet):
+            yield from self._go_on(performance, state.time)
+        if self._performance is None and self._quiet:
+            self._go_home()
+
+    def _begin(self, time: float) -> Iterator[Event]:
+        """Begin what was asked for, a gesture, or a breath of one who feels nothing."""
+        robot, expression = self.body.robot, self.feelings.express()
+        if self._asked is not None:
+            self._performance, self._asked = self._asked, None
+        else:
+            variation = None if self._life is None else int(self._life.integers(2**32))
+            if expression is not None:
+                function = self._repertoire.choose(expression.feeling, self._choices)
+                self._performance = Performance.of_gesture(robot, function, expression, variation)
+            elif self._life is not None:
+                self._performance = Performance.of_breath(robot, variation)
+        begun = self._performance
+        if begun is not None and begun.expression is not None:
+            yield GestureStarted(time, begun.expression, begun.gesture)
+
+    def _go_on(self, performance: Performance, time: float) -> Iterator[Event]:
+        """Send the next key pose at the mood of now, or end the performance."""
+        robot, shown = self.body.robot, performance.expression
+        # A breath gives way to a gesture.
+        if shown is None and (self._asked or self.feelings.express()):
+            yield from self._end(time, complete=False)
+            return
+        if not self._quiet:
+            for index, pose in performance.go_on(self._mood_of(shown)):
+                solution = self._solve(robot, pose.target, self._angles)
+                move = synchronised(robot, self._angles, solution.angles, pose.duration)
+                if np.max(np.abs(solution.angles - self._angles)) < robot.servo.step:
+                    continue  # nowhere to go: a mood of 0 rests at neutral
+                if self._send(move):
+                    self._angles = solution.angles
+                    performance.hold(pose.hold)
+                    yield MoveSent(time, index, move, solution)
+                return
+        yield from self._end(time, complete=performance.complete)
+
+    def _end(self, time: float, *, complete: bool) -> Iterator[Event]:
+        shown, self._performance = self.expression, None
+        if complete:
+            self._recovery.unhindered()
+        if shown is not None:
+            yield GestureEnded(time, shown, complete)
+
+    @property
+    def _quiet(self) -> bool:
+        return self._resting or self._paused
+
+    def _go_home(self) -> None:
+        neutral = self.body.robot.neutral
+        if not np.array_equal(self._angles, neutral) and self._send(
+            synchronised(self.body.robot, self._angles, neutral, HOMECOMING)
+        ):
+            self._angles = np.array(neutral)
+
+    def _send(self, move: Move) -> bool:
+        """Start a move, unless the body has stopped since it told its state."""
+        try:
+            self.body.move(move)
+        except BodyError:
+            if self.body.state.phase is Phase.IDLE:
+                raise
+            return False
+        return True
+
+    def _mood_of(self, expression: Expression | None) -> float:
+        if expression is None:
+            return 0.0
+        return float(self.feelings.mood[FEELINGS.index(expression.feeling)])
+
+
+def _solve(robot: Robot, target: Array, start: Array) -> ik.Solution:
+    return ik.solve(robot, target, start=start)

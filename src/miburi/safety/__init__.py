@@ -1,0 +1,1 @@
+"""What must equal the firmware, header for header: moves, profiles, the contact rule, stops."""

@@ -1,0 +1,70 @@
+"""The paper's rule to the letter (Eqs. 1 and 2), for comparison."""
+
+import numpy as np
+
+from miburi.safety.contact import (
+    PAPER_RATIO,
+    UNLOADED,
+    Contact,
+    Flags,
+    Loading,
+    Rule,
+    Sign,
+    Watch,
+    Window,
+    worst,
+)  # fmt: skip
+from miburi.safety.profile import FINE, SECOND, Profile, Steps
+
+__all__ = ["PrintedRule", "is_slow_as_printed"]
+
+
+def is_slow_as_printed(
+    travel: Steps, speed: Steps, elapsed: int, ratio: int = PAPER_RATIO
+) -> Flags:
+    """Eqs. 1 and 2 to the letter: which motors moved slower than 0.9372 of the speed sent.
+
+    Parameters
+    ----------
+    travel
+        (8,) steps moved in the window, in either direction.
+    speed
+        (8,) steps/s sent; motors with nothing to do have 0.
+    elapsed
+        Length of the window in µs.
+    ratio
+        The limit in parts of 10 000.
+
+    Returns
+    -------
+    (8,) bool. On a ramped servo the first and last windows of every free move say yes.
+    """
+    slow: Flags = np.abs(travel) * 10_000 * SECOND < speed * ratio * elapsed
+    return slow
+
+
+class PrintedRule(Rule):
+    """The paper's rule to the letter, for comparison: it stops every free move of a real servo."""
+
+    def watch(
+        self, profile: Profile, start: Steps, direction: Steps, loading: Loading = UNLOADED
+    ) -> Watch:
+        """Begin to watch one move as printed."""
+        return _PrintedWatch(self, profile, start, direction, loading)
+
+
+class _PrintedWatch(Watch):
+    def look(self, positions: Steps, time: int) -> Contact | None:
+        if time < self._period_ends:
+            return None
+        self._period_ends += self.rule.period
+        travel = self._travel(positions)
+        did = travel - self._measured
+        self._measured = travel
+        # A motor with nowhere to go has been sent no speed.
+        sent = np.where(self.profile.distance > 0, self.profile.speed, 0)
+        slow = is_slow_as_printed(did // FINE, sent, self.rule.period, self.rule.ratio)
+        due = sent * FINE * self.rule.period // SECOND
+        length = np.full_like(due, self.rule.period)
+        self.window = Window(did, due, did, sent > 0, length)
+        return worst(Sign.SPEED, slow, self.window) if slow.any() else None

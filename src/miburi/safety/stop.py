@@ -1,0 +1,59 @@
+"""The phases of a body, and why it stopped."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+__all__ = ["Phase", "Stop", "StopReason"]
+
+
+class Phase(StrEnum):
+    """Where a body is in idle → moving → stopped (latched) → returning → idle."""
+
+    IDLE = "idle"
+    MOVING = "moving"
+    STOPPED = "stopped"
+    RETURNING = "returning"
+
+
+class StopReason(StrEnum):
+    """Why a body stopped; pages say it in the words of their language."""
+
+    CONTACT = "contact"
+    ASKED = "asked"
+    CARD_STARTED = "card_started"
+    LINE_LOST = "line_lost"
+    SERVO_SILENT = "servo_silent"
+    SERVO_DEAF = "servo_deaf"
+    SERVO_FAULTY = "servo_faulty"
+    SERVO_HOT = "servo_hot"
+    LOW_VOLTAGE = "low_voltage"
+
+    @property
+    def spoken(self) -> str:
+        """The reason in plain letters, for error messages."""
+        return self.replace("_", " ")
+
+
+@dataclass(frozen=True)
+class Stop:
+    """A latched stop; it ends only by :meth:`Body.release`.
+
+    Attributes
+    ----------
+    time
+        s, on the body's clock.
+    reason
+        A contact, somebody who asked, or what failed.
+    motor
+        Full name of the motor that met something; None where no single motor did.
+    sign
+        For a contact, what gave it away: ``speed``, ``tracking`` or ``arrival``.
+    ratio
+        For a contact, measured over expected travel.
+    """
+
+    time: float
+    reason: StopReason
+    motor: str | None = None
+    sign: str | None = None
+    ratio: float | None = None

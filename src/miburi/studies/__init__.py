@@ -1,0 +1,1 @@
+"""What is measured with Miburi: the experiment, trials, gestures, a day; film and figures."""

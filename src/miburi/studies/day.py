@@ -1,0 +1,307 @@
+"""A day of conversation: scripted stimuli, the three levels over twelve hours, and their plot."""
+
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from miburi.errors import OutputError
+from miburi.feelings.catalogue import CATALOGUE, FEELINGS
+from miburi.feelings.model import LEVELS, EmotionalModel, FeelingModel, Stimulus
+from miburi.feelings.temperament import Array, Temperament
+
+__all__ = ["COLOURS", "DAY", "Day", "Episode", "live_day", "plot_day"]
+
+#: One colour for each feeling, in the order of ``FEELINGS``.
+COLOURS = tuple(feeling.colour.paper for feeling in CATALOGUE.feeling)
+_HOUR = 3600.0
+_STARTS, _ENDS = 8, 20  # o'clock
+_SAMPLE = 10.0  # s between two points of the record
+_CLOSE_UP = (17.0, 17.0 + 2 / 60)  # two minutes that are recorded every second
+
+
+@dataclass(frozen=True)
+class Episode:
+    """Something that happens during the day.
+
+    ``count`` stimuli, taken in turn from ``stimuli``, come within ``minutes`` from ``hour`` on;
+    the robot's gestures are blocked ``contacts`` times near the end.
+    """
+
+    title: str
+    hour: float
+    minutes: float
+    count: int
+    stimuli: tuple[Stimulus, ...]
+    contacts: int = 0
+
+
+#: The script of the day.
+DAY = (
+    Episode(
+        "a happy\nbreakfast",
+        8.25,
+        25,
+        50,
+        (
+            Stimulus("happiness", 0.7, "speech"),
+            Stimulus("happiness", 0.6, "face"),
+            Stimulus("happiness", 0.5, "touch"),
+        ),
+    ),
+    Episode(
+        "a door\nslams",
+        9.75,
+        3,
+        6,
+        (Stimulus("fright", 1.0, "application"), Stimulus("fear", 0.7, "face")),
+    ),
+    Episode(
+        "sad news",
+        10.75,
+        35,
+        60,
+        (Stimulus("sadness", 0.8, "speech"), Stimulus("sadness", 0.7, "face")),
+    ),
+    Episode(
+        "the grandchildren\nplay with it",
+        13.0,
+        40,
+        120,
+        (
+            Stimulus("happiness", 0.8, "speech"),
+            Stimulus("thrill", 0.8, "speech"),
+            Stimulus("happiness", 0.7, "face"),
+            Stimulus("thrill", 0.7, "touch"),
+        ),
+        contacts=3,
+    ),
+    Episode(
+        "a quarrel",
+        15.5,
+        20,
+        45,
+        (
+            Stimulus("anger", 0.9, "speech"),
+            Stimulus("disgust", 0.6, "speech"),
+            Stimulus("anger", 0.8, "face"),
+        ),
+    ),
+    Episode(
+        "a visitor",
+        17.0,
+        30,
+        60,
+        (
+            Stimulus("surprise", 0.9, "face"),
+            Stimulus("happiness", 0.7, "speech"),
+            Stimulus("happiness", 0.6, "face"),
+        ),
+    ),
+)
+
+
+@dataclass(frozen=True)
+class Day:
+    """What was recorded: n moments in hours of the day, and the levels at each.
+
+    Parameters
+    ----------
+    hours
+        (n,).
+    levels
+        (n, 3, k) in [0, 1], for k feelings: emotion, feeling, mood.
+    shown
+        (n,) indices into ``FEELINGS``, −1 while neutral.
+    contacts
+        (m,) hours at which a gesture was blocked.
+    """
+
+    hours: Array
+    levels: Array
+    shown: Array
+    contacts: Array
+
+
+def live_day(model: FeelingModel, *, seed: int = 1) -> Day:
+    """Let a model live through ``DAY``.
+
+    Parameters
+    ----------
+    model
+        Any emotional model, as it is at eight in the morning.
+    seed
+        Shifts each stimulus by up to half of the pause between two.
+
+    Returns
+    -------
+    The levels every 10 s, in a close-up every second, and after each stimulus and contact.
+    """
+    random = np.random.default_rng(seed)
+    events: list[tuple[float, Stimulus | None]] = []
+    contacts: list[float] = []
+    for episode in DAY:
+        start, length = episode.hour * _HOUR, episode.minutes * 60
+        at = start + (np.arange(episode.count) + random.uniform(0, 1, episode.count)) * (
+            length / episode.count
+        )
+        events += [(t, episode.stimuli[k % len(episode.stimuli)]) for k, t in enumerate(at)]
+        contacts += [start + length * (0.75 + 0.1 * k) for k in range(episode.contacts)]
+    events += [(t, None) for t in contacts]
+    whole = np.arange(_STARTS * _HOUR, _ENDS * _HOUR, _SAMPLE)
+    close = np.arange(_CLOSE_UP[0] * _HOUR, _CLOSE_UP[1] * _HOUR)
+    moments = [(float(t), "record") for t in np.union1d(whole, close)]
+    agenda = sorted([*moments, *events], key=lambda event: event[0])
+
+    now, rows = _STARTS * _HOUR, []
+    for time, event in agenda:
+        model.step(time - now)
+        now = time
+        if isinstance(event, Stimulus):
+            model.stimulate(event)
+        elif event is None:
+            model.contact()
+        expression = model.express()
+        rows.append(
+            (
+                time / _HOUR,
+                np.stack([model.emotion, model.feeling, model.mood]),
+                -1 if expression is None else FEELINGS.index(expression.feeling),
+            )
+        )
+    hours, levels, shown = zip(*rows, strict=True)
+    return Day(np.array(hours), np.stack(levels), np.array(shown), np.array(contacts) / _HOUR)
+
+
+def plot_day(out: Path | str, model: FeelingModel | None = None, *, seed: int = 1) -> Path:
+    """Live through the day and draw emotion, feeling and mood over it.
+
+    Parameters
+    ----------
+    out
+        The folder for ``day.png``; made if missing.
+    model
+        As in :func:`live_day`; a fresh :class:`EmotionalModel` if none is given.
+    seed
+        As in :func:`live_day`.
+
+    Returns
+    -------
+    The path of the picture.
+
+    Raises
+    ------
+    OutputError
+        The picture cannot be written there.
+    """
+    model = model or EmotionalModel()
+    figure = _drawn(live_day(model, seed=seed), model.temperament)
+    picture = BytesIO()
+    figure.savefig(picture, format="png", dpi=120, metadata={"Software": None})
+    path = Path(out) / "day.png"
+    part = path.with_suffix(".part")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        part.write_bytes(picture.getvalue())
+        part.replace(path)
+    except OSError as error:
+        raise OutputError(
+            f"{path}: cannot be written: {error.strerror}; choose another folder."
+        ) from error
+    return path
+
+
+def _drawn(day: Day, temperament: Temperament) -> Figure:
+    figure = Figure(figsize=(13, 9), layout="constrained")
+    strip, *panels = figure.subplots(
+        4, 1, sharex=True, gridspec_kw={"height_ratios": [0.35, 2, 2, 2.6]}
+    )
+    figure.suptitle(f"A day of conversation ({temperament.name} temperament)", fontsize=15)
+    for feeling, colour in enumerate(COLOURS):
+        strip.fill_between(day.hours, 0, 1, where=day.shown == feeling, color=colour, step="post")
+    strip.set_yticks([])
+    strip.set_ylabel("shown", rotation=0, ha="right", va="center")
+    for row, (axes, level) in enumerate(zip(panels, LEVELS, strict=True)):
+        for feeling, colour in enumerate(COLOURS):
+            values = day.levels[:, row, feeling]
+            axes.plot(day.hours, values, color=colour, lw=0.6 if row == 0 else 2)
+            axes.fill_between(day.hours, values, color=colour, alpha=0.25 if row == 0 else 0.12)
+        axes.set_ylim(0, 1.05)
+        axes.set_ylabel(
+            f"{level}\n({_in_words(getattr(temperament.time_constants, level))})", fontsize=12
+        )
+        axes.grid(axis="y", alpha=0.25)
+    for axes in (strip, *panels):
+        axes.spines[["top", "right"]].set_visible(False)
+        for episode in DAY:
+            axes.axvspan(
+                episode.hour, episode.hour + episode.minutes / 60, color="0.5", alpha=0.13, lw=0
+            )
+    for episode in DAY:
+        middle = episode.hour + episode.minutes / 120
+        strip.annotate(
+            episode.title, (middle, 1.1), ha="center", va="bottom", annotation_clip=False
+        )
+    mood = panels[-1]
+    for contact in day.contacts:
+        mood.axvline(contact, color="0.2", lw=1, ls=":")
+    if len(day.contacts):
+        mood.annotate(
+            "blocked: mood × 0.8",
+            (day.contacts[-1], 1.0),
+            (6, 0),
+            textcoords="offset points",
+            va="center",
+        )
+    _zoom(panels[0], day)
+    _name_moods(mood, day)
+    lines = [Line2D([], [], color=colour, lw=4) for colour in COLOURS]
+    figure.legend(lines, FEELINGS, loc="outside lower center", ncols=len(FEELINGS), frameon=False)
+    mood.set_xlim(_STARTS, _ENDS)
+    mood.set_xticks(range(_STARTS, _ENDS + 1), [f"{h}:00" for h in range(_STARTS, _ENDS + 1)])
+    return figure
+
+
+def _in_words(seconds: float) -> str:
+    """Return a time constant in the unit in which people say it."""
+    for unit, length in (("h", _HOUR), ("min", 60.0)):
+        if seconds >= length:
+            return f"{seconds / length:.3g} {unit}"
+    return f"{seconds:.3g} s"
+
+
+def _zoom(emotion: Axes, day: Day) -> None:
+    """Show two minutes of the last episode, where the emotion's seconds can be seen."""
+    start, end = _CLOSE_UP
+    close = emotion.inset_axes((0.83, 0.2, 0.17, 0.7))
+    inside = (day.hours >= start) & (day.hours <= end)
+    seconds = (day.hours[inside] - start) * _HOUR
+    for feeling, colour in enumerate(COLOURS):
+        close.plot(seconds, day.levels[inside, 0, feeling], color=colour, lw=1.5)
+    close.set_xlim(0, (end - start) * _HOUR)
+    close.set_ylim(0, 1.05)
+    close.set_xlabel("seconds of the visit", labelpad=1)
+    close.tick_params(labelsize=8)
+
+
+def _name_moods(mood: Axes, day: Day) -> None:
+    """Name the strongest mood that each episode leaves."""
+    ends = [*(episode.hour for episode in DAY[1:]), float(_ENDS)]
+    for episode, end in zip(DAY, ends, strict=True):
+        of_episode = np.flatnonzero((day.hours > episode.hour) & (day.hours < end))
+        # The rise tells what the episode brought; what was there before is no news.
+        values = day.levels[of_episode, 2]
+        peak, feeling = np.unravel_index(np.argmax(values - values[0]), values.shape)
+        mood.annotate(
+            FEELINGS[feeling],
+            (day.hours[of_episode[peak]], values[peak, feeling]),
+            (0, 4),
+            textcoords="offset points",
+            ha="center",
+            color=COLOURS[feeling],
+            fontweight="bold",
+        )

@@ -1,0 +1,137 @@
+"""The experiment's results as files: JSON, a figure, a film and a recording."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+from PIL import Image
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+from miburi.bodies import Body
+from miburi.feelings import Expression
+from miburi.gestures import Repertoire
+from miburi.ground.files import whole_files
+from miburi.live.recording import Recorder
+from miburi.robot import Robot
+from miburi.studies import experiment
+from miburi.studies import face as faces
+from miburi.studies.experiment.figures import experiment_figure
+from miburi.studies.film import Scene, camera, captioned, contact_sheet, write_film
+
+__all__ = ["write_experiment"]
+
+
+def write_experiment(
+    body: Body,
+    seed: int,
+    seconds: float,
+    out: Path,
+    *,
+    repertoire: Repertoire,
+    film: bool,
+    hand: bool,
+    face: bool,
+) -> list[str]:
+    """Conduct the experiment and write its files, all of them or none.
+
+    Parameters
+    ----------
+    body, seed, seconds, repertoire, hand
+        As for :func:`miburi.studies.experiment.conduct`.
+    out
+        Folder for ``experiment.json``, ``timing.json``, ``experiment.png``,
+        ``experiment.mcap`` and, if wished for, ``experiment.mp4`` and ``experiment-strip.png``.
+    film
+        Whether to draw the film.
+    face
+        Whether the phone shows its face in pictures and film.
+
+    Returns
+    -------
+    What happened, in lines for people.
+
+    Raises
+    ------
+    InputError
+        The seed or the length is not allowed.
+    OutputError
+        The folder cannot be written to, or this machine cannot draw.
+    """
+    bars = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
+    with whole_files(out) as draft, Progress(*bars, console=Console(stderr=True)) as progress:
+        progress.console.print(f"seed {seed}, {seconds:g} s of the robot's time")
+        running = progress.add_task("experiment", total=seconds)
+        with (draft / "experiment.mcap").open("wb") as file, Recorder(file) as recorder:
+            result = experiment.conduct(
+                body,
+                seed,
+                seconds,
+                repertoire=repertoire,
+                hand=hand,
+                recorder=recorder,
+                progress=lambda time: progress.update(running, completed=time),
+            )
+        _write_json(draft / "experiment.json", result.report())
+        _write_json(draft / "timing.json", result.timing())
+        experiment_figure(result, draft / "experiment.png")
+        if film:
+            scenes = [_scene(frame, face=face) for frame in result.frames]
+            _write_strip(body.robot, result, scenes, draft / "experiment-strip.png")
+            drawing = progress.add_task("film", total=len(scenes))
+            write_film(
+                body.robot,
+                scenes,
+                draft / "experiment",
+                rate=1 / (experiment.STEP * experiment.STEPS_PER_FRAME),
+                progress=lambda done: progress.update(drawing, completed=done),
+            )
+        names = sorted(file.name for file in draft.iterdir())
+    return [*_summary(result), f"written to {out}: {', '.join(names)}"]
+
+
+def _summary(result: experiment.Experiment) -> list[str]:
+    lines = [f"{len(result.gestures)} gestures, {len(result.stops)} contact stops:"]
+    lines += [
+        f"  {stop.time:6.2f} s  {stop.motor} ({stop.sign})  "
+        + (f"{1e3 * stop.latency:.0f} ms after contact, " if stop.latency is not None else "")
+        + f"{stop.peak_force:.1f} N, mood {stop.mood_before:.2f} → {stop.mood_after:.2f}"
+        for stop in result.stops
+    ]
+    timing = result.timing()
+    lines.append(
+        f"false stops: {result.false_stops}, missed contacts: {len(result.missed)}; "
+        f"inverse kinematics: median {timing['ik_median_ms']:.3g} ms; "
+        f"{timing['real_time_factor']:.0f} × faster than real time"
+    )
+    return lines
+
+
+def _write_strip(
+    robot: Robot, result: experiment.Experiment, scenes: list[Scene], path: Path
+) -> None:
+    """Tell the story of the first stop in six pictures, cut upright around the robot."""
+    met = result.stops[0].time if result.stops else result.times[-1] / 2
+    moments = [met - 1.2, met - 0.15, met + 0.25, met + 1.9, met + 3.2, met + 4.2]
+    with camera(robot, 960, 720) as opened:
+        pictures = []
+        for moment in moments:
+            index = min(range(len(scenes)), key=lambda i: abs(result.frames[i].time - moment))
+            plain = replace(scenes[index], caption="")
+            upright = opened.picture(plain)[40:700, 110:850]
+            pictures.append(captioned(upright, scenes[index].caption))
+    Image.fromarray(contact_sheet(pictures, 3)).save(path)
+
+
+def _scene(frame: experiment.Frame, *, face: bool) -> Scene:
+    shown = Expression(frame.feeling, frame.mood) if frame.feeling else None
+    picture = faces.face(shown) if face else None
+    return Scene(frame.angles, frame.hand, _caption(frame), picture)
+
+
+def _caption(frame: experiment.Frame) -> str:
+    return f"{frame.feeling}   mood {frame.mood:.2f}\n{frame.phase}   {frame.time:.1f} s"
+
+
+def _write_json(path: Path, values: object) -> None:
+    path.write_text(json.dumps(values, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")

@@ -1,0 +1,145 @@
+"""A person who gets in the way: the scripted hand of the experiment.
+
+Every third or fourth gesture, during one of its moves, the hand reaches into the path of an arm
+while the arm is on its way there, stays a moment after the robot has stopped, and goes away.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from miburi.bodies import Touchable
+from miburi.partner import Event, GestureStarted, MoveSent, Stopped
+from miburi.robot import Array, Robot, forward
+from miburi.robot.geometry import shoulders
+
+__all__ = ["REACH", "Visitor"]
+
+#: Seconds that the hand needs to reach in; about 1 m/s (ours).
+REACH = 0.16
+#: How far away the hand comes from, in m, and the directions that it may choose: outwards,
+#: forwards and up, as seen from where it blocks (ours).
+_APPROACH = 0.16
+_DIRECTIONS = (
+    (1, 0, 0),
+    (1, 0.7, 0.3),
+    (0.5, 1, 0),
+    (0, 1, 0.3),
+    (0.7, 0, 0.7),
+    (0.7, 0, -0.7),
+    (0.6, -0.6, 0.3),
+)
+#: Moves shorter than this, in m, are over before a hand could get in their way.
+_WORTH_BLOCKING = 0.08
+#: Seconds that the hand waits for an arm that does not come.
+_PATIENCE = 2.5
+
+
+@dataclass
+class _Visit:
+    place: Array  # (3,) m, where the hand blocks
+    outside: Array  # (3,) m, where it comes from
+    along: Array  # (3,), direction of its fingers
+    age: float = 0.0
+    leaves_at: float = _PATIENCE
+
+
+class Visitor:
+    """Blocks an arm every third or fourth gesture.
+
+    Parameters
+    ----------
+    robot
+        Gives the arms' shape.
+    body
+        The body in whose way the hand gets.
+    rng
+        Chooses gestures, arms, places and how long the hand stays.
+    """
+
+    def __init__(self, robot: Robot, body: Touchable, rng: np.random.Generator) -> None:
+        self._robot = robot
+        self._body = body
+        self._rng = rng
+        self._gestures_left = 2
+        self._key_pose = 0
+        self._visit: _Visit | None = None
+
+    def step(self, angles: Array, events: list[Event], dt: float) -> None:
+        """Let ``dt`` seconds pass; move the hand according to what the partner did.
+
+        The encoders show ``angles``, (8,) rad.
+        """
+        for event in events:
+            match event:
+                case GestureStarted():
+                    self._gestures_left -= 1
+                case MoveSent() if self._is_due(angles, event):
+                    self._gestures_left = int(self._rng.integers(2, 4))
+                    self._key_pose = int(self._rng.integers(0, 3))
+                    self._visit = self._plan(angles, event)
+                case Stopped() if self._visit is not None:
+                    stays = float(self._rng.uniform(0.3, 0.7))
+                    self._visit.leaves_at = min(self._visit.leaves_at, self._visit.age + stays)
+                case _:
+                    pass
+        if self._visit is not None:
+            self._move_hand(self._visit, dt)
+
+    def _is_due(self, angles: Array, event: MoveSent) -> bool:
+        """Whether this is the gesture, and a move of it that is worth blocking."""
+        return (
+            self._visit is None
+            and self._gestures_left < 0
+            and event.key_pose >= self._key_pose
+            and self._travel(angles, event).max() > _WORTH_BLOCKING
+        )
+
+    def _travel(self, angles: Array, event: MoveSent) -> Array:
+        """How far each hand goes in a move, (2,) m."""
+        ways = forward(self._robot, np.array([angles, event.move.angles]))
+        travel: Array = np.linalg.norm((ways[1] - ways[0])[:6].reshape(2, 3), axis=1)
+        return travel
+
+    def _plan(self, angles: Array, event: MoveSent) -> _Visit:
+        """Choose a place on the swept path of an arm that really moves, and a way in."""
+        end = event.move.angles
+        # The hand is there before the arm: it aims at the later part of the way.
+        part = self._rng.uniform(0.55, 0.75)
+        ways = [forward(self._robot, angles + f * (end - angles)) for f in (part, part + 0.05)]
+        travel = self._travel(angles, event)
+        arms = np.flatnonzero(travel >= 0.6 * travel.max())
+        arm = int(self._rng.choice(arms))
+        here, ahead = (way[3 * arm : 3 * arm + 3] for way in ways)
+        shoulder = shoulders(self._robot)[arm]
+        radial, motion = here - shoulder, ahead - here
+        along = np.cross(motion, radial)
+        place = shoulder + self._rng.uniform(0.75, 0.95) * radial
+        outside = self._free_way(angles, end, part, arm, place)
+        return _Visit(place, outside, along)
+
+    def _free_way(self, start: Array, end: Array, part: float, arm: int, place: Array) -> Array:
+        """Return where to come from so as to meet the arm at ``place`` and not on the way in."""
+        sign = 1.0 if arm else -1.0
+        poses = start + np.linspace(0.0, part - 0.2, 5)[:, None] * (end - start)
+        hands = forward(self._robot, poses)[:, 3 * arm : 3 * arm + 3]
+        arms = np.concatenate([hands, (hands + shoulders(self._robot)[arm]) / 2])
+        best, room = place, -1.0
+        for outwards, forwards, up in _DIRECTIONS:
+            direction = np.array([forwards, sign * outwards, up])
+            outside = place + _APPROACH * direction / np.linalg.norm(direction)
+            way = place + np.linspace(0.0, 1.0, 7)[:, None] * (outside - place)
+            gap = float(np.linalg.norm(way[:, None] - arms, axis=2).min(axis=1)[1:].min())
+            if gap > room:
+                best, room = outside, gap
+        return best
+
+    def _move_hand(self, visit: _Visit, dt: float) -> None:
+        visit.age += dt
+        inside = min(visit.age / REACH, 1.0, 1.0 - (visit.age - visit.leaves_at) / REACH)
+        if inside <= 0.0 and visit.age > visit.leaves_at:
+            self._body.remove_hand()
+            self._visit = None
+        else:
+            way = visit.place - visit.outside
+            self._body.place_hand(visit.outside + inside * way, visit.along)

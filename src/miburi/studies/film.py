@@ -1,0 +1,218 @@
+"""Pictures and films of the simulated robot, drawn by MuJoCo without a screen.
+
+Films are written by Debian's ffmpeg; where it is missing, a sheet of pictures takes the film's
+place. Drawing needs EGL (Debian: libegl1 libegl-mesa0 libgl1-mesa-dri).
+"""
+
+import shutil
+import subprocess
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageDraw, ImageFont
+
+from miburi.errors import OutputError
+from miburi.robot import JOINTS, Array, Robot
+from miburi.robot.mjcf import FACE_PIXELS, HAND_AWAY, to_mjcf
+from miburi.robot.physics import mujoco
+
+__all__ = [
+    "AZIMUTH",
+    "BLANK",
+    "ELEVATION",
+    "Camera",
+    "Picture",
+    "Scene",
+    "camera",
+    "captioned",
+    "contact_sheet",
+    "write_film",
+]
+
+Picture = NDArray[np.uint8]
+
+#: A screen that is lit and shows nothing.
+BLANK: Picture = np.full((FACE_PIXELS, FACE_PIXELS, 3), (212, 228, 228), dtype=np.uint8)
+#: Eye height of someone at the table, a little to the robot's left (ours): degrees.
+AZIMUTH, ELEVATION = 212.0, -8.0
+#: The camera looks so far below the shoulders, m, from so many times the farthest that a hand
+#: goes from the body's axis or above the base (ours): the raised arms are in the picture.
+_BELOW, _BACK_OF_REACH, _BACK_OF_HEIGHT = 0.01, 0.70 / 0.19, 0.70 / 0.26
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What a picture shows.
+
+    Attributes
+    ----------
+    angles
+        (8,) rad, the true joint angles.
+    hand
+        (7,) the human hand's place in m and quaternion; None: nobody is there.
+    caption
+        Lines written into the picture.
+    face
+        (192, 192, 3), drawn on the phone's screen, see :func:`miburi.studies.face.face`;
+        None: a blank screen.
+    """
+
+    angles: Array
+    hand: Array | None = None
+    caption: str = ""
+    face: Picture | None = None
+
+
+class Camera:
+    """Draws the robot from one place; open it with :func:`camera`."""
+
+    def __init__(self, robot: Robot, width: int, height: int) -> None:
+        self._model = mujoco.MjModel.from_xml_string(to_mjcf(robot, face=True))
+        self._data = mujoco.MjData(self._model)
+        self._qpos = np.array([self._model.joint(name).qposadr[0] for name in JOINTS])
+        self._renderer = mujoco.Renderer(self._model, height, width)
+        self._camera = mujoco.MjvCamera()
+        size = robot.lengths
+        arm = size.L23 + size.L34
+        self._camera.lookat[:] = (0.0, 0.0, round(size.L01 - _BELOW, 9))
+        self._camera.distance = round(
+            max(_BACK_OF_REACH * (size.L12 + arm), _BACK_OF_HEIGHT * (size.L01 + arm)), 9
+        )
+        self._camera.azimuth, self._camera.elevation = AZIMUTH, ELEVATION
+        self._drawn: Picture | None = BLANK
+        self._draw_face(None)
+
+    def close(self) -> None:
+        """Free the graphics memory."""
+        self._renderer.close()
+
+    def picture(self, scene: Scene) -> Picture:
+        """Draw one scene: (height, width, 3)."""
+        data = self._data
+        data.qpos[self._qpos] = scene.angles
+        hand = scene.hand if scene.hand is not None else np.array([*HAND_AWAY, 1.0, 0, 0, 0])
+        data.mocap_pos[0], data.mocap_quat[0] = hand[:3], hand[3:]
+        mujoco.mj_kinematics(self._model, data)
+        mujoco.mj_camlight(self._model, data)
+        self._draw_face(scene.face)
+        self._renderer.update_scene(data, self._camera)
+        pixels: Picture = self._renderer.render()
+        return captioned(pixels, scene.caption) if scene.caption else pixels.copy()
+
+    def _draw_face(self, face: Picture | None) -> None:
+        if face is self._drawn:
+            return
+        self._drawn = face
+        picture = BLANK if face is None else face
+        # A cube's textures; its first side faces forwards, seen in a mirror and lying on its side.
+        sides = self._model.tex("face").data.reshape(6, FACE_PIXELS, FACE_PIXELS, 3)
+        sides[:] = picture[0, 0]
+        sides[0] = picture[:, ::-1].transpose(1, 0, 2)
+        self._model.tex("tint").data.reshape(-1, 3)[:] = picture[0, 0]
+        self._renderer._gl_context.make_current()
+        for name in ("face", "tint"):
+            texture = self._model.tex(name).id
+            mujoco.mjr_uploadTexture(self._model, self._renderer._mjr_context, texture)
+
+
+@contextmanager
+def camera(robot: Robot, width: int = 640, height: int = 480) -> Iterator[Camera]:
+    """Open a camera on the robot; sizes in pixels, even numbers.
+
+    Raises
+    ------
+    OutputError
+        This machine cannot draw; the message names the packages that it needs.
+    """
+    try:
+        made = Camera(robot, width, height)
+    except Exception as error:  # each graphics layer fails in a way of its own
+        raise OutputError(
+            f"cannot draw pictures here ({error}). "
+            "On Debian: apt install libegl1 libegl-mesa0 libgl1-mesa-dri"
+        ) from error
+    try:
+        yield made
+    finally:
+        made.close()
+
+
+def write_film(
+    robot: Robot,
+    scenes: Sequence[Scene],
+    path: Path,
+    *,
+    rate: float = 25,
+    size: tuple[int, int] = (640, 480),
+    progress: Callable[[int], None] = lambda _: None,
+) -> Path:
+    """Write an MP4 film of ``scenes`` at ``rate`` pictures a second, ``size`` in pixels.
+
+    Returns
+    -------
+    The file written: ``path`` with the suffix ``.mp4``; where ffmpeg is missing, a sheet of
+    twelve pictures with the suffix ``.sheet.png``.
+
+    Raises
+    ------
+    OutputError
+        This machine cannot draw, or ffmpeg fails.
+    """
+    with camera(robot, *size) as opened:
+        program = shutil.which("ffmpeg")
+        if program is None:
+            chosen = [scenes[i] for i in np.linspace(0, len(scenes) - 1, 12).astype(int)]
+            sheet = path.with_suffix(".sheet.png")
+            Image.fromarray(contact_sheet([opened.picture(s) for s in chosen], 4)).save(sheet)
+            return sheet
+        film = path.with_suffix(".mp4")
+        first = opened.picture(scenes[0])
+        command = [
+            program, "-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24",
+            "-s", f"{first.shape[1]}x{first.shape[0]}", "-r", str(rate), "-i", "-",
+            "-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "23", "-movflags", "+faststart",
+            str(film),
+        ]  # fmt: skip
+        # No shell reads these words.
+        with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:  # noqa: S603
+            stdin, stderr = process.stdin, process.stderr
+            if stdin is None or stderr is None:
+                raise OutputError("ffmpeg has no input")
+            try:
+                for index, scene in enumerate(scenes):
+                    stdin.write(opened.picture(scene).tobytes())
+                    progress(index + 1)
+                stdin.close()
+            except BrokenPipeError:
+                pass  # ffmpeg has gone; it says why below
+            words = stderr.read().decode().strip()
+            if process.wait() != 0:
+                raise OutputError(f"{film}: ffmpeg could not write the film: {words}")
+        return film
+
+
+def contact_sheet(pictures: Sequence[Picture], columns: int) -> Picture:
+    """Lay pictures of one size out in rows of ``columns``; missing places stay white."""
+    blank = np.full_like(pictures[0], 255)
+    padded = [*pictures, *[blank] * (-len(pictures) % columns)]
+    rows = [np.hstack(padded[i : i + columns]) for i in range(0, len(padded), columns)]
+    sheet: Picture = np.vstack(rows)
+    return sheet
+
+
+def captioned(picture: Picture, caption: str) -> Picture:
+    """Write lines of text into a picture's upper left corner."""
+    # Matplotlib brings this font, so that pictures look the same on every machine.
+    path = Path(matplotlib.get_data_path()) / "fonts/ttf/DejaVuSans.ttf"
+    font = ImageFont.truetype(str(path), max(12, picture.shape[0] // 24))
+    image = Image.fromarray(picture)
+    margin = font.size / 2
+    ImageDraw.Draw(image).multiline_text(
+        (margin, margin), caption, font=font, fill=(60, 48, 42), spacing=margin / 2
+    )
+    return np.array(image)

@@ -1,0 +1,1 @@
+"""Gestures measured: rehearsals, checks, pictures, the gallery."""

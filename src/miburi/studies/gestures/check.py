@@ -1,0 +1,113 @@
+"""Does a gesture keep its promises? Performed on the simulated body at every mood.
+
+The paper asks that the greater the mood, the more space the movement uses and the faster it is
+(Section 4); safety asks that it meets neither the robot itself nor the contact rule.
+"""
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from miburi.gestures import MovementFunction, key_poses, misfits
+from miburi.robot import Robot, forward
+from miburi.studies.gestures.measures import Measures
+from miburi.studies.gestures.rehearsal import Rehearsal, rehearse
+
+__all__ = ["MOST_ERROR", "Measured", "check", "measured", "moods", "perform"]
+
+#: m, the largest error of the inverse kinematics that a key pose may have.
+MOST_ERROR = 1e-3
+
+
+@dataclass(frozen=True)
+class Measured:
+    """One gesture at one mood, as the simulated body performed it.
+
+    Attributes
+    ----------
+    feeling, mood
+        What was shown, and how much.
+    measures
+        Laban's effort in the motion.
+    ik_error
+        m, the worst of all key poses and extremities.
+    self_collisions
+        Records (one each 0.02 s) in which two parts of the robot met; ``met`` names the first.
+    contact_stops
+        0 or 1; ``stopped_by`` names the motor.
+    """
+
+    feeling: str
+    mood: float
+    measures: Measures
+    ik_error: float
+    self_collisions: int
+    contact_stops: int
+    met: str | None = None
+    stopped_by: str | None = None
+
+    def as_json(self) -> dict[str, float | int | str]:
+        """Return the line that ``miburi gesture measures --json`` prints."""
+        return {
+            "feeling": self.feeling,
+            "mood": self.mood,
+            **{name: round(value, 9) for name, value in asdict(self.measures).items()},
+            "ik_error_m": round(self.ik_error, 9),
+            "self_collisions": self.self_collisions,
+            "contact_stops": self.contact_stops,
+        }
+
+
+def moods(step: float) -> list[float]:
+    """Return the moods 0, ``step``, … 1."""
+    count = round(1 / step)
+    return [round(index / count, 6) for index in range(count + 1)]
+
+
+def measured(function: MovementFunction, mood: float, rehearsal: Rehearsal) -> Measured:
+    """Sum up what the body did when it performed a gesture at one mood."""
+    stop = rehearsal.stop
+    return Measured(
+        feeling=function.feeling,
+        mood=mood,
+        measures=rehearsal.measures,
+        ik_error=rehearsal.ik_error,
+        self_collisions=rehearsal.self_collisions,
+        contact_stops=int(stop is not None),
+        met=" and ".join(rehearsal.met) if rehearsal.met else None,
+        stopped_by=f"{stop.motor} ({stop.sign}) at {stop.time:.2f} s" if stop else None,
+    )
+
+
+def perform(robot: Robot, function: MovementFunction, mood: float) -> Measured:
+    """Perform a gesture at one mood on the simulated body and sum up what it did."""
+    return measured(function, mood, rehearse(robot, key_poses(robot, function, mood)))
+
+
+def check(robot: Robot, function: MovementFunction, *, step: float = 0.1) -> Iterator[str]:
+    """Say in words what is wrong with a gesture; nothing where all is well.
+
+    Checked: every pose in reach and inside the limits; and at every mood from 0 to 1: exactly
+    neutral at 0, kinematics within 1 mm, no part meets another, no contact stop, and space and
+    speed that strictly rise.
+    """
+    yield from misfits(robot, function)
+    rest = forward(robot, robot.neutral)
+    if any(not np.array_equal(pose.target, rest) for pose in key_poses(robot, function, 0.0)):
+        yield "at mood 0 it is not exactly neutral"
+    before: Measured | None = None
+    for mood in moods(step):
+        now = perform(robot, function, mood)
+        if now.ik_error > MOST_ERROR:
+            yield f"at mood {mood} a key pose is missed by {1e3 * now.ik_error:.2f} mm"
+        if now.met:
+            yield f"at mood {mood} the robot's {now.met} meet"
+        if now.stopped_by:
+            yield f"at mood {mood} the contact rule stops it: {now.stopped_by}"
+        if before is not None and not now.contact_stops:
+            if now.measures.volume <= before.measures.volume:
+                yield f"from mood {before.mood} to {mood} it does not use more space"
+            if now.measures.mean_speed <= before.measures.mean_speed:
+                yield f"from mood {before.mood} to {mood} it does not become faster"
+        before = now

@@ -1,0 +1,94 @@
+"""The gallery: every gesture at three moods, on one page."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from miburi.gestures import Repertoire
+from miburi.ground.files import whole_files
+from miburi.ground.templates import render
+from miburi.robot import Robot
+from miburi.studies.film import captioned, contact_sheet
+from miburi.studies.gestures.measures import Measures
+from miburi.studies.gestures.pictures import STRIP_STEP, Shown, camera_on, show
+
+__all__ = ["MOODS", "write_gallery"]
+
+MOODS = (0.3, 0.6, 0.9)
+_PAGE = Path(__file__).with_suffix(".html")
+
+#: The table's columns: heading, unit, factor from SI, decimals.
+_COLUMNS: dict[str, tuple[str, str, float, int]] = {
+    "duration": ("duration", "s", 1, 2),
+    "volume": ("hull volume", "cm³", 1e6, 0),
+    "path": ("path of the hands", "m", 1, 2),
+    "mean_speed": ("mean speed", "m/s", 1, 3),
+    "mean_acceleration": ("mean |acceleration|", "m/s²", 1, 2),
+    "mean_jerk": ("mean |jerk|", "m/s³", 1, 1),
+    "directness": ("directness", "", 1, 2),
+    "curvature": ("curvature", "1/m", 1, 1),
+}
+
+
+def write_gallery(
+    robot: Robot,
+    repertoire: Repertoire,
+    out: Path | str,
+    *,
+    face: bool = False,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Path:
+    """Write films, strips and hand paths of every gesture at 0.3, 0.6 and 0.9, and a page.
+
+    Returns
+    -------
+    The page, ``index.html``; all else lies beside it. ``overview.png`` shows the strips at 0.9.
+
+    Raises
+    ------
+    OutputError
+        The place cannot be written to, or this machine cannot draw.
+    """
+    shown: dict[str, list[Shown]] = {}
+    with whole_files(out) as draft, camera_on(robot) as camera:
+        for function in repertoire.functions:
+            shown[function.name] = []
+            for mood in MOODS:
+                progress(f"{function.name} {mood}")
+                shown[function.name].append(show(robot, function, mood, draft, camera, face=face))
+        (draft / "index.html").write_text(_page(shown), encoding="utf-8")
+        strips = {name: draft / cells[-1].strip for name, cells in shown.items()}
+        _overview(strips).save(draft / "overview.png")
+    return Path(out) / "index.html"
+
+
+def _overview(strips: dict[str, Path]) -> Image.Image:
+    """Put strips under each other at half their size, each with its name."""
+    rows = []
+    for name, path in strips.items():
+        strip = Image.open(path).convert("RGB").reduce(2)
+        rows.append(captioned(np.array(strip), name))
+    return Image.fromarray(contact_sheet(rows, 1))
+
+
+def _page(shown: dict[str, list[Shown]]) -> str:
+    return render(
+        _PAGE,
+        shown=shown,
+        strip_step=STRIP_STEP,
+        heads=[(heading, unit) for heading, unit, _, _ in _COLUMNS.values()],
+        rows=[
+            (name, cell.measured.mood, _numbers(cell.measured.measures))
+            for name, cells in shown.items()
+            for cell in cells
+        ],
+    )
+
+
+def _numbers(measures: Measures) -> list[str]:
+    return [
+        f"{factor * getattr(measures, key):.{decimals}f}"
+        for key, (_, _, factor, decimals) in _COLUMNS.items()
+    ]

@@ -1,0 +1,122 @@
+"""What a recorded motion shows of Laban's space, weight, time and flow, as eight numbers.
+
+They follow the practice of affective movement analysis: the hull as space, speed and its
+derivatives as time and weight, jerk and curvature as flow (Larboulette and Gibet, A review of
+computable expressive descriptors of human motion, MOCO 2015; Wallbott, Bodily expression of
+emotion, Eur. J. Soc. Psychol. 28, 1998; Hartmann, Mancini and Pelachaud, Implementing expressive
+gesture synthesis for embodied conversational agents, GW 2005).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from miburi.errors import InputError, needs_extra
+
+__all__ = ["Measures", "measure"]
+
+Array = NDArray[np.float64]
+
+#: Below this speed, in m/s, a path has no direction and no curvature (ours).
+STILL = 0.01
+
+
+@dataclass(frozen=True)
+class Measures:
+    """What a recorded motion shows of space, weight, time and flow.
+
+    With p(t) a hand's path, v, a, j its derivatives, and means over time and both hands:
+
+    Attributes
+    ----------
+    duration
+        s.
+    volume
+        m³, of the convex hull of the paths of both hands and the head (space).
+    path
+        m, ∫|v| dt, both hands together (space).
+    mean_speed
+        m/s, |v| (time).
+    mean_acceleration
+        m/s², |a| (weight).
+    mean_jerk
+        m/s³, |j| (flow).
+    directness
+        2 · max|p(t) − p(0)| ÷ ∫|v| dt, 0 to 1: 1 is straight there and straight back. (Where a
+        motion does not return, the literature divides path by displacement instead.)
+    curvature
+        1/m, median of |v × a| ÷ |v|³ while a hand moves (flow).
+    """
+
+    duration: float
+    volume: float
+    path: float
+    mean_speed: float
+    mean_acceleration: float
+    mean_jerk: float
+    directness: float
+    curvature: float
+
+
+def measure(positions: Array, period: float) -> Measures:
+    """Measure a recorded motion.
+
+    Parameters
+    ----------
+    positions
+        (n, 9) m: right hand, left hand and head at equal intervals; n at least 5.
+    period
+        s between two of them.
+
+    Raises
+    ------
+    InputError
+        The shape is another, a value is not finite, or the period is not positive.
+    MiburiError
+        SciPy is not installed.
+    """
+    if positions.ndim != 2 or positions.shape[1] != 9 or len(positions) < 5:
+        raise InputError(f"positions must have the shape (n, 9), n >= 5, got {positions.shape}.")
+    if not np.all(np.isfinite(positions)):
+        raise InputError("positions must be finite numbers.")
+    if not period > 0:
+        raise InputError(f"period must be more than 0 s, got {period!r}.")
+    hands = positions[:, :6].reshape(-1, 2, 3)
+    velocity, acceleration, jerk = (np.diff(hands, n, axis=0) / period**n for n in (1, 2, 3))
+    speed = np.linalg.norm(velocity, axis=2)
+    lengths = speed.sum(axis=0) * period
+    farthest = np.linalg.norm(hands - hands[0], axis=2).max(axis=0)
+    moved = lengths > STILL
+    return Measures(
+        duration=(len(positions) - 1) * period,
+        volume=_hull_volume(positions.reshape(-1, 3)),
+        path=float(lengths.sum()),
+        mean_speed=float(speed.mean()),
+        mean_acceleration=float(np.linalg.norm(acceleration, axis=2).mean()),
+        mean_jerk=float(np.linalg.norm(jerk, axis=2).mean()),
+        directness=float(np.mean(2 * farthest[moved] / lengths[moved])) if moved.any() else 0.0,
+        curvature=_curvature(velocity, acceleration),
+    )
+
+
+def _hull_volume(points: Array) -> float:
+    """Return the volume in m³ of the convex hull of points, (n, 3) m; 0 where they are flat."""
+    try:
+        from scipy.spatial import ConvexHull, QhullError
+    except ModuleNotFoundError as error:
+        raise needs_extra("studies", error) from error
+    try:
+        return float(ConvexHull(points).volume)
+    except QhullError:  # they all lie in a plane, on a line or in one place
+        return 0.0
+
+
+def _curvature(velocity: Array, acceleration: Array) -> float:
+    middle = (velocity[:-1] + velocity[1:]) / 2
+    speed = np.linalg.norm(middle, axis=2)
+    moving = speed > STILL
+    if not moving.any():
+        return 0.0
+    across = np.linalg.norm(np.cross(middle[moving], acceleration[moving]), axis=1)
+    return float(np.median(across / speed[moving] ** 3))

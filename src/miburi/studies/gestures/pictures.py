@@ -1,0 +1,143 @@
+"""Pictures of a performed gesture: a strip of six, a film, and the paths of the hands."""
+
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt
+from matplotlib.collections import LineCollection
+from PIL import Image
+
+from miburi.feelings import Expression
+from miburi.gestures import MovementFunction, key_poses
+from miburi.robot import Array, Robot
+from miburi.studies import face as faces
+from miburi.studies.film import Camera, Picture, Scene, camera, write_film
+from miburi.studies.gestures.check import Measured, measured
+from miburi.studies.gestures.rehearsal import PERIOD, Rehearsal, rehearse
+
+__all__ = ["STRIP_MOMENTS", "STRIP_STEP", "Shown", "camera_on", "film", "paths", "show", "strip"]
+
+#: Width and height of films and of a strip's pictures.
+_PIXELS = 320
+#: Records from one picture of a film to the next: 16.7 pictures a second.
+_FILM_EVERY = 3
+#: A strip shows six moments, this many s apart.
+STRIP_MOMENTS, STRIP_STEP = 6, 0.4
+#: Each with what was 0.08, 0.16 and 0.24 s before it, fading: so a still picture shows motion.
+_TRAIL = ((0.0, 0.62), (0.08, 0.19), (0.16, 0.12), (0.24, 0.07))
+#: Colours of the right hand, the left hand and the head.
+_COLOURS = ("#d9553f", "#2f6f9f", "#8a7f74")
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A gesture performed at one mood, and the names of its pictures' files."""
+
+    function: MovementFunction
+    mood: float
+    rehearsal: Rehearsal
+    strip: str
+    film: str
+    paths: str
+
+    @property
+    def measured(self) -> Measured:
+        """What was measured; only this needs SciPy."""
+        return measured(self.function, self.mood, self.rehearsal)
+
+
+def camera_on(robot: Robot) -> AbstractContextManager[Camera]:
+    """Open the camera that strips are drawn with; see :func:`miburi.studies.film.camera`."""
+    return camera(robot, _PIXELS, _PIXELS)
+
+
+def show(
+    robot: Robot,
+    function: MovementFunction,
+    mood: float,
+    folder: Path,
+    camera: Camera,
+    *,
+    face: bool = False,
+) -> Shown:
+    """Perform a gesture and write its strip, film and hand paths into ``folder``.
+
+    With ``face`` the phone shows the feeling's face, else its screen is blank.
+    """
+    drawn = faces.face(Expression(function.feeling, mood)) if face else None
+    rehearsal = rehearse(robot, key_poses(robot, function, mood))
+    stem = f"{function.name}-{mood:g}"
+    strip_file = folder / f"{stem}-strip.png"
+    Image.fromarray(strip(camera, rehearsal, drawn)).save(strip_file)
+    return Shown(
+        function,
+        mood,
+        rehearsal,
+        strip=strip_file.name,
+        film=film(robot, rehearsal, folder / f"{stem}.mp4", drawn).name,
+        paths=paths(robot, rehearsal, folder / f"{stem}-paths.png").name,
+    )
+
+
+def strip(camera: Camera, rehearsal: Rehearsal, face: Picture | None = None) -> Picture:
+    """Draw the first two seconds: six moments, 0.4 s apart, each with a fading trail.
+
+    Returns
+    -------
+    (height, 6 · width, 3), without a word in it.
+    """
+    return np.hstack(
+        [_moment(camera, rehearsal.angles, STRIP_STEP * k, face) for k in range(STRIP_MOMENTS)]
+    )
+
+
+def film(robot: Robot, rehearsal: Rehearsal, path: Path, face: Picture | None = None) -> Path:
+    """Write a film of a performance in its own time; see :func:`miburi.studies.film.write_film`."""
+    rate = 1 / (_FILM_EVERY * PERIOD)
+    scenes = [Scene(angles, face=face) for angles in rehearsal.angles[::_FILM_EVERY]]
+    last = [scenes[-1]] * round(rate / 2)
+    return write_film(robot, [*scenes, *last], path, rate=rate, size=(_PIXELS, _PIXELS))
+
+
+def paths(robot: Robot, rehearsal: Rehearsal, path: Path) -> Path:
+    """Draw the paths of hands and head, seen from the front and from the robot's left."""
+    size = robot.lengths
+    arm = size.L23 + size.L34
+    side = round(1e3 * (size.L12 + arm)) + 20
+    low, high = round(1e3 * (size.L01 - arm)) - 30, round(1e3 * (size.L01 + arm)) + 30
+    views = (("from the front", 1, "y"), ("from the robot's left", 0, "x"))
+    with plt.rc_context({"font.size": 8, "axes.spines.top": False, "axes.spines.right": False}):
+        figure, axes = plt.subplots(1, 2, figsize=(5.2, 2.7), layout="constrained")
+        for ax, (title, across, letter) in zip(axes, views, strict=True):
+            for number, (name, colour) in enumerate(
+                zip(("right hand", "left hand", "head"), _COLOURS, strict=True)
+            ):
+                track = rehearsal.positions[:, 3 * number : 3 * number + 3][:, [across, 2]] * 1e3
+                pieces = np.stack([track[:-1], track[1:]], axis=1)
+                fade = np.linspace(0.25, 1.0, len(pieces))
+                ax.add_collection(LineCollection(list(pieces), colors=colour, alpha=fade, lw=1.6))
+                ax.plot(*track[0], "o", ms=3, color=colour, label=name)
+            ax.set(xlabel=f"{letter} [mm]", xlim=(-side, side), ylim=(low, high), aspect="equal")
+            ax.set_title(title, fontsize=8)
+        axes[0].set(ylabel="z [mm]")
+        figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3,
+                      frameon=False)  # fmt: skip
+        figure.savefig(path, dpi=130, metadata={"Software": None})
+        plt.close(figure)
+    return path
+
+
+def _moment(camera: Camera, angles: Array, time: float, face: Picture | None) -> Picture:
+    def at(moment: float) -> Array:
+        index = min(max(round(moment / PERIOD), 0), len(angles) - 1)
+        return camera.picture(Scene(angles[index], face=face)).astype(np.float64)
+
+    faded = np.sum([share * at(time - ago) for ago, share in _TRAIL], axis=0)
+    picture: Picture = faded.round().astype(np.uint8)
+    return picture

@@ -1,0 +1,92 @@
+"""Rehearsals: perform key poses on the simulated body, and write down what it did."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from miburi import ik
+from miburi.bodies.simulated import Simulated
+from miburi.gestures import KeyPose
+from miburi.robot import Array, Robot, forward
+from miburi.safety.move import synchronised
+from miburi.safety.stop import Phase, Stop
+from miburi.studies.gestures.measures import Measures, measure
+
+__all__ = ["PERIOD", "Rehearsal", "rehearse"]
+
+#: s between two records: 50 Hz.
+PERIOD = 0.02
+
+
+@dataclass(frozen=True)
+class Rehearsal:
+    """What the simulated body did.
+
+    Attributes
+    ----------
+    angles
+        (n, 8) rad, true joint angles, one each ``PERIOD``; the first before anything moves.
+    positions
+        (n, 9) m, right hand, left hand and head.
+    ik_error
+        m, the largest distance of an extremity from where a key pose wanted it.
+    self_collisions
+        Number of records in which two parts of the robot met.
+    met
+        The first pair of parts that met, or None.
+    stop
+        The contact stop that broke the performance off, or None.
+    """
+
+    angles: Array
+    positions: Array
+    ik_error: float
+    self_collisions: int
+    met: tuple[str, str] | None
+    stop: Stop | None
+
+    @property
+    def measures(self) -> Measures:
+        """Laban's effort in this motion."""
+        return measure(self.positions, PERIOD)
+
+
+def rehearse(robot: Robot, performance: Sequence[KeyPose]) -> Rehearsal:
+    """Perform ``performance`` from neutral on a simulated body of its own."""
+    body = Simulated(robot)
+    present = np.array(robot.neutral)
+    poses = [body.configuration[0]]
+    met: list[tuple[str, str]] = []
+    worst = 0.0
+
+    def pass_time() -> None:
+        body.step(PERIOD)
+        poses.append(body.configuration[0])
+        if body.touch.itself is not None:
+            met.append(body.touch.itself)
+
+    for pose in performance:
+        solution = ik.solve(robot, pose.target, start=present)
+        worst = max(worst, float(solution.error.max()))
+        began = len(poses)
+        body.move(synchronised(robot, present, solution.angles, pose.duration))
+        present = solution.angles
+        # Where there is no way to go, the time passes all the same.
+        while body.state.phase is Phase.MOVING or (len(poses) - began) * PERIOD < pose.duration:
+            pass_time()
+            if body.state.phase is Phase.STOPPED:
+                break
+        if body.state.phase is Phase.STOPPED:
+            break
+        for _ in range(round(pose.hold / PERIOD)):
+            pass_time()
+    angles = np.array(poses)
+    return Rehearsal(
+        angles=angles,
+        positions=forward(robot, angles),
+        ik_error=worst,
+        self_collisions=len(met),
+        met=met[0] if met else None,
+        stop=body.state.stop,
+    )

@@ -1,0 +1,198 @@
+"""What happens in one trial, drawn from the run's seed and the trial's number alone.
+
+All ranges here are our assumptions, wide enough to hold a person's fingers as well as a wall.
+"""
+
+from dataclasses import dataclass
+from enum import StrEnum
+from itertools import pairwise
+
+import numpy as np
+
+from miburi import ik
+from miburi.feelings import FEELINGS
+from miburi.gestures import KeyPose, Repertoire, key_poses, shipped
+from miburi.robot import Array, Robot
+from miburi.robot.mjcf import HAND_MASS
+from miburi.safety.move import Move, synchronised
+from miburi.studies.trials.plant import Skin, Variation
+
+__all__ = ["LINKS", "Conditions", "HandKind", "Person", "draw", "draw_person", "varied_servos"]
+
+
+class HandKind(StrEnum):
+    """What a person's hand does.
+
+    ``rigid`` stands as on a table; ``compliant`` gives way; ``towards`` comes at the robot and
+    halts where it feels it; ``grasping`` takes hold of the moving link.
+    """
+
+    RIGID = "rigid"
+    COMPLIANT = "compliant"
+    TOWARDS = "towards"
+    GRASPING = "grasping"
+
+
+#: The robot's links that can be met.
+LINKS = (
+    "right_upper_arm",
+    "right_forearm",
+    "right_hand",
+    "left_upper_arm",
+    "left_forearm",
+    "left_hand",
+    "head",
+)
+
+
+@dataclass(frozen=True)
+class Person:
+    """Somebody in the way.
+
+    Attributes
+    ----------
+    kind, skin
+        What the hand does, and what it is made of.
+    link, spot
+        The link it is meant to meet, and where on it: 0 at its joint to 1 at its end; of the
+        head, from its lower to its upper edge.
+    part
+        Where on the link's way it is met, 0 to 1.
+    speed
+        m/s, of a hand that comes towards.
+    tilt, roll
+        rad: how far off the link's motion it comes from or stands, and around it.
+    reach
+        m, how far over the link its fingers reach beyond their middle.
+    """
+
+    kind: HandKind
+    skin: Skin
+    link: str
+    spot: float
+    part: float
+    speed: float
+    tilt: float
+    roll: float
+    reach: float
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """What the robot does in one trial, and how it differs.
+
+    Attributes
+    ----------
+    feeling, mood, pose
+        The gesture, and the number of the key pose that the (first) move leads to.
+    start
+        (8,) rad, where the robot rests before.
+    moves
+        The moves that it makes one after another, each with the s it then rests.
+    variation
+        How this robot differs.
+    """
+
+    feeling: str
+    mood: float
+    pose: int
+    start: Array
+    moves: tuple[tuple[Move, float], ...]
+    variation: Variation
+
+
+def draw(
+    robot: Robot, rng: np.random.Generator, moves: int, repertoire: Repertoire | None = None
+) -> Conditions:
+    """Draw ``moves`` moves in a row of any gesture; by default of those that ship with Miburi."""
+    # The order in which the feelings stand is no part of the draw: sorted, it stays the same.
+    feeling = str(rng.choice(sorted(FEELINGS)))
+    mood = float(rng.uniform(0.1, 1.0))
+    function = (repertoire or shipped()).choose(feeling, rng)
+    performance = key_poses(robot, function, mood, variation=int(rng.integers(1 << 30)))
+    count = min(moves, len(performance))
+    pose = int(rng.integers(len(performance) - count + 1))
+    start, planned = _moves(robot, performance, pose, count)
+    return Conditions(feeling, mood, pose, start, planned, _variation(rng))
+
+
+def _moves(
+    robot: Robot, performance: list[KeyPose], pose: int, count: int
+) -> tuple[Array, tuple[tuple[Move, float], ...]]:
+    """Return where the robot rests before key pose ``pose``, and its next moves."""
+    angles = [np.array(robot.neutral)]
+    for key_pose in performance[max(pose - 1, 0) : pose + count]:
+        angles.append(ik.solve(robot, key_pose.target, start=angles[-1]).angles)
+    angles = angles[-count - 1 :]
+    return angles[0], tuple(
+        (synchronised(robot, before, after, key_pose.duration), min(key_pose.hold, 0.2))
+        for (before, after), key_pose in zip(
+            pairwise(angles), performance[pose : pose + count], strict=True
+        )
+    )
+
+
+def _variation(rng: np.random.Generator) -> Variation:
+    return Variation(
+        voltage=float(rng.uniform(4.75, 5.25)),
+        friction=float(rng.uniform(0.75, 1.25)),
+        load=float(rng.choice([0.0, rng.uniform(0.0, 0.01)])),
+        noise=float(rng.uniform(0.0, 0.3)),
+        delay=int(rng.integers(0, 3)),
+    )
+
+
+def draw_person(rng: np.random.Generator, kind: HandKind) -> Person:
+    """Draw somebody who may be in the way of one link or another."""
+    soft = float(np.exp(rng.uniform(np.log(500.0), np.log(5000.0))))
+    stiffness = 75_000.0 if kind is HandKind.RIGID else soft
+    damping_ratio = float(rng.uniform(0.3, 1.0))
+    skin = Skin(
+        stiffness=stiffness,
+        damping=2 * damping_ratio * float(np.sqrt(stiffness * HAND_MASS)),
+        softness=float(
+            rng.uniform(0.004, 0.008) if kind is HandKind.RIGID else rng.uniform(0.008, 0.02)
+        ),
+        grip=float(rng.uniform(0.3, 1.0)),
+    )
+    return Person(
+        kind=kind,
+        skin=skin,
+        link=str(rng.choice(LINKS)),
+        spot=float(rng.uniform(0.3, 1.0)),
+        part=float(rng.uniform(0.1, 0.9)),
+        speed=float(rng.uniform(0.1, 0.5)),
+        tilt=float(rng.uniform(0.0, np.pi / 6)),
+        roll=float(rng.uniform(0.0, 2 * np.pi)),
+        reach=float(rng.uniform(0.015, 0.04)),
+    )
+
+
+def varied_servos(robot: Robot, seed: int, count: int) -> tuple[Robot, ...]:
+    """Return robots with other servos (ours): calibrate each before its trials.
+
+    Stiffness from half to twice the default (damping so that the loop's damping ratio is kept
+    within a third), friction from the default to its double, ramps from half to twice, and
+    encoders of 4096 and 1229 steps a turn by turns.
+    """
+    rng = np.random.default_rng([seed, _SERVOS])
+    table = robot.servo
+
+    def varied(number: int) -> Robot:
+        stiffer = float(2.0 ** rng.uniform(-1.0, 1.0))
+        servo = table.model.varied(
+            steps_per_turn=(4096, 1229)[number % 2],
+            stiffness=stiffer,
+            damping=float(np.sqrt(stiffer) * rng.uniform(0.75, 1.33)),
+            friction=float(rng.uniform(1.0, 2.0)),
+        )
+        changes = {
+            "model": servo,
+            "acceleration": table.acceleration * float(2.0 ** rng.uniform(-1.0, 1.0)),
+        }
+        return robot.model_copy(update={"servo": table.model_copy(update=changes)})
+
+    return tuple(varied(number) for number in range(count))
+
+
+_SERVOS = 7  # its own stream of random numbers

@@ -1,0 +1,122 @@
+"""Figures of contact trials, readable in print."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt
+
+from miburi.robot.guards import Guards
+from miburi.safety.contact import PAPER_PERIOD, PAPER_RATIO, Rule
+from miburi.safety.printed import PrintedRule
+from miburi.safety.profile import Steps
+from miburi.studies.trials.conditions import HandKind
+from miburi.studies.trials.runs import as_array
+from miburi.studies.trials.summary import ISO_LIMITS
+from miburi.studies.trials.trial import Kind, Outcome, Run
+from miburi.studies.trials.tuning import Verdict, assess
+
+__all__ = ["PERIODS", "RATIOS", "Point", "distributions", "rule_map", "rule_map_figure"]
+
+_INK, _CORAL, _BLUE, _GREY = "#2b2b2b", "#d9553f", "#2f6f9f", "#9a9a9a"
+_STYLE: Any = {"font.size": 9, "axes.spines.top": False, "axes.spines.right": False}
+#: Periods in µs and ratios in parts of 10 000 that the map shows.
+PERIODS = (50_000, 100_000, 150_000, 200_000)
+RATIOS = (5000, 7000, 8500, PAPER_RATIO, 9800)
+
+
+def distributions(outcomes: Sequence[Outcome], path: Path) -> None:
+    """Draw how long stops take and how hard people are pressed, by what the hand does."""
+    met = [o for o in outcomes if o.kind == Kind.BLOCKED and o.touched and not o.false_stop]
+    with plt.rc_context(_STYLE):
+        figure, (late, hard, fast) = plt.subplots(1, 3, figsize=(7.6, 2.7), layout="constrained")
+        colours = (_CORAL, _BLUE, _INK, _GREY)
+        for hand, colour in zip(HandKind, colours, strict=True):
+            some = [o for o in met if o.hand == hand]
+            if not some:
+                continue
+            latency = np.sort(as_array(some, "latency"))  # NaN, the missed, comes last
+            share = np.arange(1, len(some) + 1) / len(some)
+            late.plot(1e3 * latency, share, color=colour, label=hand.value)
+            hard.plot(np.sort(as_array(some, "peak_force")), share, color=colour)
+            fast.plot(
+                as_array(some, "speed"), as_array(some, "peak_force"), ".", markersize=2,
+                color=colour, alpha=0.5,
+            )  # fmt: skip
+        late.set(xlabel="latency from touch (ms)", ylabel="share of trials", xlim=(0, 300))
+        late.legend(frameon=False, fontsize=8, loc="lower right")
+        hard.set(xlabel="peak force (N)", xlim=(0, 30))
+        fast.set(xlabel="speed of what is met (m/s)", ylabel="peak force (N)")
+        fast.axhline(ISO_LIMITS["face"], color=_CORAL, linewidth=0.9, linestyle="--")
+        fast.text(
+            0.03, ISO_LIMITS["face"] - 5, "face, 65 N", fontsize=8, color=_CORAL,
+            transform=fast.get_yaxis_transform(),
+        )  # fmt: skip
+        fast.set(xlim=(0, None), ylim=(0, ISO_LIMITS["face"] + 5))
+        figure.savefig(path, dpi=150, metadata={"Software": "miburi"})
+        plt.close(figure)
+
+
+@dataclass(frozen=True)
+class Point:
+    """One rule on the map: µs, parts of 10 000, whether as printed, and what it does."""
+
+    period: int
+    ratio: int
+    printed: bool
+    verdict: Verdict
+
+
+def rule_map(runs: Sequence[Run], guards: Guards[Steps]) -> list[Point]:
+    """Judge recorded runs by the rule with ``guards`` and as printed, over (p, ratio).
+
+    The guards are the same for all, made for the paper's point: what else would p and ratio show?
+    """
+    points = []
+    for period in PERIODS:
+        for ratio in RATIOS:
+            for kind in (Rule, PrintedRule):
+                rule = kind(guards, period, ratio)
+                points.append(Point(period, ratio, kind is PrintedRule, assess(rule, runs)))
+    return points
+
+
+def rule_map_figure(points: Sequence[Point], path: Path) -> None:
+    """Draw false stops against missed contacts and delay; the paper's point is ringed."""
+    with plt.rc_context(_STYLE):
+        figure, axes = plt.subplots(1, 2, figsize=(7.2, 3.0), layout="constrained", sharey=True)
+        colours = dict(zip(PERIODS, (_CORAL, _BLUE, _INK, _GREY), strict=True))
+        for axis, name in zip(axes, ("missed", "delay"), strict=True):
+            for period in PERIODS:
+                for printed in (False, True):
+                    some = [p for p in points if p.period == period and p.printed == printed]
+                    scale = 100 if name == "missed" else 1000
+                    axis.plot(
+                        [scale * getattr(p.verdict, name) for p in some],
+                        [100 * p.verdict.false_stops for p in some],
+                        marker="s" if printed else "o", markersize=4, linewidth=0.7,
+                        color=colours[period], fillstyle="none" if printed else "full",
+                        label=None if printed else f"p = {period / 1e6:g} s",
+                    )  # fmt: skip
+                    for p in some:
+                        if (p.period, p.ratio) == (PAPER_PERIOD, PAPER_RATIO):
+                            axis.plot(
+                                scale * getattr(p.verdict, name), 100 * p.verdict.false_stops,
+                                "o", markersize=11, fillstyle="none", color=_INK,
+                            )  # fmt: skip
+        axes[0].set(xlabel="missed contacts (%)", ylabel="false stops (%)")
+        axes[1].set(xlabel="mean time from touch to stop (ms)")
+        axes[0].legend(frameon=False, fontsize=8)
+        figure.suptitle(
+            "Dots: with guards; squares: as printed; rings: p = 0.1 s and 0.9372. "
+            "Along a line the ratio grows from 0.5 to 0.98.",
+            fontsize=8, x=0.01, ha="left",
+        )  # fmt: skip
+        figure.savefig(path, dpi=150, metadata={"Software": "miburi"})
+        plt.close(figure)

@@ -1,0 +1,253 @@
+"""The physical robot of contact trials: servos that differ, and a human hand on springs.
+
+Unlike the hand of the experiment, this one has mass and hangs on springs, so that it can give
+way, come towards the robot, or hold on to it; and the force on it is known at every physics
+step, whatever the kind of contact.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from miburi.bodies import Touch
+from miburi.bodies.plant import Plant
+from miburi.robot import JOINTS, Array, Robot
+from miburi.robot.mjcf import HAND_AWAY
+from miburi.robot.physics import mujoco
+from miburi.safety.profile import Steps
+
+__all__ = ["Skin", "TrialPlant", "Variation"]
+
+
+@dataclass(frozen=True)
+class Variation:
+    """How one robot differs from its description (ours).
+
+    Attributes
+    ----------
+    voltage
+        V of the battery.
+    friction
+        Times the servos' dry friction, with all that it grows by.
+    load
+        kg in each hand.
+    noise
+        Standard deviation of an encoder's reading, in steps.
+    delay
+        Physics steps (2 ms) by which a servo hears its setpoint late.
+    """
+
+    voltage: float = 5.0
+    friction: float = 1.0
+    load: float = 0.0
+    noise: float = 0.0
+    delay: int = 0
+
+
+@dataclass(frozen=True)
+class Skin:
+    """What a human hand is made of (ours).
+
+    Attributes
+    ----------
+    stiffness, damping
+        N/m and N·s/m of the arm that holds it.
+    softness
+        s, the time constant of a contact with it.
+    grip
+        Friction coefficient.
+    """
+
+    stiffness: float
+    damping: float
+    softness: float
+    grip: float
+
+
+class TrialPlant(Plant):
+    """The physical robot of trials, built once and varied for each.
+
+    Attributes
+    ----------
+    touched
+        Part that the human first met, or None.
+    touched_at
+        s, when; None before.
+    itself
+        Two parts of the robot that met before anybody touched it, or None.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        self._rng = np.random.default_rng(0)
+        self._variation = Variation()
+        super().__init__(robot, sprung_hand=True)
+        model = self.model
+        self._base = {name: np.array(getattr(model, name)) for name in _VARIED}
+        dofs = [int(model.joint(f"hand_{axis}").dofadr[0]) for axis in "xyz"]
+        self._hand_joints = [model.joint(f"hand_{axis}").id for axis in "xyz"]
+        # Slides only: dofs and positions count alike from the robot's eight.
+        self._slides = slice(dofs[0], dofs[-1] + 1)
+        self._constraint: NDArray[np.float64] = self.data.qfrc_constraint[self._slides]
+        self._nominal_friction = self.friction.copy()
+        self._grasp = model.equality("grasp").id
+        self._anchor = np.array(HAND_AWAY)
+
+    def begin(self, pose: Array, variation: Variation, rng: np.random.Generator) -> None:
+        """Begin a trial: a robot of this ``variation`` at rest in ``pose`` (8,) rad, nobody near.
+
+        ``rng`` makes the encoders' noise.
+        """
+        model = self.model
+        for name, values in self._base.items():
+            getattr(model, name)[:] = values
+        self.voltage = variation.voltage
+        self.friction[:] = self._nominal_friction
+        self.friction[:, :_TORQUES] *= variation.friction
+        for side in ("right", "left"):
+            _load(model, side, variation.load)
+        mujoco.mj_setConst(model, self.data)
+        self._variation, self._rng = variation, rng
+        self.anchor = np.array(HAND_AWAY)
+        self.rest(pose)
+
+    def rest(self, pose: Array, settle: float = 0.15) -> None:
+        """Begin anew; see :meth:`Plant.rest`."""
+        super().rest(pose, settle)
+        self._pushes: list[Array] = []
+        self.touched: str | None = None
+        self.touched_at: float | None = None
+        self.itself: tuple[str, str] | None = None
+        self._late = np.repeat(pose[None], self._variation.delay, axis=0)
+
+    @property
+    def forces(self) -> Array:
+        """N, the force between human and robot at each physics step since :meth:`begin`, (n,)."""
+        x, y, z = np.array(self._pushes).reshape(-1, 3).T
+        forces: Array = np.sqrt(x * x + y * y + z * z)
+        return forces
+
+    @property
+    def anchor(self) -> Array:
+        """Where the person holds the hand, (3,) m: the rest point of its springs."""
+        return self._anchor
+
+    @anchor.setter
+    def anchor(self, position: Array) -> None:
+        self._anchor = position
+        self.model.qpos_spring[self._slides] = position
+
+    @property
+    def hand(self) -> Array:
+        """The human hand's pose, (7,): m and quaternion."""
+        return np.concatenate([self.data.qpos[self._slides], self.model.geom_quat[self._hand]])
+
+    def offer_hand(self, position: Array, along: Array, velocity: Array, skin: Skin) -> None:
+        """Put a person's hand at ``position`` (3,) m, moving at ``velocity`` (3,) m/s."""
+        model, data = self.model, self.data
+        geom = self._hand
+        model.jnt_stiffness[self._hand_joints] = skin.stiffness
+        model.dof_damping[self._slides] = skin.damping
+        model.geom_solref[geom, 0] = skin.softness
+        model.geom_friction[geom, 0] = skin.grip
+        mujoco.mju_quatZ2Vec(model.geom_quat[self._hand], along / np.linalg.norm(along))
+        data.qpos[self._slides], data.qvel[self._slides] = position, velocity
+        self.anchor = position
+
+    def path(self, body: str, local: Array, axis: Array, poses: Array) -> tuple[Array, Array]:
+        """Return where a point of a link goes, (n, 3) m, and how its axis turns, (n, 3).
+
+        ``local`` and ``axis`` (3,) are in the frame of the model's ``body``; ``poses`` (n, 8) rad.
+        """
+        points, axes = np.empty((len(poses), 3)), np.empty((len(poses), 3))
+        number = self.model.body(body).id
+        for row, pose in enumerate(poses):
+            self.data.qpos[self.joints] = pose
+            mujoco.mj_kinematics(self.model, self.data)
+            frame = self.data.xmat[number].reshape(3, 3)
+            points[row] = self.data.xpos[number] + frame @ local
+            axes[row] = frame @ axis
+        return points, axes
+
+    def overlaps(self) -> bool:
+        """Whether hand and robot would be in each other at this moment."""
+        mujoco.mj_fwdPosition(self.model, self.data)
+        return any(self._hand in (c.geom1, c.geom2) for c in self.data.contact)
+
+    def grasp(self, link: str, point: Array, skin: Skin) -> None:
+        """Let the person hold on to a ``link`` at ``point`` (3,), in the link's frame, m."""
+        model, data = self.model, self.data
+        body = model.body(link).id
+        mujoco.mj_kinematics(model, data)
+        place = data.xpos[body] + data.xmat[body].reshape(3, 3) @ point
+        jacobian = np.zeros((3, model.nv))
+        mujoco.mj_comPos(model, data)
+        mujoco.mj_jac(model, data, jacobian, None, place, body)
+        # It closes on the moving link without a blow.
+        self.offer_hand(place, np.array([0.0, 0.0, 1.0]), jacobian @ data.qvel, skin)
+        model.geom_contype[self._hand] = model.geom_conaffinity[self._hand] = 0
+        model.eq_obj2id[self._grasp] = body
+        model.eq_data[self._grasp, :3], model.eq_data[self._grasp, 3:6] = 0.0, point
+        data.eq_active[self._grasp] = 1
+        self.touched, self.touched_at = link, self.time
+
+    def encoders(self) -> Steps:
+        """Return the encoders' counts, (8,) steps, with their noise."""
+        noise = self._variation.noise * self._rng.standard_normal(len(JOINTS))
+        steps: Steps = np.rint(self.angles / self.robot.servo.step + noise).astype(np.int64)
+        return steps
+
+    def advance(self, setpoints: Array, torque: Array | float) -> Touch:
+        """Let the servos follow ``setpoints``; see :meth:`Plant.advance`."""
+        data = self.data
+        self.power(torque)
+        if self._variation.delay:
+            heard = np.concatenate([self._late, setpoints])
+            setpoints, self._late = heard[: len(setpoints)], heard[len(setpoints) :]
+        control, constraint, note = data.ctrl, self._constraint, self._pushes.append
+        for setpoint in setpoints:
+            control[:] = setpoint
+            self.step()
+            note(constraint.copy())
+            if data.ncon and self.touched_at is None:
+                self._note_contacts()
+        return _KEPT_HERE
+
+    def _note_contacts(self) -> None:
+        """Write down what was met first."""
+        for contact in self.data.contact:
+            pair = (contact.geom1, contact.geom2)
+            if self._hand not in pair:
+                self.itself = (self.model.geom(pair[0]).name, self.model.geom(pair[1]).name)
+            elif self.touched is None:
+                self.touched = self.model.geom(pair[0] if pair[1] == self._hand else pair[1]).name
+                self.touched_at = self.time
+
+
+#: What happened is kept in the plant's own lists; nobody asks a trial's body for it.
+_KEPT_HERE = Touch()
+
+#: The model's fields that trials vary.
+_VARIED = (
+    "dof_damping", "jnt_stiffness", "body_mass", "body_inertia", "body_ipos", "geom_quat",
+    "geom_solref", "geom_friction", "geom_contype", "geom_conaffinity", "eq_obj2id", "eq_data",
+)  # fmt: skip
+#: So many of a servo's constants of friction are torques, or shares of one: the first.
+_TORQUES = 4
+
+
+def _load(model: Any, side: str, mass: float) -> None:
+    """Put ``mass`` kg into a hand of the robot: a point where its hand is."""
+    if not mass:
+        return
+    body = model.body(f"{side}_forearm").id
+    tip = np.array(model.site(side).pos)
+    old, centre = float(model.body_mass[body]), np.array(model.body_ipos[body])
+    # Along the forearm: only the inertia across it grows.
+    arm = float(np.linalg.norm(tip - centre))
+    across = old * mass / (old + mass) * arm**2
+    inertia = model.body_inertia[body]
+    inertia[inertia > inertia.min()] += across
+    model.body_mass[body] = old + mass
+    model.body_ipos[body] = (old * centre + mass * tip) / (old + mass)

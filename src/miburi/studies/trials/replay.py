@@ -1,0 +1,100 @@
+"""What another rule would have done: recorded runs, judged again without physics.
+
+Until it stops, a body moves the same whatever watches it. So runs that no rule broke off
+(:class:`DeafRule`) can be judged by any rule afterwards, thousands in a second.
+"""
+
+from dataclasses import dataclass
+
+from miburi.calibration.free_motion import MARGIN, calibrate
+from miburi.robot import Robot
+from miburi.robot.mjcf import TIMESTEP
+from miburi.safety.contact import UNLOADED, Contact, Loading, Rule, Watch
+from miburi.safety.profile import SECOND, Profile, Steps
+from miburi.studies.trials.plant import TrialPlant
+from miburi.studies.trials.trial import Kind, Run, enact
+
+__all__ = ["CALIBRATION_MOVES", "DeafRule", "Judgement", "calibrated", "judge", "record"]
+
+#: µs for which a deaf rule waits for a blocked motor after its profile has ended.
+_WAIT = SECOND // 5
+#: Free moves of a calibration (ours).
+CALIBRATION_MOVES = 1600
+
+
+class _DeafWatch(Watch):
+    def look(self, positions: Steps, time: int) -> Contact | None:  # noqa: ARG002  (as Watch has it)
+        return None
+
+    def arrived(self, positions: Steps, time: int) -> bool:
+        late = time >= int(self.profile.total.max()) + _WAIT
+        return late or super().arrived(positions, time)
+
+
+class DeafRule(Rule):
+    """Never stops: a move that is blocked just ends. For recording only."""
+
+    def watch(
+        self, profile: Profile, start: Steps, direction: Steps, loading: Loading = UNLOADED
+    ) -> Watch:
+        """Begin to watch one move, and see nothing."""
+        return _DeafWatch(self, profile, start, direction, loading)
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """What a rule makes of a recorded run.
+
+    Attributes
+    ----------
+    stopped_at
+        s; None where the rule never stops.
+    latency
+        s from the first touch; None without stop, without touch, or where the stop came first.
+    peak_force
+        N until then.
+    """
+
+    stopped_at: float | None
+    latency: float | None
+    peak_force: float
+
+
+def judge(rule: Rule, run: Run) -> Judgement:
+    """Let ``rule`` watch a recorded run, as the card would have."""
+    stopped_at = _first_stop(rule, run)
+    end = len(run.forces) if stopped_at is None else round(stopped_at / TIMESTEP)
+    peak = float(run.forces[: max(end, 1)].max())
+    latency = None
+    if stopped_at is not None and run.touched_at is not None and stopped_at >= run.touched_at:
+        latency = stopped_at - run.touched_at
+    return Judgement(stopped_at, latency, peak)
+
+
+def _first_stop(rule: Rule, run: Run) -> float | None:
+    for trace, began in zip(run.traces, run.began, strict=True):
+        watch = rule.watch(trace.profile, trace.start, trace.direction, trace.loading)
+        for time, positions in zip(trace.times, trace.positions, strict=True):
+            elapsed = int(time)
+            if watch.look(positions, elapsed) is not None:
+                return began + elapsed / SECOND
+            if watch.arrived(positions, elapsed):
+                break
+    return None
+
+
+def record(robot: Robot, seed: int, free: int, blocked: int = 0) -> list[Run]:
+    """Record runs of ``robot`` under a deaf rule: free ones first."""
+    plant, rule = TrialPlant(robot), DeafRule.of(robot)
+    kinds = [(Kind.FREE, index) for index in range(free)]
+    kinds += [(Kind.BLOCKED, index) for index in range(blocked)]
+    return [enact(plant, rule, seed, kind, index) for kind, index in kinds]
+
+
+def calibrated(
+    robot: Robot, seed: int, moves: int = CALIBRATION_MOVES, margin: float = MARGIN
+) -> Rule:
+    """Return the paper's period and ratio with guards from free moves of ``robot``'s own."""
+    runs = record(robot, seed, (moves + 1) // 2)
+    traces = [trace for recorded in runs for trace in recorded.traces]
+    return Rule(calibrate(traces, robot.servo.step, margin=margin))

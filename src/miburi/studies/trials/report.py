@@ -1,0 +1,62 @@
+"""Runs of trials in words and tables."""
+
+from miburi.studies.trials.summary import ISO_LIMITS, Summary
+
+__all__ = ["in_words", "iso_sentence", "rows"]
+
+_ROWS: tuple[tuple[str, str], ...] = (
+    ("free", "free trials"),
+    ("blocked", "blocked trials"),
+    ("false_stops", "false stops"),
+    ("missed", "missed contacts"),
+    ("missed_above_2N", "missed, 2 N or more over 0.1 s"),
+    ("missed_peak_above_2N", "missed, peak of 2 N or more"),
+    ("brushes", "brushed past, drawn again"),
+    ("latency_mean", "latency, mean (s)"),
+    ("latency_p95", "latency, 95th percentile (s)"),
+    ("latency_max", "latency, longest (s)"),
+    ("late", "stops later than 0.25 s"),
+    ("latency_above_2N_max", "latency where 2 N or more over 0.1 s, longest (s)"),
+    ("latency_from_1N_p95", "latency from 1 N on, 95th percentile (s)"),
+    ("latency_from_1N_max", "latency from 1 N on, longest (s)"),
+    ("peak_force_median", "peak force, median (N)"),
+    ("peak_force_p95", "peak force, 95th percentile (N)"),
+    ("peak_force_max", "peak force, largest (N)"),
+    ("sustained_force_p95", "force over 0.1 s, 95th percentile (N)"),
+    ("push_after_stop_max", "push 0.3 s after a stop, largest (N)"),
+    ("right_motor", "share of stops that name a motor which carries what was met"),
+    ("self_collisions", "self-collisions"),
+)
+
+
+def in_words(summary: Summary) -> str:
+    """Return a summary for people, a line each figure."""
+    width = max(len(words) for _, words in _ROWS)
+    return "\n".join(f"{words:<{width}}  {_cell(summary, name)}" for name, words in _ROWS)
+
+
+def rows(columns: dict[str, Summary]) -> list[list[str]]:
+    """Return summaries beside each other: each row its words, then a cell of each summary."""
+    return [
+        [words, *(_cell(summary, name) for summary in columns.values())] for name, words in _ROWS
+    ]
+
+
+def _cell(summary: Summary, name: str) -> str:
+    value = getattr(summary, name)
+    if value is None:
+        return "–"
+    if name in ("false_stops", "missed"):
+        low, high = getattr(summary, f"{name}_interval")
+        return f"{value} ({100 * low:.2f} to {100 * high:.2f} %)"
+    return f"{value:.3g}" if isinstance(value, float) else f"{value}"
+
+
+def iso_sentence() -> str:
+    """Return the limits that forces are compared with, and where they come from."""
+    limits = ", ".join(f"{part} {force} N" for part, force in ISO_LIMITS.items())
+    return (
+        f"Quasi-static limits of ISO/TS 15066, as secondary sources quote them ({limits}); we "
+        "have not read the standard itself. Transient contact is commonly taken as twice that, "
+        "and none is allowed on face and head."
+    )

@@ -1,0 +1,391 @@
+"""Many trials: on the processes of one machine, or on several machines by Ray.
+
+A trial depends on its run's seed and its own number alone, so it does not matter where it is
+carried out: the same run gives the same file, byte for byte. Finished chunks are kept in a
+journal beside the file that is to be; a run that was broken off goes on from there.
+"""
+
+import hashlib
+import json
+import os
+import signal
+import socket
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from contextlib import contextmanager
+from dataclasses import astuple, dataclass, field, fields
+from multiprocessing import connection, get_context, parent_process
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from miburi.errors import InputError, MiburiError, OutputError, needs_extra
+from miburi.gestures import Repertoire, shipped
+from miburi.ground.files import whole_files
+from miburi.robot import Robot
+from miburi.safety.contact import Rule
+from miburi.studies.trials.plant import TrialPlant
+from miburi.studies.trials.trial import Kind, Outcome, trial
+from miburi.version import __version__
+
+__all__ = [
+    "CHUNK",
+    "Chunk",
+    "Done",
+    "Plan",
+    "Write",
+    "as_array",
+    "carry_out_chunk",
+    "carry_out_plan",
+    "read_parquet",
+    "write_parquet",
+]
+
+#: Trials that a process takes at once: about a second's work.
+CHUNK = 25
+#: s for a cluster's address to answer.
+_KNOCK = 5.0
+
+Chunk = tuple[Kind, int, int]  # kind, first index, index after the last
+Done = tuple[Chunk, list[Outcome]]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a run is made of; trial i is made by servo i modulo their number.
+
+    Attributes
+    ----------
+    servos
+        Robots, each with the rule that watches it.
+    seed, free, blocked
+        0 or more; how many trials of each kind.
+    repertoire
+        The gestures; by default those that ship with Miburi.
+
+    Raises
+    ------
+    InputError
+        There is no servo or no trial, or a number is negative.
+    """
+
+    servos: tuple[tuple[Robot, Rule], ...]
+    seed: int
+    free: int
+    blocked: int
+    repertoire: Repertoire = field(default_factory=shipped)
+
+    def __post_init__(self) -> None:
+        if not self.servos:
+            raise InputError("a run of trials needs a servo at least.")
+        for name in ("seed", "free", "blocked"):
+            if getattr(self, name) < 0:
+                raise InputError(f"{name} must be 0 or more, got {getattr(self, name)}.")
+        if self.free + self.blocked == 0:
+            raise InputError("a run needs a trial at least: ask for free or blocked ones.")
+
+    @property
+    def key(self) -> str:
+        """Name the run by its contents: same key, same results."""
+        words = hashlib.sha256(f"{__version__} {self.seed} {self.free} {self.blocked}".encode())
+        for robot, rule in self.servos:
+            grants = {name: values.tolist() for name, values in vars(rule.guards).items()}
+            told = [robot.model_dump(), grants, type(rule).__name__, rule.period, rule.ratio]
+            words.update(json.dumps(told, sort_keys=True).encode())
+        if self.repertoire != shipped():
+            for function in self.repertoire.functions:
+                words.update(function.model_dump_json().encode())
+        return words.hexdigest()[:16]
+
+    @property
+    def chunks(self) -> list[Chunk]:
+        """The run in pieces, in order."""
+        return [
+            (kind, first, min(first + CHUNK, count))
+            for kind, count in ((Kind.FREE, self.free), (Kind.BLOCKED, self.blocked))
+            for first in range(0, count, CHUNK)
+        ]
+
+
+def carry_out_plan(
+    plan: Plan,
+    out: Path | None = None,
+    *,
+    workers: int = 1,
+    ray: str | None = None,
+    progress: Callable[[int, int], None] = lambda _done, _all: None,
+) -> list[Outcome]:
+    """Carry out all trials of ``plan``, free ones first, each kind in the order of its numbers.
+
+    Parameters
+    ----------
+    out
+        The Parquet file to write; a run that was broken off before is resumed.
+    workers
+        Processes on this machine, from 1.
+    ray
+        Address of a Ray cluster (``auto`` finds a local one) that works instead.
+    progress
+        Called with the number of finished trials, and of all.
+
+    Raises
+    ------
+    InputError
+        ``workers`` is not positive.
+    OutputError
+        ``out`` cannot be written, or another run's journal is in its place.
+    MiburiError
+        Ray is asked for and not installed, or cannot be reached; or ``out`` is given and PyArrow
+        is not installed.
+    """
+    if workers < 1:
+        raise InputError(f"--workers must be from 1, got {workers}.")
+    if out is not None:
+        _arrow()  # a missing library is missed now, not after the last trial
+    total, chunks = plan.free + plan.blocked, plan.chunks
+    with _journal(plan, out) as (known, write):
+        done = dict(known)
+        finished = sum(map(len, done.values()))
+        progress(finished, total)
+        todo = [chunk for chunk in chunks if chunk not in done]
+        if ray is not None:
+            stream = _on_cluster(plan, todo, ray)
+        elif workers == 1:
+            stream = ((chunk, carry_out_chunk(plan, chunk)) for chunk in todo)
+        else:
+            stream = _on_processes(plan, todo, workers)
+        for chunk, outcomes in stream:
+            write(chunk, outcomes)
+            done[chunk] = outcomes
+            finished += len(outcomes)
+            progress(finished, total)
+        outcomes = [outcome for chunk in chunks for outcome in done[chunk]]
+        if out is not None:
+            write_parquet(plan, outcomes, out)
+    if out is not None:
+        _journal_path(out).unlink(missing_ok=True)
+    return outcomes
+
+
+def carry_out_chunk(plan: Plan, chunk: Chunk) -> list[Outcome]:
+    """Carry out one chunk of a run in this process."""
+    kind, first, last = chunk
+    outcomes, run_key = [], plan.key
+    for index in range(first, last):
+        number = index % len(plan.servos)
+        robot, rule = plan.servos[number]
+        if (run_key, number) not in _plants:
+            if len(_plants) >= _MOST_PLANTS:
+                _plants.clear()
+            _plants[run_key, number] = TrialPlant(robot)
+        plant = _plants[run_key, number]
+        outcomes.append(trial(plant, rule, plan.seed, kind, index, number, plan.repertoire))
+    return outcomes
+
+
+# A model takes longer to build than to use: each process keeps those that it has built.
+_plants: dict[tuple[str, int], TrialPlant] = {}
+_MOST_PLANTS = 64
+
+
+def _on_processes(plan: Plan, todo: list[Chunk], workers: int) -> Iterator[Done]:
+    pool = ProcessPoolExecutor(
+        workers, get_context("spawn"), initializer=_begin_worker, initargs=(plan,)
+    )
+    try:
+        waiting: dict[Future[list[Outcome]], Chunk] = {
+            pool.submit(_carry_out_here, chunk): chunk for chunk in todo
+        }
+        while waiting:
+            for future in wait(waiting, return_when=FIRST_COMPLETED).done:
+                yield waiting.pop(future), future.result()
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _begin_worker(plan: Plan) -> None:
+    global _plan  # noqa: PLW0603  (a process pool hands its workers nothing else once)
+    _plan = plan
+    # Ctrl-C is for the run; it lets the workers finish what they have in hand.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = parent_process()
+    if parent is not None:
+        connection.wait([parent.sentinel])
+        os._exit(1)
+
+
+def _carry_out_here(chunk: Chunk) -> list[Outcome]:
+    assert _plan is not None  # noqa: S101  (set when the worker began)
+    return carry_out_chunk(_plan, chunk)
+
+
+_plan: Plan | None = None
+
+
+def _knock(address: str) -> None:
+    """Ask whether anybody listens at an ``address`` with a port: Ray itself waits for minutes."""
+    host, _, port = address.removeprefix("ray://").rpartition(":")
+    if port.isdecimal():
+        try:
+            socket.create_connection((host, int(port)), timeout=_KNOCK).close()
+        except OSError as error:
+            raise _no_answer(address, error) from error
+
+
+def _no_answer(address: str, error: Exception) -> MiburiError:
+    return MiburiError(
+        f"no Ray cluster answers at {address!r}: {error}; start one with ray start --head."
+    )
+
+
+def _on_cluster(plan: Plan, todo: list[Chunk], address: str) -> Iterator[Done]:
+    _knock(address)
+    try:
+        import ray
+    except ModuleNotFoundError as error:
+        raise needs_extra("cluster", error) from error
+    try:
+        ray.init(address=address, log_to_driver=False, logging_level="ERROR")
+    except (ConnectionError, RuntimeError, ValueError) as error:
+        raise _no_answer(address, error) from error
+    try:
+        shared = ray.put(plan)
+        # A node that dies takes its chunks with it; they are carried out again elsewhere.
+        work: Any = ray.remote(num_cpus=1, max_retries=-1)(carry_out_chunk)
+        left = iter(todo)
+        slots = 2 * max(1, int(ray.cluster_resources().get("CPU", 1)))
+        waiting: dict[Any, Chunk] = {}
+        while True:
+            for chunk in left:
+                waiting[work.remote(shared, chunk)] = chunk
+                if len(waiting) >= slots:
+                    break
+            if not waiting:
+                return
+            ready, _ = ray.wait(list(waiting))
+            for reference in ready:
+                chunk = waiting.pop(reference)
+                try:
+                    outcomes = ray.get(reference)
+                except ray.exceptions.RaySystemError:
+                    waiting[work.remote(shared, chunk)] = chunk
+                    continue
+                yield chunk, outcomes
+    finally:
+        ray.shutdown()
+
+
+def _journal_path(out: Path) -> Path:
+    return out.with_name(f".{out.name}.journal")
+
+
+Write = Callable[[Chunk, list[Outcome]], None]
+
+
+@contextmanager
+def _journal(plan: Plan, out: Path | None) -> Iterator[tuple[dict[Chunk, list[Outcome]], Write]]:
+    """Yield what was finished before, and the way to write down what is finished now."""
+    if out is None:
+        yield {}, lambda _chunk, _outcomes: None
+        return
+    path = _journal_path(out)
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        known, length = _read_journal(path, plan)
+        with path.open("ab") as file:
+            # A line that a kill cut off is forgotten.
+            file.truncate(length)
+            if not length:
+                _append(file, {"run": plan.key})
+
+            def write(chunk: Chunk, outcomes: list[Outcome]) -> None:
+                _append(file, {"chunk": chunk, "rows": [astuple(o) for o in outcomes]})
+
+            yield known, write
+    except OSError as error:
+        raise OutputError(f"{out} cannot be written: {error.strerror}; choose another.") from error
+
+
+def _append(file: Any, entry: dict[str, Any]) -> None:
+    file.write(json.dumps(entry).encode() + b"\n")
+    file.flush()
+    os.fsync(file.fileno())
+
+
+def _read_journal(path: Path, plan: Plan) -> tuple[dict[Chunk, list[Outcome]], int]:
+    """Return the finished chunks, and the length in bytes of the journal's whole lines."""
+    known: dict[Chunk, list[Outcome]] = {}
+    if not path.exists():
+        return known, 0
+    length = 0
+    for line in path.read_bytes().splitlines(keepends=True):
+        if not line.endswith(b"\n"):
+            break
+        entry = json.loads(line)
+        if length == 0 and entry.get("run") != plan.key:
+            raise OutputError(
+                f"{path} is the journal of another, unfinished run; finish that run with the "
+                "same options, or delete the journal."
+            )
+        if "chunk" in entry:
+            kind, first, last = entry["chunk"]
+            known[Kind(kind), first, last] = [Outcome(*row) for row in entry["rows"]]
+        length += len(line)
+    return known, length
+
+
+def write_parquet(plan: Plan, outcomes: list[Outcome], out: Path) -> None:
+    """Write one row a trial; whole, or not at all.
+
+    Raises
+    ------
+    OutputError
+        The place cannot be written to, or is full.
+    MiburiError
+        PyArrow is not installed.
+    """
+    pa, pq = _arrow()
+    columns = {f.name: [getattr(o, f.name) for o in outcomes] for f in fields(Outcome)}
+    said = {"miburi": __version__, "seed": str(plan.seed), "run": plan.key}
+    table = pa.table(columns).replace_schema_metadata(said)
+    with whole_files(out.parent) as draft:
+        pq.write_table(table, draft / out.name, compression="zstd")
+
+
+def read_parquet(path: Path) -> list[Outcome]:
+    """Return the trials of a file that :func:`carry_out_plan` wrote.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or holds something else.
+    MiburiError
+        PyArrow is not installed.
+    """
+    pa, pq = _arrow()
+    try:
+        rows = pq.read_table(path).to_pylist()
+        return [Outcome(**row) for row in rows]
+    except (OSError, pa.ArrowException, TypeError) as error:
+        raise InputError(f"{path} is not a file of trials: {error}.") from error
+
+
+def _arrow() -> tuple[Any, Any]:
+    """Return the modules ``pyarrow`` and ``pyarrow.parquet``."""
+    try:
+        import pyarrow
+        import pyarrow.parquet
+    except ModuleNotFoundError as error:
+        raise needs_extra("studies", error) from error
+    return pyarrow, pyarrow.parquet
+
+
+def as_array(outcomes: list[Outcome], name: str) -> np.ndarray[Any, np.dtype[Any]]:
+    """Return one field of all outcomes."""
+    return np.array([getattr(outcome, name) for outcome in outcomes])

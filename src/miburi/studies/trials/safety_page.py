@@ -1,0 +1,52 @@
+"""The page on contact safety: method, figures and tables, made from files of trials."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from miburi.ground.templates import render
+from miburi.studies.trials.conditions import HandKind
+from miburi.studies.trials.figures import Point, distributions, rule_map_figure
+from miburi.studies.trials.report import iso_sentence, rows
+from miburi.studies.trials.runs import as_array
+from miburi.studies.trials.summary import ISO_LIMITS, summarise
+from miburi.studies.trials.trial import Outcome
+
+__all__ = ["CAPS", "write_page"]
+
+#: m/s: the caps of the table of speeds.
+CAPS = (0.1, 0.2, 0.3, 0.5, 0.8)
+_PAGE = Path(__file__).with_suffix(".md")
+
+
+def write_page(
+    outcomes: Mapping[str, Sequence[Outcome]], points: Sequence[Point], folder: Path
+) -> None:
+    """Write ``safety.md`` and its pictures into ``folder``.
+
+    ``outcomes`` are the trials of each column of the table; the first is shown in the pictures.
+    """
+    first = next(iter(outcomes.values()))
+    distributions(first, folder / "safety-distributions.png")
+    rule_map_figure(points, folder / "safety-rules.png")
+    columns = {name: summarise(some) for name, some in outcomes.items()}
+    hands = {hand.value: [o for o in first if o.hand == hand] for hand in HandKind}
+    by_hand = {hand: summarise(some) for hand, some in hands.items() if some}
+    rigid = hands[HandKind.RIGID.value]
+    speeds, forces = as_array(rigid, "speed"), as_array(rigid, "peak_force")
+    page = render(
+        _PAGE,
+        columns=list(columns),
+        results=rows(columns),
+        hands=list(by_hand),
+        by_hand=rows(by_hand),
+        points=points,
+        iso=iso_sentence(),
+        caps=[(cap, forces[speeds <= cap]) for cap in CAPS],
+        forces=forces,
+        fastest=speeds.max(initial=0.0),
+        face=ISO_LIMITS["face"],
+        median=np.median,
+    )
+    (folder / "safety.md").write_text(page)

@@ -1,0 +1,319 @@
+"""One trial: a robot moves, somebody may be in its way, and all that matters is measured."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+import numpy as np
+
+from miburi.bodies.simulated import READING, Simulated
+from miburi.calibration.free_motion import Trace
+from miburi.errors import InputError
+from miburi.gestures import Repertoire
+from miburi.robot import Array, Robot
+from miburi.robot.mjcf import TIMESTEP
+from miburi.safety.contact import Rule
+from miburi.safety.drive import aim, demand
+from miburi.safety.move import Move
+from miburi.safety.profile import SECOND, Steps, commanded, to_steps
+from miburi.safety.stop import Phase, Stop
+from miburi.studies.trials.conditions import Conditions, HandKind, Person, draw, draw_person
+from miburi.studies.trials.meeting import Actor, Meeting, carriers, plan
+from miburi.studies.trials.plant import TrialPlant
+
+__all__ = [
+    "IN_THE_WAY",
+    "PATIENCE",
+    "SETTLED",
+    "SUSTAINED",
+    "WATCHED",
+    "Kind",
+    "Outcome",
+    "Run",
+    "enact",
+    "measure",
+    "sustained",
+    "trace_of",
+    "trial",
+]
+
+#: s after the touch for which a robot that has not stopped is watched; then the contact is
+#: missed (ours).
+PATIENCE = 1.0
+#: s after a stop from which on the robot must no longer push, and for how long that is watched.
+SETTLED, WATCHED = 0.3, 0.2
+#: Length of the mean that is called sustained force, s: the rule's own period.
+SUSTAINED = 0.1
+#: Somebody is in the way if a robot that does not stop presses on them with this sustained
+#: force, N (ours); what is less only brushes past.
+IN_THE_WAY = 1.0
+_READING_US = round(READING * SECOND)
+#: At most so often the gesture, and for each the person, are drawn again until they meet.
+_GESTURES, _PERSONS = 50, 25
+
+
+class Kind(StrEnum):
+    """Whether somebody is in the way."""
+
+    FREE = "free"
+    BLOCKED = "blocked"
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What one trial measured; s and N.
+
+    Attributes
+    ----------
+    kind, index, servo
+        Free or blocked, the trial's number among those, and which of the run's servos.
+    feeling, mood, pose
+        The gesture, and the number of the key pose that the (first) move leads to.
+    hand, link, speed
+        What the person's hand does, which link it meets, and how fast that goes there by
+        command, m/s; empty and NaN where nobody is in the way.
+    seconds
+        Simulated time.
+    stopped, sign, motor
+        Whether the contact rule stopped the body, by what, and naming which motor.
+    false_stop
+        It stopped before anybody touched it.
+    touched
+        Part of the robot that was met first.
+    latency, latency_from_1N
+        To the stop from the first touch, and from the moment at which the force reached 1 N; NaN
+        without, and 0 where the stop came before.
+    peak_force, sustained_force
+        Largest force, and largest mean over 0.1 s, from touch to half a second after the stop.
+    push_after_stop
+        Largest force from 0.3 s to 0.5 s after the stop; NaN without.
+    right_motor
+        Whether the motor named carries what was met.
+    brushes, brush_force
+        How many persons drawn before were only brushed past, and the largest peak on them.
+    self_collision
+        Two parts of the robot met before anybody touched it.
+    """
+
+    kind: str
+    index: int
+    servo: int
+    feeling: str
+    mood: float
+    pose: int
+    hand: str
+    link: str
+    speed: float
+    seconds: float
+    stopped: bool
+    sign: str
+    motor: str
+    false_stop: bool
+    touched: str
+    latency: float
+    latency_from_1N: float  # noqa: N815  (the unit is written so)
+    peak_force: float
+    sustained_force: float
+    push_after_stop: float
+    right_motor: bool
+    brushes: int
+    brush_force: float
+    self_collision: bool
+
+
+@dataclass
+class Run:
+    """What happened in a trial: a trace each move, forces in N each physics step.
+
+    ``brushes`` are the peak forces, N, of what was drawn before and only brushed past.
+    """
+
+    conditions: Conditions
+    person: Person | None
+    meeting: Meeting | None
+    stop: Stop | None = None
+    touched: str | None = None
+    touched_at: float | None = None
+    seconds: float = 0.0
+    self_collision: bool = False
+    traces: list[Trace] = field(default_factory=list)
+    began: list[float] = field(default_factory=list)
+    forces: Array = field(default_factory=lambda: np.empty(0))
+    brushes: list[float] = field(default_factory=list)
+
+
+def trial(
+    plant: TrialPlant,
+    rule: Rule,
+    seed: int,
+    kind: Kind,
+    index: int,
+    servo: int = 0,
+    repertoire: Repertoire | None = None,
+) -> Outcome:
+    """Carry out one trial: a pure function of the robot, the rule, the seed and the number.
+
+    The gestures are, by default, those that ship with Miburi.
+
+    Raises
+    ------
+    InputError
+        No gesture was found in which this robot can be met.
+    """
+    return measure(enact(plant, rule, seed, kind, index, repertoire), kind, index, servo)
+
+
+def enact(
+    plant: TrialPlant,
+    rule: Rule,
+    seed: int,
+    kind: Kind,
+    index: int,
+    repertoire: Repertoire | None = None,
+) -> Run:
+    """Draw one trial and let it happen; see :func:`trial`."""
+    stream = [seed, list(Kind).index(kind), index]
+    if kind is Kind.FREE:
+        rng = np.random.default_rng(stream)
+        # Two moves in a row: the end of one shakes the beginning of the next.
+        conditions = draw(plant.robot, rng, 2, repertoire)
+        return _perform(plant, rule, conditions, None, None, rng)
+    hand = HandKind(np.random.default_rng(stream).choice([hand.value for hand in HandKind]))
+    brushes: list[float] = []
+    for attempt in range(_GESTURES):
+        rng = np.random.default_rng([*stream, attempt])
+        conditions = draw(plant.robot, rng, 1, repertoire)
+        for person, meeting in _meetings(plant, conditions, hand, rng):
+            result = _perform(plant, rule, conditions, person, meeting, rng)
+            if result.touched is None and result.stop is None:
+                continue
+            motors = carriers(person.link)
+            # Somebody else's arm, or the stand, is no obstacle to the link that was meant.
+            if result.touched is not None and carriers(result.touched)[1:2] != motors[1:2]:
+                continue
+            # Without a stop, what happened does not depend on the rule: so this choice does not.
+            if result.stop is None and sustained(result.forces) < IN_THE_WAY:
+                brushes.append(float(result.forces.max()))
+                continue
+            result.brushes = brushes
+            return result
+    raise InputError(f"{kind} trial {index} of seed {seed}: nobody can be met by this robot.")
+
+
+def _meetings(
+    plant: TrialPlant, conditions: Conditions, hand: HandKind, rng: np.random.Generator
+) -> Iterator[tuple[Person, Meeting]]:
+    """Yield ways in which the drawn move can be met."""
+    for _ in range(_PERSONS):
+        person = draw_person(rng, hand)
+        meeting = plan(plant, person, conditions.start, conditions.moves[0][0])
+        if meeting is not None:
+            yield person, meeting
+
+
+def _perform(
+    plant: TrialPlant,
+    rule: Rule,
+    conditions: Conditions,
+    person: Person | None,
+    meeting: Meeting | None,
+    rng: np.random.Generator,
+) -> Run:
+    """Let the robot move and the person act; nothing happens where they overlap at the start."""
+    result = Run(conditions, person, meeting)
+    plant.begin(conditions.start, conditions.variation, rng)
+    actor = None
+    if person is not None and meeting is not None:
+        actor = Actor(plant, person, meeting)
+        if plant.overlaps():
+            return result
+    body = Simulated(plant.robot, rule, plant=plant)
+
+    def watch(seconds: float) -> None:
+        for _ in range(round(seconds / READING)):
+            if actor is not None:
+                actor.act(body.phase)
+            body.read()
+            readings.append(body.encoders)
+
+    origin, touchable = conditions.start, 0.0
+    for move, rest in conditions.moves:
+        readings: list[Steps] = [body.encoders]
+        result.began.append(body.state.time)
+        body.move(move)
+        while body.phase is Phase.MOVING:
+            watch(READING)
+        touchable = plant.time
+        if body.phase is Phase.STOPPED:
+            watch(SETTLED + WATCHED)
+        elif actor is None:
+            watch(rest)
+        elif plant.touched_at is not None:
+            watch(plant.touched_at + PATIENCE - plant.time)
+        result.traces.append(trace_of(plant.robot, origin, move, readings))
+        origin = move.angles
+        if body.phase is Phase.STOPPED:
+            break
+    result.stop, result.seconds = body.state.stop, plant.time
+    result.self_collision = plant.itself is not None
+    result.forces = plant.forces
+    if plant.touched_at is not None and plant.touched_at <= touchable:
+        result.touched, result.touched_at = plant.touched, plant.touched_at
+    return result
+
+
+def trace_of(robot: Robot, origin: Array, move: Move, readings: list[Steps]) -> Trace:
+    """Return a move from ``origin`` (8,) rad with the encoders' regular ``readings`` of it."""
+    begin, end = to_steps(robot, aim(robot, np.array([origin, move.angles])))
+    profile, direction = commanded(robot, begin, end, to_steps(robot, move.speeds))
+    times = np.arange(len(readings), dtype=np.int64) * _READING_US
+    needs = demand(robot, readings[0], begin, profile, direction)
+    return Trace(profile, readings[0], direction, times, np.array(readings), needs.loading)
+
+
+def measure(result: Run, kind: Kind, index: int, servo: int) -> Outcome:
+    """Return what a run measured."""
+    conditions, person, stop = result.conditions, result.person, result.stop
+    touched_at = result.touched_at
+    false_stop = stop is not None and (touched_at is None or stop.time < touched_at)
+    answered = stop is not None and touched_at is not None and not false_stop
+    forces, latency, firm, push = result.forces, np.nan, np.nan, np.nan
+    if answered and stop is not None and touched_at is not None:
+        latency = stop.time - touched_at
+        reached = np.flatnonzero(forces >= IN_THE_WAY)
+        if len(reached):
+            firm = max(0.0, stop.time - float(reached[0] + 1) * TIMESTEP)
+        push = float(forces[round((stop.time + SETTLED) / TIMESTEP) :].max())
+    return Outcome(
+        kind=kind.value,
+        index=index,
+        servo=servo,
+        feeling=conditions.feeling,
+        mood=conditions.mood,
+        pose=conditions.pose,
+        hand=person.kind.value if person else "",
+        link=person.link if person else "",
+        speed=result.meeting.speed if result.meeting else np.nan,
+        seconds=result.seconds,
+        stopped=stop is not None,
+        sign=(stop.sign or "") if stop else "",
+        motor=(stop.motor or "") if stop else "",
+        false_stop=false_stop,
+        touched=result.touched or "",
+        latency=latency,
+        latency_from_1N=firm,
+        peak_force=float(forces.max()),
+        sustained_force=sustained(forces),
+        push_after_stop=push,
+        right_motor=answered and stop is not None and stop.motor in carriers(result.touched or ""),
+        brushes=len(result.brushes),
+        brush_force=max(result.brushes, default=0.0),
+        self_collision=result.self_collision,
+    )
+
+
+def sustained(forces: Array) -> float:
+    """Return the largest mean of forces (n,), one each physics step, over 0.1 s."""
+    width = round(SUSTAINED / TIMESTEP)
+    sums = np.cumsum(np.concatenate([[0.0], forces]))
+    return float((sums[width:] - sums[:-width]).max() / width)

@@ -1,0 +1,187 @@
+"""Calibration: what free motion needs is granted, with a margin, and no more."""
+
+import inspect
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from miburi.calibration.file import Mounting, read_calibration, write_calibration
+from miburi.calibration.free_motion import MARGIN, Trace, calibrate, measured_lag, need, response
+from miburi.cli import trials as cli
+from miburi.errors import DescriptionError, InputError
+from miburi.robot import Robot
+from miburi.robot.guards import GUARDS, Guards
+from miburi.safety.contact import PAPER_PERIOD, PAPER_RATIO, Rule
+from miburi.safety.profile import FINE, Profile, Steps
+from miburi.studies.trials.replay import CALIBRATION_MOVES
+
+EIGHT = np.ones(8, dtype=np.int64)
+STEP = 2 * np.pi / 4096
+
+
+def trace(
+    lag: int = 25_000, missing: int = 0, distance: int = 800, times: Steps | None = None
+) -> Trace:
+    """All motors follow their profile ``lag`` µs late; the head loses steps half way."""
+    profile = Profile.plan(distance * EIGHT, 1000 * EIGHT, 13_000 * EIGHT)
+    if times is None:
+        times = np.arange(0, int(profile.total[0]) + 300_000, 10_000)
+    positions = profile.position(times[:, None] - lag) // FINE
+    positions[len(times) // 2 :, 7] -= missing
+    return Trace(profile, 0 * EIGHT, EIGHT, times, positions)
+
+
+def irregular(rng: np.random.Generator) -> Steps:
+    """Readings as a card has them: every 20 ms or so, now and then one left out."""
+    return np.cumsum(rng.choice([19_000, 20_000, 20_300, 40_100], 80, p=[0.1, 0.5, 0.3, 0.1]))
+
+
+@pytest.mark.parametrize("lag", [0, 17_000, 60_000])
+def test_the_lag_is_found_to_the_millisecond(lag: int) -> None:
+    np.testing.assert_allclose(measured_lag([trace(lag)]), lag, atol=1000)
+
+
+def test_a_motor_that_never_moved_is_taken_for_the_others() -> None:
+    still = trace(30_000)
+    distance = still.profile.distance.copy()
+    distance[0] = 0
+    profile = Profile.plan(distance, still.profile.speed, still.profile.acceleration)
+    positions = still.positions.copy()
+    positions[:, 0] = 0
+    quiet = Trace(profile, still.start, still.direction, still.times, positions)
+    lag = measured_lag([quiet])
+    assert np.isnan(response([quiet]).noise).tolist() == [True] + [False] * 7
+    assert abs(int(lag[0]) - 30_000) <= 1000
+
+
+def test_what_is_missing_is_needed() -> None:
+    found = need([trace(missing=9)], 25_000 * EIGHT, 8 * EIGHT, PAPER_PERIOD, PAPER_RATIO)
+    clean = need([trace()], 25_000 * EIGHT, 8 * EIGHT, PAPER_PERIOD, PAPER_RATIO)
+    assert (clean.slack <= FINE).all()
+    # Of 100 steps 6.28 may be missing by the ratio.
+    assert 2 * FINE <= found.slack[7] <= 9 * FINE
+    # The lag's doubt, 2 ms at 1000 steps/s, covers two of the nine.
+    assert 7 * FINE <= found.behind[7] <= 8 * FINE
+    assert (found.ahead == clean.ahead).all()
+    assert found.arrival[7] == 9 * FINE
+    assert found.slack[0] == clean.slack[0]
+
+
+def test_calibrated_guards_let_their_own_traces_pass_and_notice_a_block() -> None:
+    traces = [trace(), trace(distance=300), trace(missing=3)]
+    rule = Rule(calibrate(traces, STEP))
+    for one in traces:
+        watch = rule.watch(one.profile, one.start, one.direction)
+        for time, positions in zip(one.times, one.positions, strict=True):
+            assert watch.look(positions, int(time)) is None
+    blocked = trace()
+    blocked.positions[40:] = blocked.positions[40]
+    watch = rule.watch(blocked.profile, blocked.start, blocked.direction)
+    assert any(watch.look(blocked.positions[r], r * 10_000) for r in range(10, 60, 10))
+
+
+@given(seed=st.integers(0, 1 << 30), period=st.sampled_from([40_000, 100_000, 130_000]))
+def test_what_is_needed_is_what_a_watch_would_stop_for(seed: int, period: int) -> None:
+    """At irregular readings too: with so much granted it lets all pass, with less it stops."""
+    rng = np.random.default_rng(seed)
+    distance = int(rng.integers(60, 900))
+    one = trace(int(rng.integers(10_000, 40_000)), distance=distance, times=irregular(rng))
+    one.positions[:] += rng.integers(-2, 3, one.positions.shape)
+    lag, least = 25_000 * EIGHT, 8 * EIGHT
+    found = need([one], lag, least, period, PAPER_RATIO)
+    needs = [np.max(getattr(found, name)) for name in ("slack", "behind", "ahead", "arrival")]
+    enough = [-(-int(value) // FINE) for value in needs]
+
+    def stops(slack: int, behind: int, ahead: int, arrival: int) -> set[str]:
+        grants = {"slack": slack, "behind": behind, "ahead": ahead, "arrival": arrival}
+        guards = Guards(lag, least=least, **{name: EIGHT * most for name, most in grants.items()})
+        watch = Rule(guards, period).watch(one.profile, one.start, one.direction)
+        looks = zip(one.times, one.positions, strict=True)
+        found = [watch.look(positions, int(time)) for time, positions in looks]
+        return {contact.sign.value for contact in found if contact is not None}
+
+    assert stops(*enough) == set()
+    for index, name in enumerate(("speed", "tracking", "tracking", "arrival")):
+        if needs[index] > 0:
+            assert name in stops(*(n - (i == index) for i, n in enumerate(enough)))
+
+
+@pytest.mark.parametrize("regular", [True, False])
+def test_lag_ramp_and_noise_are_measured(regular: bool) -> None:
+    rng = np.random.default_rng(3)
+    traces = []
+    for distance in (800, 400, 150, 80):
+        one = trace(31_000, distance=distance, times=None if regular else irregular(rng))
+        one.positions[:, 2] += np.rint(rng.normal(0, 3.0, len(one.times))).astype(np.int64)
+        # The waist's servo speeds up more gently than it was told to.
+        gentle = Profile.plan(one.profile.distance, one.profile.speed, 10_400 * EIGHT)
+        one.positions[:, 0] = gentle.position(one.times[:, None] - 31_000)[:, 0] // FINE
+        traces.append(one)
+    found = response(traces)
+    assert np.abs(found.lag[1:] - 31_000).max() <= 2000
+    assert found.ramp[0] == pytest.approx(0.8, abs=0.051)
+    assert found.ramp[1:] == pytest.approx(1.0, abs=0.11)
+    assert found.noise[2] == pytest.approx(3.0, abs=0.7)
+    assert found.noise[3:].max() < 1.0
+
+
+def test_a_larger_margin_grants_more() -> None:
+    traces = [trace(missing=12)]
+    little, much = calibrate(traces, STEP, margin=1.0), calibrate(traces, STEP, margin=2.0)
+    assert much.slack[7] > little.slack[7]
+
+
+def test_the_command_and_the_trials_calibrate_alike() -> None:
+    """The command's defaults stand in its help, where the slow imports of trials do not."""
+    offered = inspect.signature(cli.calibrate).parameters
+    assert offered["moves"].default == CALIBRATION_MOVES
+    assert offered["margin"].default == MARGIN
+
+
+def test_nothing_cannot_be_calibrated() -> None:
+    with pytest.raises(InputError, match="traces"):
+        calibrate([], STEP)
+
+
+def test_the_file_keeps_the_rule_to_the_step(robot: Robot, tmp_path: Path) -> None:
+    path = tmp_path / "calibration.toml"
+    rule = Rule(Guards(*(np.arange(8) + 3 for _ in GUARDS)), period=80_000, ratio=9100)
+    write_calibration(robot, rule, path, "two\nlines")
+    found = read_calibration(robot, path)
+    body, back = found.robot, found.rule
+    assert found.servos is None
+    assert (back.period, back.ratio) == (80_000, 9100)
+    for name, values in vars(rule.guards).items():
+        np.testing.assert_array_equal(vars(back.guards)[name], values)
+    assert Rule.of(body).guards.slack.tolist() == list(range(3, 11))
+    path.write_text(path.read_text().replace("ratio = 0.91", "ratio = 1.5"))
+    with pytest.raises(DescriptionError, match=r"rule\.ratio"):
+        read_calibration(robot, path)
+
+
+def test_the_file_keeps_how_a_cards_servos_are_mounted(robot: Robot, tmp_path: Path) -> None:
+    path = tmp_path / "calibration.toml"
+    mounting = Mounting(id=[8, 7, 6, 5, 4, 3, 2, 1], direction=[1, -1] * 4, zero=[0, 4095] * 4)
+    write_calibration(robot, Rule.of(robot), path, "", mounting)
+    assert read_calibration(robot, path).servos == mounting
+    good = path.read_text()
+    for wrong, right, said in [
+        ("zero = [4096,", "zero = [0,", r"servos\.zero\.0"),
+        ("direction = [0,", "direction = [1,", r"servos\.direction\.0"),
+        ("id = [7,", "id = [8,", "each servo needs an id of its own"),
+        ("id = [1, ", "id = [", "8"),
+    ]:
+        path.write_text(good.replace(right, wrong))
+        with pytest.raises(DescriptionError, match=said):
+            read_calibration(robot, path)
+
+
+def test_guards_of_a_coarse_encoder_are_whole_steps() -> None:
+    rough = calibrate([trace()], 2 * np.pi / 1229)
+    assert (rough.slack >= 1).all()
+    assert (rough.least >= 4).all()
+    assert replace(rough).lag.tolist() == rough.lag.tolist()

@@ -1,0 +1,133 @@
+"""A robot, gestures and a temperament of one's own: the same files in every command."""
+
+import json
+import os
+import subprocess
+import sys
+from contextlib import nullcontext
+from pathlib import Path
+
+import httpx
+import pytest
+from tests.fixtures.live import address, started
+from typer.testing import CliRunner
+
+from miburi.cli.main import app
+from miburi.errors import OutputError
+from miburi.gestures import MovementFunction
+from miburi.robot import Robot
+
+COMMAND = [sys.executable, "-m", "miburi"]
+
+
+def miburi(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([*COMMAND, *arguments], capture_output=True, text=True, check=False)
+
+
+def test_run_takes_a_robot_gestures_and_a_temperament(
+    tall_file: Path, own_gestures: Path, own_temperament: Path, tmp_path: Path
+) -> None:
+    options = ("--robot", tall_file, "--gestures", own_gestures, "--temperament", own_temperament)
+    with started(tmp_path, *map(str, options)) as said, httpx.Client() as client:
+        api = address(said) + "/api/v1"
+
+        def get(path: str) -> object:
+            return client.get(api + path).json()
+
+        robot = get("/robot")
+        assert (robot["name"], robot["temperaments"][-1]) == ("tall", "mine")
+        happy = [g["name"] for g in get("/gestures") if g["feeling"] == "happiness"]
+        assert happy == ["cheer"]
+        while not (performed := [e["name"] for e in get("/log") if e["kind"] == "gesture"]):
+            pass
+        assert performed[0] == "cheer"
+        for name in ("calm", "mine"):
+            assert client.post(api + "/temperament", json={"name": name}).status_code == 204
+            while get("/state")["temperament"] != name:
+                pass
+        assert client.get(address(said)).status_code == 200
+
+
+def test_run_says_which_shipped_gestures_are_bent(tall_file: Path, tmp_path: Path) -> None:
+    process = subprocess.Popen(
+        [*COMMAND, "run", "--headless", "--port", "0", "--forget", "--folder", tmp_path,
+         "--robot", tall_file],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        env={key: value for key, value in os.environ.items() if not key.startswith("PYTEST_")},
+    )  # fmt: skip
+    assert process.stdout is not None
+    assert "awake" in process.stdout.readline()
+    process.terminate()
+    _, warnings = process.communicate(timeout=30)
+    (line,) = warnings.splitlines()
+    assert "happiness" in line
+    assert "surprise" not in line
+    assert "--gestures" in line
+
+
+@pytest.mark.parametrize("command", [("run", "--headless", "--port", "0"), ("experiment",)])
+def test_a_gesture_that_does_not_fit_the_robot_is_refused_by_name(
+    command: tuple[str, ...], tall_file: Path, unfit_gestures: Path
+) -> None:
+    out = miburi(*command, "--robot", tall_file, "--gestures", unfit_gestures)
+    assert out.returncode == 1
+    assert f"{unfit_gestures / 'hooray.toml'}: pose 1: right = [0.1, 0.3, 0.94]" in out.stderr
+    assert "allowed is what the joint limits let the arm do" in out.stderr
+    assert "Traceback" not in out.stderr
+
+
+def test_experiment_with_a_robot_and_a_gesture_of_ones_own(
+    tall_file: Path, own_gestures: Path, tmp_path: Path
+) -> None:
+    options = ("--robot", tall_file, "--gestures", own_gestures)
+    out = miburi("experiment", "--seconds", "8", "--no-film", "--out", tmp_path, *options)
+    assert out.returncode == 0, out.stderr
+    report = json.loads((tmp_path / "experiment.json").read_text())
+    assert len(report["gestures"]) > 2
+    assert report["false_stops"] == 0
+    assert report["ik"]["max_error_m"] < 1e-3
+
+
+def test_trials_of_a_robot_of_ones_own(tall_file: Path) -> None:
+    options = ("--free", "6", "--blocked", "4", "--workers", "1", "--json")
+    out = miburi("trials", "--robot", tall_file, *options)
+    assert out.returncode == 0, out.stderr
+    assert json.loads(out.stdout)["free"] == 6
+
+
+def test_a_calibration_of_a_robot_of_ones_own_is_used(tall_file: Path, tmp_path: Path) -> None:
+    file = tmp_path / "calibration.toml"
+    out = miburi("calibrate", "--robot", tall_file, "--moves", "6", "--out", file)
+    assert out.returncode == 0, out.stderr
+    assert "Contact rule of tall" in file.read_text()
+    options = ("--robot", tall_file, "--calibration", file, "--workers", "1", "--json")
+    out = miburi("trials", "--free", "2", "--blocked", "0", *options)
+    assert out.returncode == 0, out.stderr
+
+
+def test_export_and_gesture_check_of_a_robot_of_ones_own(
+    tall_file: Path, own_gestures: Path
+) -> None:
+    assert '"tall"' in miburi("export", "urdf", "--robot", tall_file).stdout
+    source = own_gestures / "cheer.toml"
+    checked = miburi("gesture", "check", source, "--robot", tall_file, "--step", "0.5")
+    assert "all is well" in checked.stdout, checked.stdout
+    unfit = miburi("gesture", "check", "happiness", "--robot", tall_file, "--step", "0.5")
+    assert unfit.returncode == 1
+    assert "happiness: pose 1: right = " in unfit.stdout
+
+
+def test_gallery_of_a_robot_and_gestures_of_ones_own(
+    tall_file: Path, own_gestures: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shown: list[tuple[str, str]] = []
+
+    def show(robot: Robot, function: MovementFunction, *_: object, **__: object) -> None:
+        shown.append((robot.name, function.name))
+        raise OutputError("enough")  # drawing all films takes minutes
+
+    monkeypatch.setattr("miburi.studies.gestures.gallery.show", show)
+    monkeypatch.setattr("miburi.studies.gestures.gallery.camera_on", lambda _: nullcontext())
+    options = ["--robot", str(tall_file), "--gestures", str(own_gestures), "--out", str(tmp_path)]
+    CliRunner().invoke(app, ["gallery", *options])
+    assert shown == [("tall", "cheer")]

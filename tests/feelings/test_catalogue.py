@@ -1,0 +1,72 @@
+from importlib import resources
+from pathlib import Path
+
+import pytest
+
+from miburi.errors import DescriptionError
+from miburi.feelings import FEELINGS
+from miburi.feelings.catalogue import PAPER, load_catalogue
+
+PRIDE = """
+[[feeling]]
+name = "pride"
+words = {}
+colour = { paper = "#8a5a2b", screen = "#b9783a" }
+[feeling.face]
+tint = "#f0c9a0"
+mouth = { smile = 14 }
+"""
+
+
+@pytest.fixture
+def text() -> str:
+    return (resources.files("miburi.feelings") / "feelings.toml").read_text(encoding="utf-8")
+
+
+def test_the_papers_eight_ship_in_the_papers_order() -> None:
+    eight = ("happiness", "sadness", "fright", "fear", "thrill", "disgust", "anger", "surprise")
+    assert eight == PAPER == FEELINGS
+
+
+def test_a_ninth_is_one_more_table(tmp_path: Path, text: str) -> None:
+    (tmp_path / "nine.toml").write_text(text + PRIDE)
+    catalogue = load_catalogue(tmp_path / "nine.toml")
+    assert catalogue.names == (*PAPER, "pride")
+    assert catalogue.feeling[-1].face.mouth.smile == 14
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('name = "anger"', 'name = "Anger"', ["feeling.6.name = 'Anger'", "pattern"]),
+        ('name = "anger"', 'name = "wrath"', ["anger is missing", "the paper's eight"]),
+        ('name = "anger"', 'name = "fear"', ["fear stands there twice"]),
+        ('"#c3202f"', '"red"', ["feeling.6.colour.paper = 'red'", "pattern"]),
+        ("smile = 22", "smile = 99", ["feeling.0.face.mouth.smile = 99", "equal to 30"]),
+        ("smile = 22", "smile = nan", ["feeling.0.face.mouth.smile = nan"]),
+        (
+            "smile = 22",
+            "grin = 22",
+            ["feeling.0.face.mouth.grin", "allowed are width, down, smile"],
+        ),
+        ("smile = 7, ", "", ["rest.mouth.smile is missing"]),
+        ('tint = "#ffe082"\n', "", ["feeling.0.face.tint is missing"]),
+        ('words = { en = "happiness", ja = "喜び" }\n', "", ["feeling.0.words is missing"]),
+        ("[rest]", "[rest", ["not TOML"]),
+    ],
+)
+def test_a_wrong_file_is_refused_with_file_key_and_what_is_allowed(
+    tmp_path: Path, text: str, old: str, new: str, words: list[str]
+) -> None:
+    assert old in text
+    path = tmp_path / "mine.toml"
+    path.write_text(text.replace(old, new, 1))
+    with pytest.raises(DescriptionError) as refused:
+        load_catalogue(path)
+    for word in [str(path), *words]:
+        assert word in str(refused.value)
+
+
+def test_a_file_that_is_not_there_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(DescriptionError, match="cannot be read"):
+        load_catalogue(tmp_path / "none.toml")

@@ -1,0 +1,121 @@
+"""A ninth feeling, as docs/feelings.md adds it: felt, performed and drawn."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from miburi.feelings.catalogue import PAPER
+
+NINE = [*PAPER, "pride"]
+DOCS = Path(__file__).parents[2] / "docs" / "feelings.md"
+
+
+def shipped(name: str) -> str:
+    return (resources.files("miburi.feelings") / name).read_text(encoding="utf-8")
+
+
+def with_rows(text: str, rows: str) -> str:
+    """Add rows to a TOML text, each in its table."""
+    for header, added in re.findall(r"(\[.+\]\n)((?:\w.*\n)+)", rows):
+        text = text.replace(header, header + added) if header in text else text + header + added
+    return text
+
+
+def written(folder: Path) -> Path:
+    """Write the three files that the page tells of."""
+    page = DOCS.read_text(encoding="utf-8")
+    feeling, gesture, rows = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
+    (folder / "feelings.toml").write_text(shipped("feelings.toml") + feeling)
+    (folder / "gestures").mkdir()
+    (folder / "gestures" / "pride.toml").write_text(gesture)
+    default = shipped("temperaments/default.toml")
+    (folder / "temperament.toml").write_text(with_rows(default, rows))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def mine(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return written(tmp_path_factory.mktemp("mine"))
+
+
+@pytest.fixture(scope="module")
+def seen(mine: Path) -> dict[str, Any]:
+    """What a process with these feelings has seen."""
+    done = subprocess.run(
+        [sys.executable, Path(__file__).with_name("pride.py"), mine],
+        env={**os.environ, "MIBURI_FEELINGS": str(mine / "feelings.toml")},
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return dict(json.loads(done.stdout.splitlines()[-1]))
+
+
+@pytest.mark.parametrize("model", ["cascade", "spiking"])
+def test_it_is_felt(seen: dict[str, Any], model: str) -> None:
+    assert seen["feelings"] == NINE
+    assert seen[model]["shown"] == "pride"
+    assert seen[model]["mood"] > 0.02
+    assert seen[model]["levels"] == [9, 9, 9]
+    assert seen[model]["again"]
+    assert seen["day"] == [3, 9]
+
+
+def test_it_is_performed(seen: dict[str, Any]) -> None:
+    assert seen["felt"] == seen["expressed"] == "pride"
+    assert seen["extent"] > 0.05
+    assert not seen["stop"]
+
+
+def test_it_is_drawn(seen: dict[str, Any]) -> None:
+    assert seen["weights"] == [0.0] * 8 + [0.9]
+    faces = seen["page en"]["faces"]["feelings"]
+    assert [face["name"] for face in faces] == NINE
+    assert faces[-1]["mouth"] == {"width": 34, "smile": 14, "down": -2}
+    assert seen["page en"]["feelings"]["pride"] == "pride"
+    assert seen["page ja"]["feelings"]["pride"] == "誇り"
+    assert seen["film"]
+
+
+def test_programs_see_it(seen: dict[str, Any]) -> None:
+    assert seen["robot"] == seen["stimulus"] == NINE
+    for level in ("emotion", "feeling", "mood", "face"):
+        assert len(seen["state"][level]) == 9
+    assert len(seen["state"]["angles"]) == 8
+
+
+def test_shipped_temperaments_take_it_as_neutral_and_a_users_own_must_name_it(
+    seen: dict[str, Any],
+) -> None:
+    assert seen["shipped"] == [1.0, [0.0] * 8 + [1.0]]
+    assert re.search("lacking.toml: lasting: .*pride is missing", seen["lacking"])
+
+
+def test_a_state_of_the_eight_is_refused_in_words(seen: dict[str, Any]) -> None:
+    assert "must be of the feelings happiness" in seen["old state"]
+
+
+def test_the_command_takes_it_from_its_option(mine: Path) -> None:
+    def miburi(*words: str) -> subprocess.CompletedProcess[str]:
+        own = {key: value for key, value in os.environ.items() if key != "MIBURI_FEELINGS"}
+        return subprocess.run(
+            [sys.executable, "-m", "miburi", *words],
+            cwd=mine, env=own, capture_output=True, text=True, check=False,
+        )  # fmt: skip
+
+    check = ["gesture", "check", "gestures/pride.toml", "--step", "0.5"]
+    assert "all is well" in miburi("--feelings", "feelings.toml", *check).stdout
+    unknown = miburi(*check)
+    assert unknown.returncode == 1
+    assert "feeling = 'pride' is not known" in unknown.stderr
+    wrong = miburi("--feelings", "temperament.toml", "forward", *["0"] * 8)
+    assert wrong.returncode == 1
+    assert "temperament.toml: " in wrong.stderr
+    assert "allowed are rest, feeling" in wrong.stderr
+    assert "Traceback" not in wrong.stderr

@@ -1,0 +1,96 @@
+"""The guards in C++ are those of their table: names, order, widths, and ranges to the last one."""
+
+import re
+import shutil
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+from tests.firmware.toolchain import NATIVE, SKETCH, need, run
+
+from miburi.card.settings import CardSettings, JointSettings
+from miburi.robot import iphonoid
+from miburi.robot.guards import GUARDS
+
+JOINT = CardSettings.of(iphonoid()).joints[0]
+#: For each joint: its values by name, the index of the first out of range, and its bytes again.
+PROGRAM = """
+#include <cstdio>
+#include <initializer_list>
+#include "settings.h"
+using namespace miburi;
+
+int main() {
+  uint8_t bytes[JOINT_SIZE];
+  while (std::fread(bytes, sizeof bytes, 1, stdin) == 1) {
+    Reader in(bytes, sizeof bytes);
+    const Joint joint = read_joint(in);
+    for (const long value : {VALUES, static_cast<long>(out_of_range(joint))}) {
+      std::printf("%ld ", value);
+    }
+    Writer out(bytes, sizeof bytes);
+    write_joint(joint, out);
+    for (const uint8_t byte : bytes) {
+      std::printf("%02x", byte);
+    }
+    std::printf("\\n");
+  }
+}
+"""
+
+
+def cases() -> Iterator[tuple[JointSettings, int]]:
+    """Yield joints with a guard at an end of its range, and what the card must refuse of them."""
+    for name, guard in GUARDS.items():
+        for value in (guard.low - 1, guard.low, guard.high, guard.high + 1):
+            joint = replace(JOINT, guards=replace(JOINT.guards, **{name: value}))
+            good = guard.low <= value <= guard.high
+            yield joint, 255 if good else list(joint.values).index(name)
+
+
+def disagreements(headers: Path, folder: Path) -> list[str]:
+    """Return what these headers make of the cases otherwise than Python does."""
+    values = [{"servo": "id"}.get(name, name) for name in JOINT.values if name not in GUARDS]
+    values += [f"guards.{name}" for name in GUARDS]
+    source, program = folder / "settings.cpp", folder / "settings"
+    source.write_text(PROGRAM.replace("VALUES", ", ".join(f"long{{joint.{v}}}" for v in values)))
+    flags = [flag for flag in NATIVE if flag != f"-I{SKETCH}"]
+    run(*flags, f"-I{headers}", source, "-o", program)
+    said = run(program, data=b"".join(joint.pack() for joint, _ in cases())).decode().splitlines()
+    wanted = [
+        " ".join(map(str, (*joint.values.values(), bad, joint.pack().hex())))
+        for joint, bad in cases()
+    ]
+    return sorted({*said} ^ {*wanted})
+
+
+def mutants() -> Iterator[tuple[str, str]]:
+    """Yield what is changed in ``settings.h``, and its text with the change."""
+    text = (SKETCH / "settings.h").read_text()
+    for name in GUARDS:
+        (row,) = re.finditer(rf"within\(j\.guards\.{name}, (\d+), (\d+)\)", text)
+        for end in (1, 2):
+            other = str(int(row[end]) + 1)
+            yield f"{name} to {other}", text[: row.start(end)] + other + text[row.end(end) :]
+    for one, other in (
+        ("guards.behind = in", "guards.ahead = in"),
+        ("j.guards.behind,", "j.guards.ahead,"),
+        ("(j.guards.behind)", "(j.guards.ahead)"),
+    ):
+        yield one, text.replace(one, "\0").replace(other, one).replace("\0", other)
+    yield "another width", text.replace("guards.slack = in.i16()", "guards.slack = in.u8()")
+
+
+def test_the_cards_guards_are_those_of_the_table(tmp_path: Path) -> None:
+    need("g++", "g++")
+    assert disagreements(SKETCH, tmp_path) == []
+
+
+def test_no_other_guards_pass_for_those_of_the_table(tmp_path: Path) -> None:
+    need("g++", "g++")
+    headers = tmp_path / "headers"
+    shutil.copytree(SKETCH, headers)
+    for what, text in mutants():
+        assert text != (SKETCH / "settings.h").read_text(), what
+        (headers / "settings.h").write_text(text)
+        assert disagreements(headers, tmp_path), what

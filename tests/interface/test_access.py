@@ -1,0 +1,224 @@
+"""The gate, asked by hand: what passes, and with which words the rest does not."""
+
+import asyncio
+import json
+import stat
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from miburi.interface.access import (
+    BURST,
+    LARGEST,
+    RATE,
+    SOCKETS,
+    WRONG_BURST,
+    Allowance,
+    Gate,
+    is_loopback,
+    kept_token,
+)
+
+TOKEN = "a-token-of-at-least-thirty-two-letters"
+
+
+class Clock:
+    now = 0.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+async def behind(scope: Any, receive: Any, send: Any) -> None:
+    """What the gate guards: reads everything, answers 200 or accepts."""
+    if scope["type"] == "websocket":
+        await receive()
+        await send({"type": "websocket.accept"})
+        return
+    more = True
+    while more:
+        more = (await receive()).get("more_body", False)
+    await send({"type": "http.response.start", "status": 200, "headers": []})
+    await send({"type": "http.response.body", "body": b"behind"})
+
+
+def ask(
+    gate: Gate,
+    path: str = "/api/v1/state",
+    *,
+    kind: str = "http",
+    body: Iterable[bytes] = (b"",),
+    **headers: str,
+) -> tuple[Any, str]:
+    """Return the status (or the WebSocket's answer) and the words."""
+    headers = {"host": "127.0.0.1:8080", **headers}
+    scope = {
+        "type": kind,
+        "path": path,
+        "client": ("127.0.0.1", 5000),
+        "headers": [(k.replace("_", "-").encode(), v.encode()) for k, v in headers.items()],
+    }
+    parts = list(body)
+    incoming = [
+        {"type": "http.request", "body": part, "more_body": i + 1 < len(parts)}
+        for i, part in enumerate(parts)
+    ]
+    if kind == "websocket":
+        incoming = [{"type": "websocket.connect"}]
+    sent: list[Any] = []
+
+    async def receive() -> Any:
+        return incoming.pop(0)
+
+    async def send(message: Any) -> None:
+        sent.append(message)
+
+    asyncio.run(gate(scope, receive, send))
+    if kind == "websocket":
+        return sent[0]["type"], sent[0].get("reason", "")
+    content = sent[1]["body"].decode()
+    return sent[0]["status"], json.loads(content)["detail"] if sent[0]["status"] > 299 else content
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1:8080", "localhost", "[::1]:8080", "127.0.0.2"])
+def test_this_computer_may(host: str) -> None:
+    assert ask(Gate(behind), host=host)[0] == 200
+
+
+@pytest.mark.parametrize("host", ["evil.example", "127.0.0.1.evil.example", "192.168.1.4", ""])
+def test_a_name_that_only_points_here_may_not(host: str) -> None:
+    status, words = ask(Gate(behind), host=host)
+    assert status == 403
+    assert "--host" in words
+
+
+@pytest.mark.parametrize("kind", ["http", "websocket"])
+@pytest.mark.parametrize(
+    "origin", ["https://evil.example", "null", "http://127.0.0.1:9999", "http://localhost:8080"]
+)
+@pytest.mark.parametrize("token", [None, TOKEN])
+def test_pages_of_other_sites_may_not(kind: str, origin: str, token: str | None) -> None:
+    allowed = {"authorization": f"Bearer {token}"} if token else {}
+    status, words = ask(Gate(behind, token), kind=kind, origin=origin, **allowed)
+    assert status in (403, "websocket.close")
+    assert "other sites" in words
+
+
+def test_our_own_pages_may() -> None:
+    assert ask(Gate(behind), origin="http://127.0.0.1:8080")[0] == 200
+    assert ask(Gate(behind), kind="websocket", origin="http://127.0.0.1:8080")[0] == (
+        "websocket.accept"
+    )
+
+
+@pytest.mark.parametrize("path", ["/", "/face", "/api/v1/stop", "/static/face.js", "/pair/", "/x"])
+@pytest.mark.parametrize("kind", ["http", "websocket"])
+def test_without_the_token_nothing_answers(path: str, kind: str) -> None:
+    for headers in ({}, {"authorization": "Bearer wrong"}, {"cookie": "miburi_token=wrong"}):
+        status, words = ask(Gate(behind, TOKEN), path, kind=kind, **headers)
+        assert status in (401, "websocket.close")
+        assert "token" in words
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [
+        {"authorization": f"Bearer {TOKEN}"},
+        {"authorization": f"bearer {TOKEN}"},
+        {"cookie": f"other=1; miburi_token={TOKEN}"},
+    ],
+)
+def test_with_the_token_all_does(headers: dict[str, str]) -> None:
+    gate = Gate(behind, TOKEN)
+    assert ask(gate, host="192.168.1.4:8080", **headers)[0] == 200
+    assert ask(gate, kind="websocket", **headers)[0] == "websocket.accept"
+
+
+def test_the_pairing_page_needs_none() -> None:
+    assert ask(Gate(behind, TOKEN), "/pair")[0] == 200
+
+
+def test_wrong_tokens_are_counted() -> None:
+    clock = Clock()
+    gate = Gate(behind, TOKEN, clock)
+    answers = [ask(gate, authorization="Bearer wrong")[0] for _ in range(int(WRONG_BURST) + 3)]
+    assert answers == [401] * int(WRONG_BURST) + [429] * 3
+    assert ask(gate, authorization=f"Bearer {TOKEN}")[0] == 200
+    clock.now = 60.0
+    assert ask(gate, authorization="Bearer wrong")[0] == 401
+
+
+def test_too_many_requests_are_refused_and_come_back() -> None:
+    clock = Clock()
+    gate = Gate(behind, clock=clock)
+    answers = [ask(gate)[0] for _ in range(int(BURST) + 5)]
+    assert answers == [200] * int(BURST) + [429] * 5
+    assert ask(gate, "/static/face.js")[0] == 200
+    clock.now = 1.0
+    assert [ask(gate)[0] for _ in range(int(RATE) + 1)] == [200] * int(RATE) + [429]
+
+
+def test_large_requests_are_refused_whether_they_say_so_or_not() -> None:
+    gate = Gate(behind)
+    assert ask(gate, content_length=str(LARGEST))[0] == 200
+    assert ask(gate, content_length=str(LARGEST + 1))[0] == 413
+    assert ask(gate, body=[b"x" * (LARGEST // 2), b"x" * (LARGEST // 2)])[0] == 200
+    assert ask(gate, body=[b"x" * (LARGEST // 2), b"x" * (LARGEST // 2), b"x"])[0] == 413
+
+
+def test_only_so_many_sockets_are_open() -> None:
+    async def forever(scope: Any, receive: Any, send: Any) -> None:
+        await asyncio.sleep(3600)
+
+    async def fill() -> None:
+        gate = Gate(forever)
+        scope = {"type": "websocket", "path": "/x", "headers": [(b"host", b"localhost")]}
+        tasks = [asyncio.create_task(gate(scope, None, None)) for _ in range(SOCKETS)]
+        await asyncio.sleep(0)
+        sent: list[Any] = []
+
+        async def receive() -> Any:
+            return {"type": "websocket.connect"}
+
+        async def send(message: Any) -> None:
+            sent.append(message)
+
+        await gate(scope, receive, send)
+        assert sent[0]["type"] == "websocket.close"
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+        assert gate._sockets == 0
+
+    asyncio.run(fill())
+
+
+def test_an_allowance_never_holds_more_than_its_burst() -> None:
+    clock = Clock()
+    allowance = Allowance(1.0, 3.0, clock)
+    clock.now = 1e6
+    assert [allowance.take("a") for _ in range(4)] == [True, True, True, False]
+    assert allowance.take("b")
+    clock.now += 1.0
+    assert [allowance.take("a") for _ in range(2)] == [True, False]
+
+
+def test_the_token_is_made_once_and_for_its_owner_alone(tmp_path: Path) -> None:
+    path = tmp_path / "miburi" / "token"
+    token = kept_token(path)
+    assert len(token) >= 32
+    assert kept_token(path) == token
+    assert stat.S_IMODE(path.stat().st_mode) == 0o600
+    path.write_text("short")
+    assert kept_token(path) not in ("short", token)
+
+
+@pytest.mark.parametrize(
+    ("host", "answer"),
+    [("127.0.0.1", True), ("localhost", True), ("::1", True), ("0.0.0.0", False),
+     ("10.0.0.1", False), ("", False), ("localhost.evil.example", False)],
+)  # fmt: skip
+def test_loopback_is_this_computer_alone(host: str, answer: bool) -> None:
+    assert is_loopback(host) is answer

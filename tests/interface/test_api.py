@@ -1,0 +1,220 @@
+import json
+from collections.abc import Iterator
+
+import httpx
+import pytest
+import schemathesis
+from hypothesis import HealthCheck, given, settings
+from schemathesis.checks import not_a_server_error
+from schemathesis.specs.openapi.checks import (
+    content_type_conformance,
+    response_schema_conformance,
+    status_code_conformance,
+)
+from tests.fixtures.live import Server
+
+from miburi.errors import BodyError
+from miburi.feelings import FEELINGS
+from miburi.live.runner import Runner
+from miburi.live.state import State
+from miburi.robot.guards import by_motor
+from miburi.safety.contact import Rule
+
+V1 = "/api/v1"
+
+
+@pytest.fixture
+def client(server: Server) -> Iterator[httpx.Client]:
+    with httpx.Client(base_url=server.url) as client:
+        yield client
+
+
+def state_of(client: httpx.Client) -> State:
+    return State.model_validate(client.get(V1 + "/state").json())
+
+
+def test_one_request_makes_it_feel(client: httpx.Client, live: Runner) -> None:
+    answer = client.post(V1 + "/stimulus", json={"feeling": "happiness", "strength": 0.8})
+    assert answer.status_code == 204
+    live.stop().result(5)  # the step after this command knows the stimulus
+    state = state_of(client)
+    assert state.emotion[FEELINGS.index("happiness")] > 0.5
+    assert client.get(V1 + "/log").json()[0]["kind"] == "stimulus"
+
+
+@pytest.mark.parametrize(
+    ("path", "content", "words"),
+    [
+        ("/stimulus", {"feeling": "boredom"}, "happiness"),
+        ("/stimulus", {"feeling": "fear", "strength": 1.01}, "less than or equal to 1"),
+        ("/stimulus", {"feeling": "fear", "strength": "1"}, "valid number"),
+        ("/stimulus", {"feeling": "fear", "loudness": 1}, "Extra inputs"),
+        ("/express", {"feeling": "fear", "effort": {"space": 1}}, "weight"),
+        ("/hand", {"position": [0, 0]}, "at least 3"),
+        ("/hand", {"position": [0, 0, 9.0]}, "less than or equal to 2"),
+        ("/bodies", {"name": "../card"}, "pattern"),
+        ("/pause", {"paused": 1}, "boolean"),
+    ],
+)
+def test_wrong_values_are_refused_in_words(
+    client: httpx.Client, path: str, content: object, words: str
+) -> None:
+    answer = client.post(V1 + path, json=content)
+    assert answer.status_code == 422
+    assert words in answer.json()["detail"]
+
+
+@pytest.mark.parametrize(
+    ("path", "content", "status", "words"),
+    [
+        ("/release", None, 409, "only a stopped body"),
+        ("/bodies", {"name": "card"}, None, ""),
+        ("/bodies", {"name": "marble"}, 400, "one of simulated"),
+        ("/bodies", {"name": "two-words"}, 400, "one of simulated"),
+        ("/temperament", {"name": "wild"}, 400, "default, calm"),
+        ("/express", {"feeling": "fear", "blend": {"fear": 0.5}}, 400, "leads already"),
+        ("/hand", {"position": [0.1, 0.2, 0.1], "along": [0, 0, 0]}, 400, "length"),
+    ],
+)
+def test_what_cannot_be_done_is_said_in_words(
+    client: httpx.Client, path: str, content: object, status: int | None, words: str
+) -> None:
+    answer = client.post(V1 + path, json=content)
+    assert answer.status_code in ((status,) if status else (400, 409))
+    assert words in answer.json()["detail"]
+
+
+def test_nan_is_no_number(client: httpx.Client) -> None:
+    body = '{"feeling": "fear", "strength": NaN}'
+    answer = client.post(
+        V1 + "/stimulus", content=body, headers={"Content-Type": "application/json"}
+    )
+    assert answer.status_code == 422
+
+
+def test_stop_and_release(client: httpx.Client) -> None:
+    assert client.post(V1 + "/stop").status_code == 204
+    while state_of(client).stop is None:
+        pass
+    state = state_of(client)
+    assert state.phase == "stopped"
+    assert state.stop is not None
+    assert state.stop.reason == "asked"
+    assert client.post(V1 + "/release").status_code == 204
+    while state_of(client).phase == "stopped":
+        pass
+    kinds = [entry["kind"] for entry in client.get(V1 + "/log").json()]
+    assert kinds.index("stopped") < kinds.index("released")
+
+
+def test_a_blend_with_its_own_effort_is_performed(client: httpx.Client) -> None:
+    effort = {"space": 0.5, "weight": 0.2, "time": 0.4, "flow": 0.9}
+    wish = {"feeling": "happiness", "mood": 0.8, "blend": {"surprise": 0.4}, "effort": effort}
+    assert client.post(V1 + "/express", json=wish).status_code == 204
+    while not state_of(client).asked:
+        pass
+    shown = state_of(client).expressed
+    assert shown is not None
+    assert (shown.feeling, shown.mood) == ("happiness", 0.8)
+
+
+def test_recordings_can_be_downloaded_and_nothing_else(client: httpx.Client, live: Runner) -> None:
+    for on in (True, False):
+        assert client.post(V1 + "/recordings", json={"on": on}).status_code == 204
+    (listed,) = client.get(V1 + "/recordings").json()
+    assert listed["whole"]
+    content = client.get(V1 + "/recordings/" + listed["name"]).content
+    assert content.startswith(b"\x89MCAP")
+    for name in ("../token", "..%2Ftoken", ".miburi-0001.mcap", "miburi-9999.mcap", "%00",
+                 ".latest-number"):  # fmt: skip
+        assert client.get(V1 + "/recordings/" + name).status_code == 404
+        assert client.delete(V1 + "/recordings/" + name).status_code in (404, 405)
+    assert client.delete(V1 + "/recordings/" + listed["name"]).status_code == 204
+    assert client.get(V1 + "/recordings").json() == []
+    assert client.get(V1 + "/recordings/" + listed["name"]).status_code == 404
+
+
+def test_a_full_folder_is_said(client: httpx.Client, live: Runner) -> None:
+    live.recordings.limit = 0
+    answer = client.post(V1 + "/recordings", json={"on": True})
+    assert answer.status_code == 507
+    assert "delete old ones" in answer.json()["detail"]
+
+
+def test_what_can_be_looked_at(client: httpx.Client, live: Runner) -> None:
+    robot = client.get(V1 + "/robot").json()
+    assert len(robot["joints"]) == 8
+    assert {part["link"] for part in robot["parts"]} <= {
+        "base",
+        *(link["name"] for link in robot["links"]),
+    }
+    assert robot["threshold"] == 0.9372
+    assert {gesture["feeling"] for gesture in client.get(V1 + "/gestures").json()} == set(FEELINGS)
+    chosen = [body["name"] for body in client.get(V1 + "/bodies").json() if body["chosen"]]
+    assert chosen == ["simulated"]
+    assert client.get(V1 + "/samples").status_code == 200
+    motors = client.get(V1 + "/motors").json()
+    assert [motor["joint"] for motor in motors["motors"]] == robot["joints"]
+    assert motors["body"] == "simulated"
+
+
+def test_a_card_that_does_not_answer_is_no_error_of_ours(
+    client: httpx.Client, live: Runner
+) -> None:
+    class NoAnswerError(BodyError):
+        pass
+
+    def fail() -> None:
+        raise NoAnswerError("nothing came back")
+
+    live.body.release = fail
+    answer = client.post(V1 + "/release")
+    assert (answer.status_code, answer.json()) == (409, {"detail": "nothing came back"})
+
+
+def test_nothing_that_comes_in_can_name_the_contact_rule(client: httpx.Client) -> None:
+    """No request has a place for the rule's period, ratio or guards, or for bare moves."""
+    schema = client.get("/api/openapi.json").json()
+    taken = json.dumps(
+        [schema["components"]["schemas"][name] for name in schema["components"]["schemas"]
+         if name.endswith("In")]
+    ).lower()  # fmt: skip
+    for word in ("ratio", "threshold", "guard", "slack", "lag", "torque", "speed", "rule",
+                 "period", "angles", "limit", "stiffness"):  # fmt: skip
+        assert word not in taken
+    for name, part in schema["components"]["schemas"].items():
+        if name.endswith("In"):
+            assert part["additionalProperties"] is False, name
+
+
+def test_the_rule_is_the_same_after_every_request(client: httpx.Client, live: Runner) -> None:
+    schema = client.get("/api/openapi.json").json()
+    for path, operations in schema["paths"].items():
+        if "post" in operations:
+            for content in (None, {"ratio": 0, "period": 10**9}, {"rule": None}, []):
+                client.post(path, json=content)
+    rule = live.body._controller.rule
+    fresh = Rule.of(live.robot)
+    assert (rule.period, rule.ratio) == (fresh.period, fresh.ratio)
+    assert by_motor(rule.guards) == by_motor(fresh.guards)
+
+
+def test_the_description_is_kept_whatever_is_sent(server: Server) -> None:
+    """Schemathesis: no server error, and only the answers that the description promises."""
+    schema = schemathesis.openapi.from_url(server.url + "/api/openapi.json")
+    promises = [
+        not_a_server_error,
+        status_code_conformance,
+        content_type_conformance,
+        response_schema_conformance,
+    ]
+    operations = [result.ok() for result in schema.get_all_operations()]
+    assert len(operations) >= 17
+    for operation in operations:
+
+        @settings(max_examples=20, suppress_health_check=list(HealthCheck))
+        @given(case=operation.as_strategy())
+        def keeps(case: schemathesis.Case) -> None:
+            case.call_and_validate(checks=promises)
+
+        keeps()

@@ -1,0 +1,116 @@
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from fastapi import FastAPI
+from tests.fixtures.live import Server, interface, serving
+
+import miburi
+from miburi.errors import BodyError, InputError, OutputError
+from miburi.feelings import Expression, Stimulus
+from miburi.gestures.effort import Effort
+from miburi.interface.access import Gate
+from miburi.interface.client import ConnectionLostError, RemotePartner
+from miburi.live.runner import Runner
+
+
+@pytest.fixture
+def partner(server: Server) -> Iterator[RemotePartner]:
+    with miburi.connect(server.url) as partner:
+        yield partner
+
+
+def test_it_speaks_the_librarys_words(partner: RemotePartner) -> None:
+    partner.stimulate(Stimulus("happiness", 0.8, "speech"))
+    for state in partner.watch(50):
+        if state.expressed is not None and state.expressed.feeling == "happiness":
+            break
+    partner.express(
+        Expression("surprise", 0.4),
+        blend={"thrill": 0.2},
+        effort=Effort(space=1, weight=0.2, time=0.5, flow=0.5),
+    )
+    partner.stop()
+    for state in partner.watch(50):
+        if state.stop is not None:
+            break
+    partner.release()
+    assert next(entry.kind for entry in partner.log()) == "stimulus"
+    assert partner.log(after=partner.log()[-1].number) == []
+    assert [motor.joint for motor in partner.motors.motors] == partner.robot.joints
+    partner.place_hand((0.1, -0.3, 0.1), (0, 0, 1))
+    partner.remove_hand()
+    partner.temperament("calm")
+    partner.pause()
+    partner.pause(False)
+    assert {gesture.feeling for gesture in partner.gestures()} == set(partner.robot.feelings)
+
+
+def test_a_partner_with_other_feelings_is_refused_in_words(runner: Runner) -> None:
+    app = FastAPI()
+    nine = runner.snapshot.state.model_dump()
+    nine["mood"].append(0.5)
+
+    @app.get("/api/v1/state")
+    def state() -> dict[str, Any]:
+        return nine
+
+    with (
+        serving(app) as url,
+        miburi.connect(url) as partner,
+        pytest.raises(InputError, match="same file of feelings"),
+    ):
+        _ = partner.state
+
+
+def test_recordings_come_home(partner: RemotePartner, tmp_path: Path) -> None:
+    partner.record()
+    partner.record(False)
+    (listed,) = partner.recordings()
+    saved = partner.download(listed.name, tmp_path / "saved.mcap")
+    assert saved.stat().st_size == listed.bytes
+    partner.delete(listed.name)
+    assert partner.recordings() == []
+    with pytest.raises(InputError, match="there is no recording"):
+        partner.delete(listed.name)
+
+
+def test_a_full_folder_is_an_output_error(partner: RemotePartner, live: Runner) -> None:
+    live.recordings.limit = 0
+    with pytest.raises(OutputError, match="delete old ones"):
+        partner.record()
+
+
+def test_refusals_are_the_librarys_errors(partner: RemotePartner) -> None:
+    with pytest.raises(BodyError, match="only a stopped body"):
+        partner.release()
+    with pytest.raises(InputError, match="default, calm"):
+        partner.temperament("wild")
+    with pytest.raises(InputError, match="marble"):
+        partner.use_body("marble")
+    with pytest.raises(InputError, match="there is no recording"):
+        partner.download("miburi-0042.mcap", "nowhere")
+
+
+def test_a_wrong_address_is_said(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="http://"):
+        miburi.connect("127.0.0.1:8080")
+    with (
+        miburi.connect("http://127.0.0.1:9") as nobody,
+        pytest.raises(ConnectionLostError, match="miburi run"),
+    ):
+        nobody.stop()
+
+
+def test_the_token_opens_the_door(live: Runner) -> None:
+    token = "t" * 40
+    with serving(Gate(interface(live), token)) as url:
+        with miburi.connect(url, token) as friend:
+            assert friend.state.body == "simulated"
+            assert next(iter(friend.watch())).body == "simulated"
+        with miburi.connect(url) as stranger:
+            with pytest.raises(ConnectionLostError, match="token"):
+                _ = stranger.state
+            with pytest.raises(ConnectionLostError):
+                next(iter(stranger.watch()))

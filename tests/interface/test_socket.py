@@ -1,0 +1,175 @@
+"""The WebSocket: states out, small commands in, and nothing that a viewer does harms others."""
+
+import asyncio
+import itertools
+import json
+import random
+import socket
+
+import pytest
+from tests.fixtures.live import Server
+from websockets.asyncio.client import ClientConnection as ClientConnectionAsync
+from websockets.asyncio.client import connect as connect_async
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.sync.client import ClientConnection, connect
+
+from miburi.interface.socket import LARGEST, MISTAKES
+from miburi.live.state import State
+
+
+def address(server: Server, query: str = "") -> str:
+    return "ws" + server.url.removeprefix("http") + "/api/v1/live" + query
+
+
+def until(socket: ClientConnection, key: str) -> dict[str, object]:
+    """The next message that has a key."""
+    while True:
+        message = json.loads(socket.recv(timeout=10))
+        if key in message:
+            assert isinstance(message, dict)
+            return message
+
+
+def test_states_come_in_order(server: Server) -> None:
+    with connect(address(server)) as socket:
+        serials = [State.model_validate_json(socket.recv(timeout=10)).serial for _ in range(10)]
+    assert serials == sorted(set(serials))
+
+
+def test_a_slow_rate_skips_states(server: Server) -> None:
+    with connect(address(server, "?rate=5")) as socket:
+        serials = [json.loads(socket.recv(timeout=10))["serial"] for _ in range(4)]
+    assert min(b - a for a, b in itertools.pairwise(serials)) >= 3
+
+
+@pytest.mark.parametrize("rate", ["0", "51", "nan", "inf", "x"])
+def test_a_rate_out_of_range_is_refused(server: Server, rate: str) -> None:
+    refused = pytest.raises((InvalidStatus, ConnectionClosed))
+    with refused, connect(address(server, f"?rate={rate}")) as socket:
+        socket.recv(timeout=10)
+
+
+def test_commands_are_obeyed(server: Server) -> None:
+    with connect(address(server, "?rate=50")) as socket:
+        socket.send(json.dumps({"do": "stop"}))
+        while until(socket, "phase")["phase"] != "stopped":
+            pass
+        socket.send(json.dumps({"do": "release"}))
+        while until(socket, "phase")["phase"] == "stopped":
+            pass
+        socket.send(json.dumps({"do": "hand", "position": [0.1, -0.3, 0.1], "along": [0, 0, 1]}))
+        while not until(socket, "hand_out")["hand_out"]:
+            pass
+        socket.send(json.dumps({"do": "hand", "position": None}))
+        while until(socket, "hand_out")["hand_out"]:
+            pass
+        socket.send(json.dumps({"do": "stimulus", "feeling": "fear", "strength": 0.9}))
+        while until(socket, "felt")["felt"] is None:
+            pass
+        socket.send(json.dumps({"do": "rate", "rate": 10}))
+
+
+def test_a_refusal_is_said_and_the_connection_stays(server: Server) -> None:
+    with connect(address(server)) as socket:
+        for _ in range(2 * MISTAKES):
+            socket.send(json.dumps({"do": "release"}))
+            assert "only a stopped body" in str(until(socket, "refused")["refused"])
+
+
+def test_who_keeps_making_mistakes_is_shown_out(server: Server) -> None:
+    with connect(address(server)) as socket:
+        with pytest.raises(ConnectionClosed) as closed:
+            for _ in range(1000):
+                socket.send("nonsense")
+                until(socket, "refused")
+        assert closed.value.rcvd is not None
+        assert closed.value.rcvd.code == 1008
+
+
+def test_a_flood_holds_up_its_sender_alone(server: Server) -> None:
+    with connect(address(server, "?rate=1")) as flood, connect(address(server)) as other:
+        for _ in range(500):
+            flood.send(json.dumps({"do": "stimulus", "feeling": "fear", "strength": 0.0}))
+        other.send(json.dumps({"do": "stop"}))
+        serial = server.runner.snapshot.state.serial
+        while until(other, "phase")["phase"] != "stopped":
+            pass
+        assert server.runner.snapshot.state.serial - serial < 50
+
+
+BAD = [
+    "", "x", "[]", "null", "{}", '{"do":1}', '{"do":"dance"}', '{"do":"rate","rate":0}',
+    '{"do":"rate","rate":1e999}', '{"do":"rate","rate":NaN}', '{"do":"stop","now":1}',
+    '{"do":"hand"}', '{"do":"hand","position":[0,0]}', '{"do":"hand","position":[0,0,"0"]}',
+    '{"do":"hand","position":[9,9,9]}', '{"do":"hand","position":[NaN,0,0]}',
+    '{"do":"hand","position":[0,0,0],"along":[0,0,0]}', '{"do":"stimulus","feeling":"x"}',
+    '{"do":"stimulus","feeling":"fear","strength":-1}', '{"do":"rule","ratio":0}',
+    '{"do":"stop"', "[" * 900, '{"a":' * 300, "\ud7ff\U0001f916", "x" * (LARGEST + 1),
+    b"", b"\x00\xff" * 50, b'{"do":"stop"}',
+]  # fmt: skip
+
+
+def test_ten_thousand_bad_messages_change_nothing(server: Server) -> None:
+    rng = random.Random(1)
+    before = server.runner.snapshot.state
+
+    async def pester() -> int:
+        sent = 0
+        while sent < 10_000:
+            async with connect_async(address(server, "?rate=0.1"), max_queue=None) as socket:
+                for _ in range(MISTAKES + 1):
+                    bad = rng.choice(BAD)
+                    if rng.random() < 0.3 and isinstance(bad, str):
+                        bad = "".join(rng.choice((c, c, c, "\x00", "9", "}")) for c in bad[:200])
+                        bad = bad.replace('"stop"', '"stopp"')
+                    await socket.send(bad)
+                    sent += 1
+        return sent
+
+    assert asyncio.run(pester()) >= 10_000
+    with connect(address(server)) as socket:
+        state = State.model_validate_json(socket.recv(timeout=10))
+    assert state.serial > before.serial
+    assert state.phase != "stopped"
+    assert {entry.kind for entry in server.runner.log()} <= {"stimulus", "gesture"}
+
+
+def test_a_message_that_is_too_large_ends_the_connection(server: Server) -> None:
+    with connect(address(server)) as socket, pytest.raises(ConnectionClosed):
+        socket.send("x" * 200_000)
+        while True:
+            socket.recv(timeout=10)
+
+
+def test_a_hundred_viewers_some_deaf_some_dead(server: Server) -> None:
+    """Some never read, some vanish without a word: the others get their states all the same."""
+    deaf = []
+    for _ in range(20):
+        raw = socket.socket()
+        raw.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
+        raw.connect(("127.0.0.1", int(server.url.rsplit(":", 1)[1])))
+        raw.sendall(
+            b"GET /api/v1/live?rate=50 HTTP/1.1\r\nHost: 127.0.0.1\r\nUpgrade: websocket\r\n"
+            b"Connection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+            b"Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n"
+        )
+        deaf.append(raw)
+
+    async def watch() -> list[int]:
+        sockets = [await connect_async(address(server, "?rate=10")) for _ in range(80)]
+        for dying in sockets[:20]:
+            dying.transport.abort()
+
+        async def states(viewer: ClientConnectionAsync) -> int:
+            serials = [json.loads(await viewer.recv())["serial"] for _ in range(10)]
+            return len(set(serials))
+
+        seen = await asyncio.gather(*(states(viewer) for viewer in sockets[20:]))
+        await asyncio.gather(*(viewer.close() for viewer in sockets[20:]))
+        return list(seen)
+
+    before = server.runner.snapshot.state.serial
+    assert asyncio.run(watch()) == [10] * 60
+    assert server.runner.snapshot.state.serial > before + 10
+    for raw in deaf:
+        raw.close()

@@ -1,0 +1,247 @@
+"""A disk may be full, slow or gone: the recording ends, says why, and nothing else notices."""
+
+import errno
+import io
+import threading
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from tests.live.test_runner import run, until
+
+from miburi.errors import InputError, OutputError
+from miburi.feelings import Stimulus
+from miburi.live.archive import WAITING, Recordings
+from miburi.live.observer import Observer
+from miburi.live.recording import read
+from miburi.live.runner import STEP, Runner
+from miburi.live.state import Entry
+
+Choose = Callable[[Callable[[Path], io.RawIOBase]], None]
+
+
+def no_space() -> OSError:
+    return OSError(errno.ENOSPC, "No space left on device")
+
+
+class Disk(io.FileIO):
+    """A file with room for so many bytes."""
+
+    def __init__(self, path: Path, room: int) -> None:
+        super().__init__(path, "wb")
+        self.room = room
+
+    def write(self, data: bytes) -> int:
+        if self.room < len(data):
+            raise no_space()
+        self.room -= len(data)
+        return super().write(data)
+
+
+class FullAtTheEnd(io.FileIO):
+    """A file whose disk is found to be full when it is closed."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path, "wb")
+
+    def close(self) -> None:
+        was_open = not self.closed
+        super().close()
+        if was_open:
+            raise no_space()
+
+
+class SlowDisk(io.FileIO):
+    """A file that takes nothing until it is let go."""
+
+    def __init__(self, path: Path, go_on: threading.Event) -> None:
+        super().__init__(path, "wb")
+        self.go_on = go_on
+
+    def write(self, data: bytes) -> int:
+        self.go_on.wait()
+        return super().write(data)
+
+
+@pytest.fixture
+def disk(monkeypatch: pytest.MonkeyPatch) -> Choose:
+    """Choose what recordings are written to."""
+    really = Path.open
+
+    def choose(make: Callable[[Path], io.RawIOBase]) -> None:
+        def open_here(path: Path, mode: str = "r", *more: object, **named: object) -> object:
+            if path.suffix == ".mcap" and mode[0] in "wx":
+                return io.BufferedWriter(make(path))
+            return really(path, mode, *more, **named)
+
+        monkeypatch.setattr(Path, "open", open_here)
+
+    return choose
+
+
+def ended(runner: Runner) -> Entry:
+    """Wait until the recording has ended by itself; return what the log says."""
+    run(runner, STEP)
+    state = until(runner, lambda state: state.recording is None and state.recording_end, 90.0)
+    (entry,) = [entry for entry in runner.log() if entry.kind == "recording_ended"]
+    assert state.recording_end is not None
+    assert (state.recording_end.name, state.recording_end.reason) == (entry.name, entry.reason)
+    return entry
+
+
+def stops_and_is_released_at_once(runner: Runner) -> None:
+    runner.stop()
+    assert run(runner, STEP)[-1].phase == "stopped"
+    runner.release()
+    assert run(runner, STEP)[-1].phase == "returning"
+
+
+@pytest.mark.parametrize("room", [0, 5000, 30_000])
+def test_a_full_disk_ends_the_recording_and_nothing_else(
+    runner: Runner, disk: Choose, room: int
+) -> None:
+    disk(lambda path: Disk(path, room))
+    runner.recordings.start()
+    runner.stimulate(Stimulus("happiness", 0.9))
+    entry = ended(runner)
+    assert (entry.name, entry.reason) == ("miburi-0001.mcap", "full")
+    assert entry.detail is not None
+    assert "No space left" in entry.detail
+    stops_and_is_released_at_once(runner)
+    # Seconds that fitted are there; a file that not even the first fitted into is not.
+    kept = runner.recordings.kept()
+    assert [one.whole for one in kept] == ([False] if room == 30_000 else [])
+    for one in kept:
+        assert len(list(read(runner.recordings.find(one.name), ["/joint_states"]))) >= 50
+    runner.close()
+
+
+def test_a_disk_that_is_full_at_the_end_is_said(runner: Runner, disk: Choose) -> None:
+    disk(FullAtTheEnd)
+    runner.recordings.start()
+    run(runner, 2.0)
+    runner.recordings.end()
+    assert ended(runner).reason == "full"
+    stops_and_is_released_at_once(runner)
+
+
+def test_a_slow_disk_holds_up_nothing(runner: Runner, disk: Choose) -> None:
+    go_on = threading.Event()
+    disk(lambda path: SlowDisk(path, go_on))
+    runner.recordings.start()
+    run(runner, (WAITING + 60) * STEP)
+    assert ended(runner).reason == "slow"
+    stops_and_is_released_at_once(runner)
+    before = threading.active_count()
+    go_on.set()
+    for thread in threading.enumerate():
+        if thread.name == "miburi-0001.mcap":
+            thread.join()
+    assert threading.active_count() == before - 1
+    # What it had taken before is whole, and another recording begins.
+    assert [kept.whole for kept in runner.recordings.kept()] == [True]
+    runner.recordings.start()
+    assert run(runner, STEP)[-1].recording_end is None
+    runner.close()
+
+
+def test_a_full_disk_does_not_hold_up_stop_at_its_own_pace(live: Runner, disk: Choose) -> None:
+    disk(lambda path: Disk(path, 0))
+    live.recordings.start()
+    live.stimulate(Stimulus("happiness", 0.9)).result(5)
+    while live.recordings.current is not None:
+        live.feelings().result(5)  # a step has passed
+    live.stop().result(5)
+    live.release().result(5)
+    live.close()
+    assert live.snapshot.state.phase == "idle"
+
+
+def test_what_cannot_be_recorded_ends_the_recording(
+    runner: Runner, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object) -> None:
+        raise ValueError("no such level")
+
+    runner.recordings.start()
+    run(runner, 1.0)
+    with monkeypatch.context() as patch:
+        patch.setattr("miburi.live.runner.step_messages", fail)
+        entry = ended(runner)
+    assert (entry.reason, entry.detail) == ("failed", "ValueError: no such level")
+    stops_and_is_released_at_once(runner)
+    runner.close()
+    assert [kept.whole for kept in runner.recordings.kept()] == [True]
+
+
+@pytest.mark.parametrize("name", ["take", "state", "motors"])
+def test_an_observer_that_fails_hides_no_stop(
+    runner: Runner, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise ValueError("cannot see")
+
+    run(runner, 1.0)
+    with monkeypatch.context() as patch:
+        patch.setattr(Observer, name, fail)
+        runner.stimulate(Stimulus("happiness", 0.9))
+        until(runner, lambda state: state.phase == "moving")
+        stops_and_is_released_at_once(runner)
+        run(runner, 2.0)
+    troubles = [entry.name for entry in runner.log() if entry.kind == "trouble"]
+    assert troubles == ["ValueError: cannot see"]
+    assert "stopped" in [entry.kind for entry in runner.log()]
+    serial = runner.snapshot.state.serial
+    assert run(runner, STEP)[-1].serial == serial + 1
+
+
+@pytest.mark.parametrize(
+    ("largest", "limit", "reason"), [(20_000, 10**9, "size"), (10**9, 20_000, "folder")]
+)
+def test_a_recording_ends_where_it_may_not_grow(
+    runner: Runner, tmp_path: Path, largest: int, limit: int, reason: str
+) -> None:
+    runner.recordings = Recordings(tmp_path / "r", largest=largest, limit=limit)
+    runner.recordings.start()
+    assert ended(runner).reason == reason
+    runner.recordings.end()
+    (kept,) = runner.recordings.kept()
+    assert kept.whole
+    assert kept.bytes < 2 * 20_000
+    if reason == "size":
+        runner.recordings.start()
+        assert runner.recordings.current == "miburi-0002.mcap"
+        runner.recordings.end()
+        return
+    with pytest.raises(OutputError, match="delete old ones"):
+        runner.recordings.start()
+    runner.recordings.delete(kept.name)
+    runner.recordings.start()
+    runner.recordings.end()
+
+
+def test_a_name_never_comes_again(tmp_path: Path) -> None:
+    for number in range(1, 4):
+        recordings = Recordings(tmp_path / "r")
+        recordings.start()
+        name = f"miburi-{number:04d}.mcap"
+        assert recordings.current == name
+        with pytest.raises(InputError, match="has ended"):
+            recordings.delete(name)
+        recordings.end()
+        recordings.delete(name)
+        assert recordings.kept() == []
+        with pytest.raises(InputError, match="no recording"):
+            recordings.delete(name)
+    (tmp_path / "r" / "miburi-10000.mcap").write_bytes(b"")
+    (tmp_path / "r" / "miburi-9999.mcap").write_bytes(b"")
+    recordings.start()
+    names = [kept.name for kept in recordings.kept()]
+    assert names == ["miburi-9999.mcap", "miburi-10000.mcap", "miburi-10001.mcap"]
+    recordings.end()
+
+
+def test_a_folder_that_cannot_be_written_to_is_said(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(OutputError, match="cannot write there"):
+        Recordings(tmp_path / "file").start()

@@ -1,0 +1,123 @@
+"""Recordings: what was written can be read by any MCAP reader, and again byte for byte."""
+
+import struct
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mcap.exceptions import EndOfFile
+from mcap.reader import make_reader
+from mcap.records import Message as McapMessage
+from mcap.stream_reader import StreamReader
+
+from miburi.bodies import BodyState
+from miburi.errors import InputError
+from miburi.feelings import EmotionalModel
+from miburi.live.recording import Recorder, read, step_messages
+from miburi.partner import Released, Stopped
+from miburi.robot import JOINTS
+from miburi.safety.stop import Phase, Stop, StopReason
+
+STOP = Stop(0.1, StopReason.CONTACT, "waist", "speed", 0.5)
+
+
+def record(file: BytesIO) -> None:
+    feelings = EmotionalModel()
+    feelings.set_state(emotion={"anger": 0.5})
+    with Recorder(file) as recorder:
+        for k in range(50):
+            angles = np.full(8, 0.01 * k)
+            state = BodyState(0.02 * k, angles, angles, Phase.MOVING, None)
+            last = k == 49
+            events = [Stopped(1.0, STOP, 0.9, 0.72), Released(2.0)] if last else []
+            recorder.write(step_messages(state, feelings if last else None, events))
+
+
+def test_what_is_written_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "r.mcap"
+    with path.open("wb") as file:
+        record(file)
+    messages = list(read(path))
+    assert len(messages) == 52
+    states = [message for message in messages if message.topic == "/joint_states"]
+    assert states[7].time == pytest.approx(0.14)
+    assert states[7].content["name"] == list(JOINTS)
+    assert states[7].content["position"] == [0.07] * 8
+    assert states[7].content["phase"] == "moving"
+    stop = next(read(path, ["/contacts"])).content
+    assert (stop["motor"], stop["ratio"], stop["mood_after"]) == ("waist", 0.5, 0.72)
+    assert next(read(path, ["/feelings"])).content["expressed"] == "anger"
+
+
+def test_every_topic_has_a_schema() -> None:
+    file = BytesIO()
+    record(file)
+    file.seek(0)
+    summary = make_reader(file).get_summary()
+    assert summary is not None
+    assert {c.topic for c in summary.channels.values()} == {
+        "/joint_states",
+        "/commands",
+        "/feelings",
+        "/contacts",
+    }
+    assert all(s.encoding == "jsonschema" and s.data for s in summary.schemas.values())
+    assert summary.statistics is not None
+    assert summary.statistics.message_count == 52
+
+
+def test_the_same_run_gives_the_same_bytes() -> None:
+    first, second = BytesIO(), BytesIO()
+    record(first)
+    record(second)
+    assert first.getvalue() == second.getvalue()
+
+
+def test_a_recording_is_whole_when_the_run_breaks_off() -> None:
+    file = BytesIO()
+    state = BodyState(0.0, np.zeros(8), np.zeros(8), Phase.IDLE, None)
+    with pytest.raises(ValueError, match="broken"), Recorder(file) as recorder:
+        recorder.write(step_messages(state, None, []))
+        raise ValueError("broken")
+    file.seek(0)
+    assert len(list(make_reader(file).iter_messages())) == 1
+
+
+@pytest.mark.parametrize("content", [b"", b"no", b"not mcap at all", b"\x89MCAP0\r\n"])
+def test_a_file_that_is_no_recording(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "r.mcap"
+    path.write_bytes(content)
+    with pytest.raises(InputError, match="not an MCAP"):
+        list(read(path))
+    with pytest.raises(InputError, match="No such file"):
+        list(read(tmp_path / "none.mcap"))
+
+
+def test_a_recording_that_breaks_off_is_read_up_to_its_last_second(tmp_path: Path) -> None:
+    """Wherever it breaks off: what was handed to the system before is there, in order."""
+    file, marks = BytesIO(), []
+    recorder = Recorder(file)
+    for k in range(200):
+        angles = np.full(8, 0.001 * k)
+        state = BodyState(0.02 * k, angles, angles, Phase.MOVING, None)
+        recorder.write(step_messages(state, None, []))
+        if k % 50 == 49:
+            recorder.flush()
+            marks.append((file.tell(), k + 1))
+    whole, path = file.getvalue(), tmp_path / "r.mcap"
+    for length in [*range(marks[0][0], len(whole), 41), *(place for place, _ in marks)]:
+        path.write_bytes(whole[:length])
+        due = max(count for place, count in marks if place <= length)
+        times = [message.time for message in read(path, ["/joint_states"])]
+        assert len(times) >= due
+        assert times == pytest.approx([0.02 * k for k in range(len(times))])
+        assert list(read(path, ["/feelings"])) == []
+        plain = []
+        with path.open("rb") as broken, pytest.raises((EndOfFile, struct.error)):
+            for record in StreamReader(broken).records:
+                plain.append(record)  # noqa: PERF402  # what came before the break stays
+        assert sum(isinstance(record, McapMessage) for record in plain) == len(times)
+    path.write_bytes(whole[: marks[0][0] // 2])
+    with pytest.raises(InputError, match="not an MCAP"):
+        list(read(path))

@@ -1,0 +1,283 @@
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from miburi.errors import BodyError, InputError
+from miburi.feelings import FEELINGS, EmotionalModel, Expression, Stimulus
+from miburi.live.archive import Recordings
+from miburi.live.recording import read
+from miburi.live.runner import _QUEUE, STEP, BusyError, Runner
+from miburi.live.state import State
+from miburi.robot import JOINTS, Robot, forward
+from miburi.safety.contact import PAPER_RATIO
+
+
+def run(runner: Runner, seconds: float) -> list[State]:
+    states = []
+    for _ in range(round(seconds / STEP)):
+        runner.tick()
+        states.append(runner.snapshot.state)
+    return states
+
+
+def until(runner: Runner, wanted: Callable[[State], object], seconds: float = 20.0) -> State:
+    for _ in range(round(seconds / STEP)):
+        runner.tick()
+        if wanted(runner.snapshot.state):
+            return runner.snapshot.state
+    pytest.fail(f"not within {seconds} s; at last: {runner.snapshot.state}")
+
+
+def kinds(runner: Runner) -> list[str]:
+    return [entry.kind for entry in runner.log()]
+
+
+def block(runner: Runner) -> State:
+    """Put the hand where the right arm is about to pass, and wait for the stop."""
+    wide = Expression("happiness", 1.0)
+    runner.perform(wide)
+    until(runner, lambda state: state.asked and state.phase == "moving")
+    reached = [forward(runner.robot, np.array(state.angles))[:3] for state in run(runner, 1.2)]
+    place = max(reached, key=lambda hand: hand[2])
+    until(runner, lambda state: not state.asked and state.phase == "idle")
+    runner.hand(place, np.array([1.0, 0.0, 0.0]))
+    run(runner, 1.0)
+    runner.perform(wide)
+    return until(runner, lambda state: state.stop)
+
+
+def test_a_remark_is_felt_noted_and_shown(runner: Runner) -> None:
+    future = runner.stimulate(Stimulus("happiness", 0.9, "speech"))
+    state = until(runner, lambda state: state.expressed)
+    future.result(0)
+    assert state.felt is not None
+    assert state.expressed is not None
+    assert state.expressed.feeling == "happiness"
+    assert state.face[FEELINGS.index("happiness")] == pytest.approx(state.expressed.mood, abs=1e-3)
+    assert max(state.face) == state.face[FEELINGS.index("happiness")]
+    assert kinds(runner) == ["stimulus", "gesture"]
+    states = run(runner, 2.0)
+    assert max(state.hand_speed for state in states) > 0.05
+    assert max(state.extent for state in states) > 0.03
+    assert any(ratio is not None for state in states for ratio in state.ratios)
+
+
+def test_the_same_seed_and_commands_give_the_same_states(robot: Robot, tmp_path: Path) -> None:
+    def story(seed: int) -> list[State]:
+        feelings = EmotionalModel()
+        feelings.set_state(mood={"thrill": 0.6})
+        runner = Runner(robot, feelings, Recordings(tmp_path), seed=seed)
+        runner.stimulate(Stimulus("thrill", 1.0))
+        return run(runner, 3.0)
+
+    assert story(1) == story(1)
+    assert story(1) != story(2)
+
+
+def test_a_hand_in_the_way_is_explained(runner: Runner) -> None:
+    runner.stimulate(Stimulus("happiness", 0.9))
+    state = block(runner)
+    stop = state.stop
+    assert stop is not None
+    assert stop.reason == "contact"
+    assert stop.motor is not None
+    assert stop.motor in JOINTS
+    assert "right" in stop.motor or stop.motor == "waist"
+    assert stop.part is not None
+    assert stop.force is not None
+    assert stop.force > 0.1
+    assert stop.mood_after == pytest.approx(0.8 * stop.mood_before, rel=1e-3)
+    if stop.sign == "tracking":
+        assert stop.measured is not None
+        assert stop.expected is not None
+        assert stop.measured < stop.expected
+    if stop.sign == "speed":
+        assert stop.ratio is not None
+        assert stop.measured is not None
+        assert stop.expected is not None
+        assert stop.ratio < PAPER_RATIO / 10_000
+        assert stop.measured < stop.expected
+        assert stop.measured / stop.expected == pytest.approx(stop.ratio, abs=0.01)
+    assert kinds(runner)[-1] == "stopped"
+    assert runner.log()[-1].stop == stop
+    runner.hand(None, np.array([0.0, 0.0, 1.0]))
+    assert until(runner, lambda state: state.phase == "returning").stop is None
+    assert until(runner, lambda state: state.phase == "idle").hand_out is False
+
+
+def test_stop_during_a_contact_stop_holds_until_release(runner: Runner) -> None:
+    block(runner)
+    runner.stop()
+    runner.hand(None, np.array([0.0, 0.0, 1.0]))
+    assert not runner.snapshot.state.held
+    assert {(state.phase, state.held) for state in run(runner, 20.0)} == {("stopped", True)}
+    runner.release()
+    until(runner, lambda state: state.phase == "idle")
+
+
+def test_a_pause_does_not_release_a_stop(runner: Runner) -> None:
+    runner.stop()
+    run(runner, 0.1)
+    runner.pause(True)
+    assert {state.phase for state in run(runner, 20.0)} == {"stopped"}
+
+
+def test_a_pause_brings_the_body_to_neutral_and_ends(runner: Runner) -> None:
+    runner.stimulate(Stimulus("thrill", 1.0))
+    until(runner, lambda state: state.phase == "moving")
+    runner.pause(True)
+    run(runner, 6.0)
+    for state in run(runner, 5.0):
+        assert state.paused
+        assert state.phase == "idle"
+        np.testing.assert_allclose(state.angles, runner.robot.neutral, atol=0.03)
+    refused = runner.perform(Expression("happiness", 0.5))
+    runner.tick()
+    with pytest.raises(BodyError, match="paused"):
+        refused.result(0)
+    runner.pause(False)
+    until(runner, lambda state: state.phase == "moving")
+    assert [kind for kind in kinds(runner) if kind in ("paused", "resumed")] == [
+        "paused",
+        "resumed",
+    ]
+
+
+def test_a_refused_command_is_its_askers_matter_alone(runner: Runner) -> None:
+    future = runner.release()
+    before = runner.snapshot.state.serial
+    runner.tick()
+    with pytest.raises(BodyError, match="only a stopped body"):
+        future.result(0)
+    assert runner.snapshot.state.serial == before + 1
+
+
+def test_only_so_many_commands_wait(runner: Runner) -> None:
+    for _ in range(_QUEUE):
+        runner.stimulate(Stimulus("fear", 0.1))
+    with pytest.raises(BusyError):
+        runner.stimulate(Stimulus("fear", 0.1))
+    runner.tick()
+    runner.stimulate(Stimulus("fear", 0.1))
+
+
+def test_the_hand_never_jumps(runner: Runner) -> None:
+    runner.hand(np.array([0.05, -0.2, 0.2]), np.array([0.0, 0.0, 1.0]))
+    place = np.array(runner.snapshot.state.hand.position)
+    for state in run(runner, 1.0):
+        now = np.array(state.hand.position)
+        assert np.linalg.norm(now - place) <= 1.2 * STEP + 1e-3
+        place = now
+    np.testing.assert_allclose(place, [0.05, -0.2, 0.2], atol=1e-3)
+
+
+def test_a_hand_needs_a_direction(runner: Runner) -> None:
+    refused = runner.hand(np.array([0.1, -0.2, 0.2]), np.zeros(3))
+    runner.tick()
+    with pytest.raises(InputError, match="along"):
+        refused.result(0)
+
+
+def test_recordings_are_whole_when_they_end(runner: Runner) -> None:
+    recordings = runner.recordings
+    recordings.start()
+    runner.stimulate(Stimulus("happiness", 0.9))
+    run(runner, 2.0)
+    assert runner.snapshot.state.recording == "miburi-0001.mcap"
+    assert [kept.whole for kept in recordings.kept()] == [False]
+    recordings.end()
+    run(runner, STEP)
+    assert [kind for kind in kinds(runner) if "record" in kind] == ["recording", "recorded"]
+    assert [(kept.name, kept.whole) for kept in recordings.kept()] == [("miburi-0001.mcap", True)]
+    topics = [message.topic for message in read(recordings.find("miburi-0001.mcap"))]
+    assert topics.count("/joint_states") == 100
+    assert topics.count("/feelings") == 20
+    assert "/commands" in topics
+    recordings.start()
+    runner.tick()
+    runner.close()
+    assert [kept.whole for kept in recordings.kept()] == [True, True]
+
+
+def test_another_body_starts_at_neutral(runner: Runner) -> None:
+    runner.stimulate(Stimulus("thrill", 1.0))
+    run(runner, 2.0)
+    before = runner.snapshot.state.mood
+    runner.use("simulated")
+    runner.tick()
+    state = runner.snapshot.state
+    assert state.time < 0.1
+    np.testing.assert_allclose(state.angles, runner.robot.neutral, atol=0.02)
+    np.testing.assert_allclose(state.mood, before, rtol=0.01)
+
+
+def test_a_body_that_is_given_up_is_stopped_and_closed(runner: Runner) -> None:
+    old, closed = runner.body, []
+    close = old.close
+    old.close = lambda: closed.append(close())
+    runner.use("simulated")
+    runner.tick()
+    assert len(closed) == 1
+    assert old.state.phase == "stopped"
+    assert runner.body is not old
+
+
+def test_after_a_contact_gestures_are_smaller(runner: Runner) -> None:
+    def widest() -> float:
+        runner.stimulate(Stimulus("happiness", 0.9))
+        until(runner, lambda state: state.expressed and not state.asked)
+        return max(state.extent for state in run(runner, 2.0))
+
+    before = widest()
+    block(runner)
+    runner.hand(None, np.array([0.0, 0.0, 1.0]))
+    runner.stop()
+    runner.tick()
+    runner.release()
+    until(runner, lambda state: state.phase == "idle")
+    assert widest() < 0.92 * before
+
+
+def test_a_command_that_the_body_refuses_does_not_end_the_loop(
+    runner: Runner, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(move: object) -> None:
+        raise BodyError("not now")
+
+    runner.stimulate(Stimulus("happiness", 0.9))
+    with monkeypatch.context() as patch:
+        patch.setattr(runner.body, "move", refuse)
+        run(runner, 2.0)
+        (said,) = [entry.name for entry in runner.log() if entry.kind == "refused"]
+        assert said == "not now"
+    runner.stimulate(Stimulus("happiness", 0.9))
+    until(runner, lambda state: state.phase == "moving")
+
+
+def test_an_unknown_body_is_refused_in_words(runner: Runner) -> None:
+    with pytest.raises(InputError, match="one of simulated"):
+        runner.use("marble")
+
+
+def test_a_snapshot_is_written_once(runner: Runner) -> None:
+    snapshot = runner.snapshot
+    assert snapshot.json is snapshot.json
+    assert State.model_validate_json(snapshot.json) == snapshot.state
+    runner.tick()
+    assert runner.snapshot is not snapshot
+
+
+def test_samples_keep_two_minutes(runner: Runner) -> None:
+    run(runner, 1.0)
+    samples = runner.samples()
+    assert len(samples) == 10
+    assert samples[-1].time - samples[0].time == pytest.approx(0.9)
+
+
+def test_closing_brings_the_body_home(live: Runner) -> None:
+    live.stimulate(Stimulus("thrill", 1.0)).result(5)
+    live.close()
+    np.testing.assert_allclose(live.snapshot.state.angles, live.robot.neutral, atol=0.03)
+    assert live.snapshot.state.phase == "idle"

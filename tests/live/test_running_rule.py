@@ -1,0 +1,72 @@
+"""What is said of the contact rule is what the rule that runs has."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import httpx
+import pytest
+from tests.fixtures.live import interface, serving
+from tests.live.test_runner import block, run
+
+from miburi.feelings import FEELINGS, EmotionalModel, shipped_temperament
+from miburi.live.archive import Recordings
+from miburi.live.runner import STEP, Runner
+from miburi.robot import Robot
+from miburi.safety.contact import Rule
+from miburi.studio.contact_panel import facts, why
+from miburi.studio.words import LANGUAGES, words
+
+
+def partner(robot: Robot, folder: Path, body: str = "simulated") -> Runner:
+    """A partner whose rule judges over 50 ms, at 90 %."""
+    feelings = EmotionalModel(shipped_temperament("playful"))
+    feelings.set_state(mood=dict.fromkeys(FEELINGS, 0.6))
+    rule = replace(Rule.of(robot), period=50_000, ratio=9000)
+    return Runner(robot, feelings, Recordings(folder), body=body, rule=rule)
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_the_panel_says_what_the_running_rule_has(
+    robot: Robot, tmp_path: Path, language: str
+) -> None:
+    runner = partner(robot, tmp_path)
+    _, more = why(runner.snapshot.state, words(language))
+    assert "90\N{NO-BREAK SPACE}%" in more
+    assert "0.05\N{NO-BREAK SPACE}s" in more
+    assert "93.72" not in more
+    ours = Runner(robot, EmotionalModel(), Recordings(tmp_path))
+    _, more = why(ours.snapshot.state, words(language))
+    assert "93.72" in more
+    assert "0.1\N{NO-BREAK SPACE}s" in more
+
+
+def test_a_contact_is_held_against_the_rule_that_stopped_it(robot: Robot, tmp_path: Path) -> None:
+    runner = partner(robot, tmp_path)
+    stop = block(runner).stop
+    assert stop is not None
+    assert stop.sign == "speed"
+    assert "limit 0.9)" in facts(runner.snapshot.state, runner.log(), words("en"))
+    runner.release()
+    run(runner, STEP)
+    assert "limit 0.9)" in facts(runner.snapshot.state, runner.log(), words("en"))
+
+
+def test_programs_are_told_the_running_rule(robot: Robot, tmp_path: Path) -> None:
+    runner = partner(robot, tmp_path)
+    runner.tick()
+    with serving(interface(runner)) as url:
+        state = httpx.get(url + "/api/v1/state").json()
+        assert state["rule"] == {"period": 0.05, "ratio": 0.9}
+        assert httpx.get(url + "/api/v1/motors").json()["rule"] == state["rule"]
+        assert httpx.get(url + "/api/v1/robot").json()["threshold"] == 0.9
+
+
+def test_a_card_has_a_rule_of_its_own(robot: Robot, tmp_path: Path, firmware: Path) -> None:
+    runner = partner(robot, tmp_path, "emulated-card")
+    assert runner.snapshot.state.rule.ratio == 0.9
+    body = runner.body
+    body.stop()
+    body.configure(body.settings.with_rule(replace(Rule.of(robot), period=120_000, ratio=9100)))
+    run(runner, 1.0)
+    assert (runner.motors.rule.period, runner.motors.rule.ratio) == (0.12, 0.91)
+    assert runner.snapshot.state.rule == runner.motors.rule

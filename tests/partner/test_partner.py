@@ -1,0 +1,405 @@
+"""The loop: the paper's flow from feeling to body and back."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from miburi import gestures
+from miburi.bodies import BodyState
+from miburi.errors import BodyError
+from miburi.feelings import FEELINGS, EmotionalModel, Expression, Stimulus
+from miburi.partner import (
+    Event,
+    GestureEnded,
+    GestureStarted,
+    MoveSent,
+    Partner,
+    Released,
+    Stopped,
+)
+from miburi.partner.recovery import FIRST_PAUSE, LONGEST_PAUSE
+from miburi.robot import Robot, load_robot
+from miburi.safety.move import Move
+from miburi.safety.stop import Phase, Stop, StopReason
+
+
+class PaperBody:
+    """A body without physics: moves take as long as told; contacts come when told."""
+
+    def __init__(self, robot: Robot, move_time: float = 0.2) -> None:
+        self.robot = robot
+        self.moves: list[Move] = []
+        self.time = 0.0
+        self.phase = Phase.IDLE
+        self.stopped: Stop | None = None
+        self._move_time = move_time
+        self._until = 0.0
+        self._angles = np.array(robot.neutral)
+
+    @property
+    def state(self) -> BodyState:
+        return BodyState(self.time, self._angles, np.zeros(8), self.phase, self.stopped)
+
+    def move(self, move: Move) -> None:
+        assert self.phase is Phase.IDLE
+        self.moves.append(move)
+        self.phase, self._until = Phase.MOVING, self.time + self._move_time
+        self._angles = move.angles
+
+    def stop(self) -> None:
+        self.touch(StopReason.ASKED)
+
+    def touch(self, reason: StopReason = StopReason.CONTACT) -> None:
+        self.phase, self.stopped = Phase.STOPPED, Stop(self.time, reason, "waist", "speed", 0.5)
+
+    def release(self) -> None:
+        assert self.phase is Phase.STOPPED
+        self.phase, self.stopped = Phase.RETURNING, None
+        self._until = self.time + 0.5
+        self._angles = np.array(self.robot.neutral)
+
+    def step(self, dt: float) -> BodyState:
+        self.time += dt
+        if self.phase in (Phase.MOVING, Phase.RETURNING) and self.time >= self._until:
+            self.phase = Phase.IDLE
+        return self.state
+
+
+def happy(mood: float = 0.9) -> EmotionalModel:
+    feelings = EmotionalModel()
+    feelings.set_state(emotion={"happiness": 1.0}, mood={"happiness": mood}, hold=True)
+    return feelings
+
+
+def run(partner: Partner, seconds: float, dt: float = 0.02) -> list[Event]:
+    return [event for _ in range(round(seconds / dt)) for event in partner.step(dt)]
+
+
+def of(kind: type, events: list[Event]) -> list:
+    return [event for event in events if isinstance(event, kind)]
+
+
+def test_a_gesture_each_period(robot: Robot) -> None:
+    events = run(Partner(PaperBody(robot), happy(), period=2.0), 10.0)
+    starts = [event.time for event in of(GestureStarted, events)]
+    np.testing.assert_allclose(starts, [0.02, 2.0, 4.0, 6.0, 8.0, 10.0], atol=0.021)
+    assert all(event.complete for event in of(GestureEnded, events))
+    assert all(event.solution.error.max() < 1e-3 for event in of(MoveSent, events))
+
+
+def test_who_feels_nothing_rests(robot: Robot) -> None:
+    body = PaperBody(robot)
+    assert run(Partner(body, EmotionalModel()), 10.0) == []
+    assert body.moves == []
+
+
+def test_a_mood_of_nothing_is_neutral(robot: Robot) -> None:
+    body = PaperBody(robot)
+    run(Partner(body, happy(0.0)), 5.0)
+    assert body.moves == []
+
+
+def test_the_strongest_emotion_picks_the_gesture_and_its_mood_the_intensity(robot: Robot) -> None:
+    feelings = EmotionalModel()
+    feelings.set_state(
+        emotion={"happiness": 0.4, "anger": 0.6}, mood={"happiness": 0.9, "anger": 0.3}, hold=True
+    )
+    started = of(GestureStarted, run(Partner(PaperBody(robot), feelings), 1.0))[0]
+    assert (started.expression.feeling, started.expression.mood) == ("anger", 0.3)
+
+
+@pytest.mark.parametrize("feeling", FEELINGS)
+def test_a_stronger_mood_takes_more_space_in_less_time(robot: Robot, feeling: str) -> None:
+    def moves(mood: float) -> list[Move]:
+        feelings = EmotionalModel()
+        feelings.set_state(emotion={feeling: 1.0}, mood={feeling: mood}, hold=True)
+        body = PaperBody(robot)
+        run(Partner(body, feelings, period=60.0), 8.0)
+        return body.moves
+
+    def space(mood: float) -> float:
+        return max(np.abs(move.angles - robot.neutral).max() for move in moves(mood))
+
+    def speed(mood: float) -> float:
+        return max(move.speeds.max() for move in moves(mood))
+
+    assert space(0.3) < space(0.6) < space(0.9)
+    assert speed(0.3) < speed(0.6) < speed(0.9)
+
+
+def test_contact_lowers_the_mood_by_a_fifth_and_the_gesture_is_broken_off(robot: Robot) -> None:
+    body, feelings = PaperBody(robot), happy(0.9)
+    partner = Partner(body, feelings)
+    run(partner, 0.3)
+    body.touch()
+    events = partner.step(0.02)
+    stopped, ended = events
+    assert isinstance(stopped, Stopped)
+    assert (stopped.mood_before, stopped.mood_after) == pytest.approx((0.9, 0.72))
+    assert ended == GestureEnded(ended.time, ended.expression, complete=False)
+    assert partner.expression is None
+    moves = len(body.moves)
+    later = run(partner, FIRST_PAUSE - 0.1)
+    assert later == []
+    assert len(body.moves) == moves
+    assert of(Released, run(partner, 0.2))
+    assert body.phase is Phase.RETURNING
+    again = of(GestureStarted, run(partner, 4.0))
+    assert again[0].expression.mood == pytest.approx(0.72, abs=0.001)
+
+
+def test_a_stop_is_told_once(robot: Robot) -> None:
+    body = PaperBody(robot)
+    partner = Partner(body, happy())
+    run(partner, 0.1)
+    body.touch()
+    assert len(of(Stopped, run(partner, 0.9))) == 1
+
+
+def test_blocked_again_on_the_way_back_the_pauses_grow(robot: Robot) -> None:
+    body, feelings = PaperBody(robot), happy(0.9)
+    partner = Partner(body, feelings)
+    run(partner, 0.1)
+    pauses = []
+    for _ in range(6):
+        body.touch()
+        told = body.time
+        stopped = of(Stopped, partner.step(0.02))[0]
+        assert stopped.mood_after == pytest.approx(0.8 * stopped.mood_before)
+        while body.phase is Phase.STOPPED:
+            partner.step(0.02)
+        pauses.append(body.time - told)
+    expected = np.minimum(FIRST_PAUSE * 2.0 ** np.arange(6), LONGEST_PAUSE)
+    np.testing.assert_allclose(pauses, expected, atol=0.05)
+    # A whole gesture without a contact: the next pause is the first again.
+    run(partner, 6.0)
+    body.touch()
+    told = body.time
+    while body.phase is Phase.STOPPED:
+        partner.step(0.02)
+    assert body.time - told == pytest.approx(FIRST_PAUSE, abs=0.05)
+
+
+def test_a_stop_that_was_asked_for_stays_and_leaves_the_mood(robot: Robot) -> None:
+    body, feelings = PaperBody(robot), happy(0.9)
+    partner = Partner(body, feelings)
+    run(partner, 0.1)
+    partner.stop()
+    events = run(partner, 60.0)
+    assert body.phase is Phase.STOPPED
+    assert of(Stopped, events)[0].mood_after == pytest.approx(0.9)
+    partner.release()
+    assert of(GestureStarted, run(partner, 4.0))
+
+
+def test_the_mood_of_now_counts_at_the_next_key_pose(robot: Robot) -> None:
+    body, feelings = PaperBody(robot), happy(0.9)
+    partner = Partner(body, feelings, period=60.0)
+    run(partner, 0.1)
+    feelings.set_state(mood={"happiness": 0.0}, hold=True)
+    run(partner, 3.0)
+    np.testing.assert_allclose(body.moves[-1].angles, robot.neutral, atol=1e-3)
+    assert len(body.moves) == 2
+
+
+def test_rest_brings_the_body_home(robot: Robot) -> None:
+    body = PaperBody(robot)
+    partner = Partner(body, happy())
+    run(partner, 0.1)
+    assert not partner.at_rest
+    partner.rest()
+    run(partner, 2.0)
+    assert partner.at_rest
+    np.testing.assert_array_equal(body.moves[-1].angles, robot.neutral)
+    count = len(body.moves)
+    run(partner, 10.0)
+    assert len(body.moves) == count
+
+
+def test_rest_ends_a_stop(robot: Robot) -> None:
+    body = PaperBody(robot)
+    partner = Partner(body, happy())
+    run(partner, 0.1)
+    partner.stop()
+    run(partner, 0.1)
+    partner.rest()
+    run(partner, 2.0)
+    assert partner.at_rest
+
+
+def test_one_remark_moves_the_body_a_little(robot: Robot) -> None:
+    """The whole way: a remark, a small mood, a small gesture."""
+    body, feelings = PaperBody(robot), EmotionalModel()
+    partner = Partner(body, feelings)
+    feelings.stimulate(Stimulus("happiness", 1.0, "speech"))
+    events = run(partner, 6.0)
+    shown = of(GestureStarted, events)
+    assert {event.expression.feeling for event in shown} == {"happiness"}
+    assert shown[-1].expression.mood < 0.1
+
+
+def test_life_breathes_and_varies_and_a_seed_repeats_it(robot: Robot) -> None:
+    def lived(feelings: EmotionalModel, life: int | None) -> list[np.ndarray]:
+        body = PaperBody(robot)
+        run(Partner(body, feelings, life=life), 20.0)
+        return [move.angles for move in body.moves]
+
+    breaths = lived(EmotionalModel(), 1)
+    assert len(breaths) > 4
+    assert 0 < np.abs(np.array(breaths) - robot.neutral).max() < 0.1
+    plain, varied = lived(happy(), None), lived(happy(), 1)
+    assert any(np.allclose(plain[0], again, atol=1e-3) for again in plain[1:])
+    assert not any(np.allclose(varied[0], again, atol=1e-3) for again in varied[1:])
+    np.testing.assert_array_equal(varied, lived(happy(), 1))
+    assert not np.array_equal(varied[0], lived(happy(), 2)[0])
+
+
+def test_a_key_pose_is_held(robot: Robot) -> None:
+    """Fright freezes: the body stays in its key pose, though its move is over."""
+    feelings, body = EmotionalModel(), PaperBody(robot, move_time=0.1)
+    feelings.set_state(emotion={"fright": 1.0}, mood={"fright": 0.9}, hold=True)
+    held = max(pose.hold for pose in gestures.key_poses(robot, gestures.load("fright"), 0.9))
+    assert held > 0.2
+    sent = [event.time for event in of(MoveSent, run(Partner(body, feelings, period=60), 8.0))]
+    assert max(np.diff(sent)) >= held
+
+
+def test_a_pause_waits_at_neutral_and_ends(robot: Robot) -> None:
+    body = PaperBody(robot)
+    partner = Partner(body, happy())
+    run(partner, 0.1)
+    partner.pause()
+    run(partner, 5.0)
+    np.testing.assert_array_equal(body.moves[-1].angles, robot.neutral)
+    count = len(body.moves)
+    partner.stop()
+    run(partner, 60.0)
+    assert body.phase is Phase.STOPPED
+    partner.release()
+    run(partner, 10.0)
+    assert len(body.moves) == count
+    partner.resume()
+    assert of(GestureStarted, run(partner, 4.0))
+
+
+def test_a_stop_that_was_asked_for_outlasts_a_contact(robot: Robot) -> None:
+    body = PaperBody(robot)
+    partner = Partner(body, happy())
+    run(partner, 0.1)
+    body.touch()
+    run(partner, 0.1)
+    assert not partner.held
+    partner.stop()
+    run(partner, 60.0)
+    assert partner.held
+    assert body.phase is Phase.STOPPED
+    partner.release()
+    assert not partner.held
+
+
+def test_what_is_asked_for_comes_next_and_once(robot: Robot) -> None:
+    body, feelings = PaperBody(robot), EmotionalModel()
+    partner = Partner(body, feelings)
+    run(partner, 0.1)
+    partner.perform(Expression("surprise", 0.8))
+    events = run(partner, 30.0)
+    (started,) = of(GestureStarted, events)
+    assert started.expression == Expression("surprise", 0.8)
+    assert of(MoveSent, events)
+    assert not partner.asked
+
+
+@pytest.mark.parametrize("ending", [False, True])
+def test_what_failed_waits_for_a_person(robot: Robot, ending: bool) -> None:
+    """Even if a contact came first, and at the end of all: the card may come back by itself."""
+    body = PaperBody(robot)
+    partner = Partner(body, happy())
+    run(partner, 0.1)
+    body.touch()
+    run(partner, 0.5)
+    body.touch(StopReason.LINE_LOST)
+    if ending:
+        partner.rest()
+    assert of(Released, run(partner, 30.0)) == []
+    assert body.phase is Phase.STOPPED
+    partner.release()
+    assert body.phase is Phase.RETURNING
+
+
+def test_a_body_that_is_not_ready_is_asked_again(
+    robot: Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    body = PaperBody(robot)
+    partner = Partner(body, happy())
+    run(partner, 0.1)
+    body.touch()
+    with monkeypatch.context() as refusing:
+        refusing.setattr(body, "release", _refuse)
+        assert of(Released, run(partner, 5.0)) == []
+    assert len(of(Released, run(partner, 2.0))) == 1
+
+
+def test_a_move_that_comes_too_late_for_a_stopped_body_is_no_failure(
+    robot: Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    body = PaperBody(robot)
+    partner = Partner(body, happy())
+
+    def stopped_just_now(move: Move) -> None:
+        body.touch(StopReason.LINE_LOST)
+        _refuse()
+
+    monkeypatch.setattr(body, "move", stopped_just_now)
+    assert len(of(Stopped, run(partner, 1.0))) == 1
+    body.phase = Phase.IDLE
+    monkeypatch.setattr(body, "move", _refuse)
+    with pytest.raises(BodyError):  # but what an idle body refuses is a mistake of ours
+        run(partner, 4.0)
+
+
+def _refuse(_move: Move | None = None) -> None:
+    raise BodyError("refused")
+
+
+@pytest.mark.parametrize("feeling", FEELINGS)
+def test_a_robot_that_cannot_do_the_shipped_gestures_moves_all_the_same(
+    tall_file: Path, tmp_path: Path, feeling: str
+) -> None:
+    narrow = tmp_path / "narrow.toml"
+    narrow.write_text(tall_file.read_text().replace("max = 2.0", "max = 1.0"))
+    body, feelings = PaperBody(load_robot(narrow)), EmotionalModel()
+    feelings.set_state(emotion={feeling: 1.0}, mood={feeling: 0.9}, hold=True)
+    events = run(Partner(body, feelings), 8.0)
+    assert all(event.complete for event in of(GestureEnded, events))
+    assert len(body.moves) > 2
+    for move in body.moves:
+        assert (move.angles >= body.robot.lower).all()
+        assert (move.angles <= body.robot.upper).all()
+
+
+def test_a_seed_chooses_among_several_gestures_of_a_feeling(
+    robot: Robot, own_gestures: Path, tmp_path: Path
+) -> None:
+    for name in ("cheer", "wave"):
+        text = (own_gestures / "cheer.toml").read_text().replace("cheer", name)
+        (tmp_path / f"{name}.toml").write_text(text)
+    repertoire = gestures.read_repertoire(tmp_path, robot)
+
+    def performed(life: int | None) -> list[str | None]:
+        partner = Partner(PaperBody(robot), happy(), repertoire=repertoire, life=life)
+        return [event.gesture for event in of(GestureStarted, run(partner, 30.0))]
+
+    assert set(performed(None)) == set(performed(1)) == {"cheer", "wave"}
+    assert performed(1) == performed(1)
+    assert performed(1) != performed(2)
+
+
+def test_given_key_poses_are_no_gestures(robot: Robot) -> None:
+    partner = Partner(PaperBody(robot), EmotionalModel())
+    function = gestures.load("surprise")
+    poses = gestures.key_poses(robot, function, 0.5)
+    for given, name in ((None, "surprise"), (poses, None)):
+        partner.perform(Expression("surprise", 0.5), given)
+        (started,) = of(GestureStarted, run(partner, 10.0))
+        assert started.gesture == name

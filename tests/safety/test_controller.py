@@ -1,0 +1,245 @@
+"""The card's logic: idle → moving → stopped → returning → idle, and no other way round."""
+
+import numpy as np
+import pytest
+
+from miburi.errors import BodyError
+from miburi.robot import JOINTS, Robot
+from miburi.safety.contact import Rule
+from miburi.safety.controller import FURTHEST, GIVE_WAY, RETURN_SPEED, YIELD_AFTER, Controller
+from miburi.safety.move import Move, synchronised
+from miburi.safety.profile import FINE, SECOND, Steps, to_steps
+from miburi.safety.stop import Phase, StopReason
+
+TICK = 10_000
+
+
+class Motors:
+    """Ideal motors with a lag; ``blocked`` names one that no longer moves."""
+
+    def __init__(self, controller: Controller) -> None:
+        self.controller = controller
+        self.time = 0
+        self.blocked: int | None = None
+        self.positions: Steps = controller.origin.copy()
+        self.lag = int(controller.rule.guards.lag[0])
+
+    def run(self, seconds: float) -> None:
+        for _ in range(round(seconds * SECOND / TICK)):
+            before = self.positions
+            goal = self.controller.setpoint(self.time - self.lag)
+            self.positions = np.rint(goal / FINE).astype(np.int64)
+            if self.blocked is not None:
+                self.positions[self.blocked] = before[self.blocked]
+            self.controller.update(self.positions, self.time)
+            self.time += TICK
+
+
+@pytest.fixture
+def motors(robot: Robot) -> Motors:
+    return Motors(Controller(robot, Rule.of(robot), to_steps(robot, robot.neutral)))
+
+
+def raised(robot: Robot, duration: float = 0.8) -> Move:
+    end = robot.neutral + np.array([0.3, 1.2, -0.5, 0.2, 1.2, 0.5, -0.2, 0.2])
+    return synchronised(robot, robot.neutral, end, duration)
+
+
+def test_a_free_move_ends_idle_at_its_goal(motors: Motors, robot: Robot) -> None:
+    controller, move = motors.controller, raised(robot)
+    controller.move(move, motors.positions, motors.time)
+    assert controller.phase is Phase.MOVING
+    motors.run(1.2)
+    assert controller.phase is Phase.IDLE
+    np.testing.assert_array_equal(controller.origin, to_steps(robot, move.angles))
+    np.testing.assert_array_equal(motors.positions, controller.origin)
+
+
+@pytest.mark.parametrize("motor", range(8))
+def test_one_blocked_motor_stops_all_and_the_stop_is_latched(
+    motors: Motors, robot: Robot, motor: int
+) -> None:
+    controller = motors.controller
+    controller.move(raised(robot), motors.positions, motors.time)
+    motors.run(0.3)
+    motors.blocked = motor
+    motors.run(0.3)
+    assert controller.phase is Phase.STOPPED
+    stop = controller.latched
+    assert stop is not None
+    assert (stop.reason, stop.motor) == ("contact", JOINTS[motor])
+    held = controller.setpoint(motors.time)
+    motors.run(5.0)
+    np.testing.assert_array_equal(controller.setpoint(motors.time), held)
+    assert controller.latched == stop
+
+
+@pytest.mark.parametrize("motor", range(8))
+@pytest.mark.parametrize("seconds", [0.1, 0.3, 0.6])
+def test_after_a_contact_the_body_goes_back_along_its_path(
+    motors: Motors, robot: Robot, motor: int, seconds: float
+) -> None:
+    """Where it was stopped it would press on; behind where it started nobody was asked."""
+    controller = motors.controller
+    controller.move(raised(robot), motors.positions, motors.time)
+    start = motors.positions
+    motors.run(seconds)
+    motors.blocked = motor
+    while controller.phase is Phase.MOVING:
+        motors.run(TICK / SECOND)
+    direction = np.sign(to_steps(robot, raised(robot).angles) - start)
+    way = (motors.positions - start) * direction
+    back = (motors.positions - controller.origin) * direction
+    give_way, furthest = (round(limit / robot.servo.step) for limit in (GIVE_WAY, FURTHEST))
+    part = min(1.0, give_way / max(way[motor], 1), furthest / max(way.max(), 1))
+    assert ((back >= way * part - 1) & (back <= way * part)).all()
+    assert back.max() <= furthest
+    assert back[motor] <= give_way
+    assert back.max() > 0
+
+
+@pytest.mark.parametrize("motor", range(8))
+@pytest.mark.parametrize("off", [-1, 1])
+def test_who_still_keeps_a_motor_from_its_place_wins_once(
+    motors: Motors, robot: Robot, motor: int, off: int
+) -> None:
+    """A stopped motor must not push back for ever; nor may a load pull it further and further."""
+    controller = motors.controller
+    controller.move(raised(robot), motors.positions, motors.time)
+    motors.run(0.3)
+    motors.blocked = 1
+    while controller.phase is Phase.MOVING:
+        motors.run(TICK / SECOND)
+    stopped, place = motors.time - TICK, controller.origin
+    most = int(controller.rule.guards.slack[motor])
+    kept = place.copy()
+    kept[motor] += off * most
+    controller.update(kept, stopped + YIELD_AFTER - 1)
+    controller.update(kept, stopped + YIELD_AFTER)
+    np.testing.assert_array_equal(controller.origin, place)
+
+    controller.release(place, motors.time)
+    controller.update(place + 1000, motors.time + TICK)
+    assert controller.phase is Phase.STOPPED
+    stopped, place = motors.time + TICK, controller.origin
+    kept = place.copy()
+    kept[motor] += off * (most + 1)
+    controller.update(kept, stopped + YIELD_AFTER - 1)
+    np.testing.assert_array_equal(controller.origin, place)
+    controller.update(kept, stopped + YIELD_AFTER)
+    np.testing.assert_array_equal(controller.origin, kept)
+    np.testing.assert_array_equal(controller.setpoint(stopped + SECOND), kept * FINE)
+    controller.update(kept + 50, stopped + 2 * YIELD_AFTER)
+    np.testing.assert_array_equal(controller.origin, kept)
+
+
+@pytest.mark.parametrize("hangs", [-4, 0, 4, 100])
+def test_after_a_contact_the_goals_carry_the_loads_that_they_carried_before(
+    motors: Motors, robot: Robot, hangs: int
+) -> None:
+    """Held where they hang, loaded motors would sink as far again, onto whom they touch."""
+    controller = motors.controller
+    held = min(hangs, round(GIVE_WAY / robot.servo.step))
+    here = controller.origin - hangs
+    controller.move(raised(robot), here, motors.time)
+    # Pushed against its way, a motor that has not moved yet has no way to go back.
+    pushed = here.copy()
+    pushed[6] += 200
+    controller.update(pushed, TICK)
+    assert controller.phase is Phase.STOPPED
+    np.testing.assert_array_equal(controller.origin, pushed + held)
+    # To hang as before is not to be kept from one's place.
+    controller.update(pushed, TICK + YIELD_AFTER)
+    np.testing.assert_array_equal(controller.origin, pushed + held)
+
+
+def test_a_stop_that_was_asked_for_moves_nothing(motors: Motors, robot: Robot) -> None:
+    controller = motors.controller
+    controller.move(raised(robot), motors.positions, motors.time)
+    motors.run(0.4)
+    controller.stop(motors.positions, motors.time)
+    held = motors.positions
+    np.testing.assert_array_equal(controller.setpoint(motors.time), held * FINE)
+    controller.update(held + 100, motors.time + 2 * YIELD_AFTER)
+    np.testing.assert_array_equal(controller.setpoint(motors.time), held * FINE)
+
+
+def test_a_stop_at_rest_moves_nothing(motors: Motors, robot: Robot) -> None:
+    """Not even by what the motors hung from their goals in the pose before."""
+    controller = motors.controller
+    controller.move(raised(robot), motors.positions - 3, motors.time)
+    motors.run(1.2)
+    assert controller.phase is Phase.IDLE
+    goals = controller.origin
+    controller.stop(motors.positions, motors.time)
+    np.testing.assert_array_equal(controller.origin, goals)
+
+
+def test_the_way_back_is_slow_and_ends_at_neutral(motors: Motors, robot: Robot) -> None:
+    controller = motors.controller
+    controller.move(raised(robot), motors.positions, motors.time)
+    motors.run(0.4)
+    controller.stop(motors.positions, motors.time)
+    with pytest.raises(BodyError, match="stopped"):
+        controller.move(raised(robot), motors.positions, motors.time)
+    controller.release(motors.positions, motors.time)
+    assert controller.phase is Phase.RETURNING
+    assert controller.latched is None
+    limit = RETURN_SPEED / robot.servo.step
+    while controller.phase is Phase.RETURNING:
+        before = motors.positions
+        motors.run(TICK / SECOND)
+        assert np.abs(motors.positions - before).max() <= limit * TICK / SECOND + 1
+        assert motors.time < 20 * SECOND
+    assert controller.phase is Phase.IDLE
+    np.testing.assert_array_equal(motors.positions, to_steps(robot, robot.neutral))
+
+
+def test_blocked_on_the_way_back_is_another_stop(motors: Motors, robot: Robot) -> None:
+    controller = motors.controller
+    controller.move(raised(robot), motors.positions, motors.time)
+    motors.run(0.5)
+    controller.stop(motors.positions, motors.time)
+    controller.release(motors.positions, motors.time)
+    motors.run(0.3)
+    motors.blocked = 1
+    motors.run(0.5)
+    assert controller.phase is Phase.STOPPED
+    assert controller.latched is not None
+    assert controller.latched.motor == "right_shoulder"
+
+
+def test_a_release_starts_from_where_somebody_moved_the_arms(motors: Motors, robot: Robot) -> None:
+    controller = motors.controller
+    controller.stop(motors.positions, motors.time)
+    pushed = motors.positions + np.array([0, 200, 0, 0, -150, 0, 0, 0])
+    controller.release(pushed, motors.time)
+    np.testing.assert_array_equal(controller.setpoint(motors.time), pushed * FINE)
+
+
+def test_what_is_refused(motors: Motors, robot: Robot) -> None:
+    controller = motors.controller
+    with pytest.raises(BodyError, match="only a stopped body"):
+        controller.release(motors.positions, 0)
+    neutral, still = robot.neutral, np.zeros(8)
+    for motor in range(8):
+        beyond = neutral.copy()
+        beyond[motor] = robot.upper[motor] + 2 * robot.servo.step
+        with pytest.raises(BodyError, match="allowed is"):
+            controller.move(Move(beyond, still), motors.positions, 0)
+        fast = still.copy()
+        fast[motor] = robot.servo.max_speed * 1.01
+        with pytest.raises(BodyError, match="at most"):
+            controller.move(Move(neutral.copy(), fast), motors.positions, 0)
+    assert controller.phase is Phase.IDLE
+    controller.move(raised(robot), motors.positions, 0)
+    with pytest.raises(BodyError, match="only an idle body"):
+        controller.move(raised(robot), motors.positions, 0)
+
+
+def test_a_second_stop_keeps_the_first_reason(motors: Motors) -> None:
+    controller = motors.controller
+    controller.stop(motors.positions, 0, StopReason.SERVO_HOT)
+    controller.stop(motors.positions, 10)
+    assert controller.latched is not None
+    assert controller.latched.reason == StopReason.SERVO_HOT

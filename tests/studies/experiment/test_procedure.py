@@ -1,0 +1,109 @@
+"""Section 5: movement stops when, and only when, it is blocked; afterwards smaller and slower."""
+
+import json
+from itertools import pairwise
+
+import pytest
+
+from miburi.bodies import Touchable
+from miburi.bodies.simulated import Simulated
+from miburi.errors import InputError
+from miburi.feelings import FEELINGS, EmotionalModel
+from miburi.partner import MoveSent, Partner, Stopped
+from miburi.robot import Robot
+from miburi.studies import experiment
+
+
+class RealBody(Simulated):
+    """A body in whose way no hand can be put by a program."""
+
+    @property
+    def touchable(self) -> Touchable | None:
+        return None
+
+
+@pytest.fixture(scope="module", params=[1, 2, 3])
+def result(request: pytest.FixtureRequest, robot: Robot) -> experiment.Experiment:
+    return experiment.conduct(Simulated(robot), request.param, 30.0)
+
+
+def test_it_stops_when_and_only_when_blocked(result: experiment.Experiment) -> None:
+    assert len(result.stops) >= 2
+    assert result.false_stops == 0
+    assert result.missed == []
+    assert result.self_collisions == 0
+    for stop in result.stops:
+        assert stop.latency is not None
+        assert 0 < stop.latency <= 0.3
+        assert stop.motor is not None
+
+
+def test_each_encounter_takes_a_fifth_of_the_mood(result: experiment.Experiment) -> None:
+    assert result.stops[0].mood_before == pytest.approx(0.9)
+    for stop in result.stops:
+        assert stop.mood_after == pytest.approx(0.8 * stop.mood_before)
+    for before, after in pairwise(result.stops):
+        healed = after.mood_before - before.mood_after
+        assert 0 <= healed < 0.01  # at the mood's own rhythm, an hour
+
+
+def test_gestures_after_a_stop_are_smaller_and_slower(result: experiment.Experiment) -> None:
+    whole = [gesture for gesture in result.gestures if gesture.complete]
+    times = [0.0, *[stop.time for stop in result.stops]]
+    groups = [
+        [g for g in whole if start < g.start < end]
+        for start, end in zip(times, [*times[1:], 1e9], strict=True)
+    ]
+    groups = [group for group in groups if group]
+    assert len(groups) >= 2
+    for before, after in pairwise(groups):
+        assert max(g.extent for g in after) < min(g.extent for g in before)
+        assert max(g.mean_speed for g in after) < min(g.mean_speed for g in before)
+
+
+def test_kinematics_are_exact_and_quick(result: experiment.Experiment) -> None:
+    report = result.report()["ik"]
+    assert isinstance(report, dict)
+    assert report["solves"] == len(result.solve_seconds) > 10
+    assert report["max_error_m"] < 1e-3
+    # The issue's promise is 20 ms; a median on a busy machine is far below it.
+    assert result.timing()["ik_median_ms"] < 20
+
+
+def test_the_same_seed_gives_the_same_report(robot: Robot) -> None:
+    first, second, other = (
+        json.dumps(experiment.conduct(Simulated(robot), seed, 8.0).report()) for seed in (5, 5, 6)
+    )
+    assert first == second
+    assert first != other
+
+
+@pytest.mark.parametrize("feeling", FEELINGS)
+def test_without_a_hand_nothing_stops(robot: Robot, feeling: str) -> None:
+    """Every feeling at three moods, without a stop and without touching itself."""
+    for mood in (0.2, 0.5, 0.9):
+        body, feelings = Simulated(robot), EmotionalModel()
+        feelings.set_state(emotion={feeling: 1.0}, mood={feeling: mood}, hold=True)
+        partner = Partner(body, feelings)
+        sent = 0
+        for _ in range(round(8.0 / 0.02)):
+            for event in partner.step(0.02):
+                assert not isinstance(event, Stopped), event
+                if isinstance(event, MoveSent):
+                    sent += 1
+                    assert event.solution.error.max() < 1e-3
+            assert body.touch.itself is None
+        assert sent > 2
+
+
+@pytest.mark.parametrize(
+    ("seed", "seconds"), [(-1, 30.0), (1, 1.9), (1, float("nan")), (1, float("inf"))]
+)
+def test_nonsense_is_refused(robot: Robot, seed: int, seconds: float) -> None:
+    with pytest.raises(InputError, match="must be"):
+        experiment.conduct(Simulated(robot), seed, seconds)
+
+
+def test_a_body_in_whose_way_no_hand_can_be_put_is_refused(robot: Robot) -> None:
+    with pytest.raises(InputError, match="in whose way a hand can be put"):
+        experiment.conduct(RealBody(robot), 1, 4.0)

@@ -1,0 +1,32 @@
+import re
+from contextlib import nullcontext
+
+from PIL import Image
+
+from miburi.feelings import FEELINGS
+from miburi.gestures import key_poses, load, shipped
+from miburi.studies.gestures import gallery
+from miburi.studies.gestures.pictures import Shown
+from miburi.studies.gestures.rehearsal import rehearse
+
+
+def test_the_page_shows_every_feeling_at_three_moods(robot, tmp_path, monkeypatch):
+    rehearsal = rehearse(robot, key_poses(robot, load("surprise"), 0.0))
+
+    def show(robot, function, mood, folder, _, face):
+        names = [f"{function.name}-{mood}{end}" for end in ("-strip.png", ".mp4", "-paths.png")]
+        for name in names:
+            (folder / name).touch()
+        Image.new("RGB", (60, 10)).save(folder / names[0])
+        return Shown(function, mood, rehearsal, *names)
+
+    monkeypatch.setattr(gallery, "show", show)
+    monkeypatch.setattr(gallery, "camera_on", lambda _: nullcontext())
+    page = gallery.write_gallery(robot, shipped(), tmp_path / "gallery")
+    text = page.read_text(encoding="utf-8")
+    named = set(re.findall(r'src="([^"]+)"', text))
+    assert named == {file.name for file in page.parent.iterdir()} - {"index.html", "overview.png"}
+    assert len(named) == 3 * 3 * len(FEELINGS)
+    assert "http" not in text  # works without a network
+    assert all(f'<section id="{feeling}">' in text for feeling in FEELINGS)
+    assert len(re.findall("<tr><td>", text)) == 3 * len(FEELINGS)

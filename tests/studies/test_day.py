@@ -1,0 +1,61 @@
+import numpy as np
+import pytest
+
+from miburi.errors import OutputError
+from miburi.feelings import FEELINGS, EmotionalModel
+from miburi.feelings.spiking import SpikingModel
+from miburi.studies.day import DAY, live_day, plot_day
+
+
+@pytest.fixture(scope="module", params=[EmotionalModel, SpikingModel])
+def day(request):
+    return live_day(request.param())
+
+
+def strongest(day, hour, level):
+    return FEELINGS[int(day.levels[np.searchsorted(day.hours, hour), level].argmax())]
+
+
+@pytest.mark.parametrize(
+    ("hour", "mood"),
+    [
+        (8.7, "happiness"),
+        (11.5, "sadness"),
+        (13.4, "happiness"),
+        (15.9, "anger"),
+        (18, "happiness"),
+    ],
+)
+def test_each_episode_leaves_its_mood(day, hour, mood):
+    assert strongest(day, hour, 2) == mood
+
+
+def test_the_night_begins_calm_and_only_the_mood_remembers(day):
+    assert day.shown[-1] == -1
+    assert day.levels[-1, :2].max() < 0.01
+    assert day.levels[-1, 2].max() > 0.02
+
+
+def test_blocked_gestures_leave_steps_of_a_fifth_in_the_mood(day):
+    assert len(day.contacts) == 3
+    for contact in day.contacts:
+        before = np.searchsorted(day.hours, contact, side="left") - 1
+        after = np.searchsorted(day.hours, contact, side="right") - 1
+        assert 0.795 < day.levels[after, 2, 0] / day.levels[before, 2, 0] < 0.815
+
+
+def test_the_day_has_hundreds_of_stimuli_and_a_seed():
+    assert sum(episode.count for episode in DAY) > 300
+    one, same, other = (live_day(EmotionalModel(), seed=seed) for seed in (1, 1, 2))
+    np.testing.assert_array_equal(one.levels, same.levels)
+    assert not np.array_equal(one.hours, other.hours)
+
+
+def test_the_picture_is_written_whole_or_not_at_all(tmp_path):
+    picture = plot_day(tmp_path / "new")
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert [path.name for path in picture.parent.iterdir()] == ["day.png"]
+    blocked = tmp_path / "file"
+    blocked.write_text("in the way")
+    with pytest.raises(OutputError, match="choose another folder"):
+        plot_day(blocked)

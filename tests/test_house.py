@@ -1,0 +1,98 @@
+"""The house keeps its shape: which room may import which, and how long a module may be."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+HOUSE = Path(__file__).parents[1] / "src" / "miburi"
+
+#: From the ground up. A room imports what stands in the rows before its own, and nothing else.
+ROOMS = (
+    ("errors", "version"),
+    ("ground",),
+    ("servos",),
+    ("robot",),
+    ("bma", "feelings"),
+    ("ik", "gestures", "safety"),
+    ("calibration", "senses"),
+    ("bodies",),
+    ("card",),
+    ("emulation", "partner"),
+    ("live",),
+    ("interface",),
+    ("studio", "studies"),
+    ("cli",),
+    ("__init__", "__main__"),
+)
+ROW = {room: row for row, rooms in enumerate(ROOMS) for room in rooms}
+MODULES = sorted(HOUSE.rglob("*.py"))
+
+
+def room_of(path: Path) -> str:
+    return path.relative_to(HOUSE).with_suffix("").parts[0]
+
+
+def imports(path: Path) -> list[tuple[str, str]]:
+    """Return every import of ours in a module: the room, and the name that is taken from it."""
+    found = []
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and node.module:
+            first, *rest = node.module.split(".")
+            if first == "miburi":
+                found += [(rest[0] if rest else name.name, name.name) for name in node.names]
+        elif isinstance(node, ast.Import):
+            found += [
+                (name.name.split(".")[1], "")
+                for name in node.names
+                if name.name.startswith("miburi.")
+            ]
+    return found
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(HOUSE)))
+def test_imports_point_down(path: Path) -> None:
+    room = room_of(path)
+    wrong = [target for target, _ in imports(path) if target != room and ROW[target] >= ROW[room]]
+    assert wrong == []
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(HOUSE)))
+def test_no_room_reaches_into_the_private_names_of_another(path: Path) -> None:
+    room = room_of(path)
+    private = [
+        f"{target}.{name}"
+        for target, name in imports(path)
+        if target != room and name.startswith("_") and not name.startswith("__")
+    ]
+    assert private == []
+
+
+def test_modules_fit_in_one_reading() -> None:
+    lengths = {path: len(path.read_text(encoding="utf-8").splitlines()) for path in MODULES}
+    assert {path: length for path, length in lengths.items() if length > 500} == {}
+    written = sorted(length for length in lengths.values() if length > 5)
+    assert written[len(written) // 2] < 170
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(HOUSE)))
+def test_a_public_module_says_what_is_public(path: Path) -> None:
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    public = {
+        node.name
+        for node in tree.body
+        if isinstance(node, ast.FunctionDef | ast.ClassDef | ast.AsyncFunctionDef)
+        and not node.name.startswith("_")
+    }
+    if not public or path.name in ("__init__.py", "__main__.py"):
+        return
+    listed = [
+        element.value
+        for node in tree.body
+        if isinstance(node, ast.Assign | ast.AugAssign)
+        and isinstance(node.value, ast.List)
+        and "__all__" in ast.unparse(node)
+        for element in node.value.elts
+        if isinstance(element, ast.Constant)
+    ]
+    assert public <= set(listed), "add them to __all__, or begin their names with _"
