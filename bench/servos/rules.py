@@ -16,7 +16,7 @@ from miburi.robot.guards import Guards
 from miburi.safety.contact import Rule
 from miburi.safety.free import FreeRule
 from miburi.servos import load_servo
-from miburi.studies.trials.runs import Plan, run
+from miburi.studies.trials.runs import Plan, carry_out_plan
 
 
 def guards(lag: int, slack: int, astray: int, arrival: int, waist: tuple[int, int]) -> Guards:
@@ -46,7 +46,7 @@ def main() -> None:
     }
     for name, rule in rules.items():
         plan = Plan(((robot, rule),), chosen.seed, chosen.free, chosen.blocked)
-        report(name, run(plan, workers=chosen.workers))
+        report(name, carry_out_plan(plan, workers=chosen.workers))
 
 
 def report(name: str, outcomes) -> None:
