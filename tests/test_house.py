@@ -11,8 +11,9 @@ HOUSE = Path(__file__).parents[1] / "src" / "miburi"
 ROOMS = (
     ("errors", "version"),
     ("ground",),
+    ("servos",),
     ("robot",),
-    ("servos", "bma", "feelings"),
+    ("bma", "feelings"),
     ("ik", "gestures", "safety"),
     ("calibration", "senses"),
     ("bodies",),

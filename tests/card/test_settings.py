@@ -12,8 +12,7 @@ from miburi.robot import Robot
 @pytest.fixture
 def coarse(robot: Robot) -> Robot:
     """Return the robot with the encoders of another servo."""
-    servo = robot.servo.model_copy(update={"steps_per_turn": 1024})
-    return robot.model_copy(update={"servo": servo})
+    return robot.with_servo(robot.servo.model.varied(steps_per_turn=1024))
 
 
 def test_the_error_for_other_encoders_says_what_to_do(coarse: Robot) -> None:

@@ -7,6 +7,7 @@ import pytest
 
 from miburi.errors import DescriptionError
 from miburi.robot import JOINTS, Robot, load_robot
+from miburi.servos import load_servo
 
 TEXT = (resources.files("miburi.robot") / "iphonoid.toml").read_text()
 
@@ -42,7 +43,8 @@ def test_limits_cannot_be_changed(robot: Robot) -> None:
         ("[joints.head]", "[joints.neck]", ["joints.head", "missing", "joints.neck"]),
         ("min = -1.744", "min = 1.744", ["joints.waist", "min must be less than max"]),
         ("neutral = 0.8", "neutral = 3.0", ["joints.head", "neutral must lie"]),
-        ("steps_per_turn = 4096", "steps_per_turn = 3.5", ["servo.steps_per_turn", "3.5"]),
+        ("max_speed = 6.0", 'max_speed = "fast"', ["servo.max_speed", "fast"]),
+        ('model = "imagined"', 'model = "xl331"', ["servo.model", "no servo 'xl331'", "imagined"]),
         (
             "lag = [0.033",
             "late = [0.033",
@@ -74,6 +76,23 @@ def test_a_missing_file_and_a_binary_file_are_refused(tmp_path) -> None:
     (tmp_path / "noise.toml").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(DescriptionError, match="not TOML"):
         load_robot(tmp_path / "noise.toml")
+
+
+def test_a_servo_of_your_own_lies_beside_the_robot(tmp_path) -> None:
+    path = tmp_path / "robot.toml"
+    path.write_text(TEXT.replace('model = "imagined"', 'model = "strong.toml"'))
+    with pytest.raises(DescriptionError, match=r"strong\.toml: cannot be read: No such file"):
+        load_robot(path)
+    servo = (resources.files("miburi.servos") / "xl330-m288-t.toml").read_text()
+    (tmp_path / "strong.toml").write_text(servo.replace("XL330-M288-T", "strong"))
+    assert load_robot(path).servo.model.name == "strong"
+
+
+def test_the_same_robot_with_another_servo(robot: Robot) -> None:
+    real = robot.with_servo(load_servo("xl330-m288-t"))
+    assert real.servo.model.name == "XL330-M288-T"
+    assert real.servo.max_speed == robot.servo.max_speed
+    assert robot.servo.model.name == "imagined"
 
 
 def test_another_robot_of_the_same_kind(tmp_path) -> None:

@@ -3,6 +3,11 @@
 A servo follows its setpoint with limited torque and tells its angle in encoder steps. All else
 that happens, such as forces, only a simulation can know; it is told apart, in
 :class:`~miburi.bodies.Touch`.
+
+MuJoCo has the position control, its limit and the back EMF (see :mod:`miburi.servos.model`). Dry
+friction follows the torques at every physics step, and the supply's voltage the currents at every
+reading. What is left out is in :class:`miburi.servos.Axis`: the control's rate and whole encoder
+steps, the PWM's slope, play.
 """
 
 import numpy as np
@@ -12,6 +17,7 @@ from miburi.errors import InputError
 from miburi.robot import JOINTS, Array, Robot
 from miburi.robot.mjcf import HAND_AWAY, TIMESTEP, to_mjcf
 from miburi.robot.physics import mujoco
+from miburi.safety.drive import aim
 from miburi.safety.profile import Steps, to_steps
 
 __all__ = ["Plant"]
@@ -37,15 +43,30 @@ class Plant:
         self._positions: Array = self.data.qpos  # MuJoCo's own memory, at the same place for life
         self._hand = self.model.geom("hand").id
         self._start = 0.0
+        self._servo = robot.servo.model
+        #: V of the supply when nothing draws current.
+        self.voltage = self._servo.supply.voltage
+        #: Constants of each servo's dry friction, (8, 6).
+        self.friction = np.array([self._servo.friction.row] * len(JOINTS))
+        motor = self._servo.motor
+        self._braking = self._servo.damping - self._servo.friction.viscous
+        self._stiffness, self._damping = self._servo.stiffness, self._servo.control_damping
+        #: V that the supply loses for each N²·m² of torque under voltage.
+        self._drop = self._servo.supply.resistance * motor.resistance / motor.torque_constant**2
+        from miburi.servos.friction import set_friction  # it loads Numba
+
+        self._set_friction = set_friction
         self.rest(robot.neutral)
 
     def rest(self, pose: Array, settle: float = 0.5) -> None:
         """Begin anew, at rest in ``pose`` (8,) rad, after gravity has pulled for ``settle`` s."""
         mujoco.mj_resetData(self.model, self.data)
-        self.limit(self.robot.servo.stall_torque)
+        self.power(self._servo.motor_torque)
+        self.model.dof_frictionloss[self._dofs] = self.friction[:, :2].sum(axis=1)
         self.data.qpos[self.joints] = pose
-        self.data.ctrl[:] = pose
-        mujoco.mj_step(self.model, self.data, nstep=round(settle / TIMESTEP))
+        self.data.ctrl[:] = aim(self.robot, pose)
+        for _ in range(round(settle / TIMESTEP)):
+            self.step()
         self._start = self.data.time
 
     @property
@@ -94,23 +115,46 @@ class Plant:
         """Take the human hand away."""
         self.data.mocap_pos[0] = HAND_AWAY
 
-    def limit(self, torque: Array | float) -> None:
-        """Limit the servos' torque to (8,) N·m, or the same for all."""
-        self.model.actuator_forcerange[:, 0] = np.negative(torque)
-        self.model.actuator_forcerange[:, 1] = torque
+    def power(self, torque: Array | float) -> None:
+        """Feed the servos from the supply as it is now, each with a limit of its duty.
+
+        ``torque`` is what a motor at rest would give with that duty at nominal voltage, N·m:
+        (8,), or the same for all.
+        """
+        model, data = self.model, self.data
+        force = data.actuator_force
+        # Of the current through a motor, the supply feeds the share that the duty is.
+        fed = float(force @ (force - self._braking * data.qvel.take(self._dofs)))
+        voltage = self.voltage - self._drop * max(fed, 0.0) / self.voltage
+        strength = voltage / self._servo.supply.voltage
+        model.actuator_gainprm[:, 0] = self._stiffness * strength
+        model.actuator_biasprm[:, 1] = -self._stiffness * strength
+        model.actuator_biasprm[:, 2] = -self._damping * strength
+        most = torque * strength
+        model.actuator_forcerange[:, 0] = -most
+        model.actuator_forcerange[:, 1] = most
+
+    def step(self) -> None:
+        """Let one physics step pass, and dry friction follow the torques."""
+        model, data = self.model, self.data
+        mujoco.mj_step(model, data)
+        self._set_friction(
+            model.dof_frictionloss, self.friction, self._braking, self._dofs, data.actuator_force,
+            data.qvel, data.qfrc_bias, data.qfrc_constraint, data.efc_force, data.ne,
+        )  # fmt: skip
 
     def advance(self, setpoints: Array, torque: Array | float) -> Touch:
         """Let the servos follow ``setpoints`` (n, 8) rad, one each physics step.
 
-        ``torque`` in N·m is the most that a servo gives: for each, (8,), or for all.
+        ``torque`` in N·m limits their duty; see :meth:`power`.
         """
-        model, data = self.model, self.data
+        data = self.data
         force, began, part, itself = 0.0, None, None, None
-        self.limit(torque)
+        self.power(torque)
         control = data.ctrl
         for setpoint in setpoints:
             control[:] = setpoint
-            mujoco.mj_step(model, data)
+            self.step()
             if data.ncon:
                 now, touched, met = self._touched()
                 itself = itself or met

@@ -7,6 +7,7 @@ does not see the physics in :class:`~miburi.bodies.plant.Plant`.
 """
 
 from collections import deque
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from miburi.robot import JOINTS, Array, Robot
 from miburi.robot.mjcf import TIMESTEP
 from miburi.safety.contact import Rule, Window
 from miburi.safety.controller import Controller
+from miburi.safety.drive import aim
 from miburi.safety.move import Move
 from miburi.safety.profile import FINE, SECOND, Steps, to_steps
 from miburi.safety.stop import Phase
@@ -57,6 +59,8 @@ class Simulated:
         self._controller = Controller(robot, rule or Rule.of(robot), goal)
         self._history: deque[Steps] = deque(maxlen=_VELOCITY_READINGS + 1)
         self._history.append(self._plant.encoders())
+        gears = 1 - robot.servo.model.friction.motor_load
+        self._hold_torque = robot.servo.hold_torque / gears
         self._planned: tuple[object, int, Array] = (None, 0, np.empty((0, 8)))
         self.touch = Touch()
 
@@ -110,7 +114,8 @@ class Simulated:
 
     def move(self, move: Move) -> None:
         """Start a move; see :meth:`miburi.bodies.Body.move`."""
-        self._controller.move(move, self.encoders, self._clock)
+        aimed = replace(move, angles=aim(self._robot, move.angles))
+        self._controller.move(aimed, self.encoders, self._clock)
 
     def stop(self) -> None:
         """Stop all motors and hold softly until released."""
@@ -146,11 +151,11 @@ class Simulated:
         self._next_reading()
 
     def _next_reading(self) -> Touch:
-        controller, servo = self._controller, self._robot.servo
+        controller = self._controller
         controller.update(self._history[-1], self._clock)
         stopped = controller.phase is Phase.STOPPED
         touch = self._plant.advance(
-            self._setpoints(), servo.hold_torque if stopped else servo.stall_torque
+            self._setpoints(), self._hold_torque if stopped else controller.ceiling
         )
         self._readings += 1
         self._history.append(self._plant.encoders())

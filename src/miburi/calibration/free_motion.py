@@ -14,7 +14,7 @@ import numpy as np
 from miburi.errors import InputError
 from miburi.robot import JOINTS, Array
 from miburi.robot.guards import GUARDS, Guards
-from miburi.safety.contact import PAPER_PERIOD, PAPER_RATIO, lag_doubt
+from miburi.safety.contact import PAPER_PERIOD, PAPER_RATIO, UNLOADED, Loading, lag_doubt
 from miburi.safety.profile import FINE, Profile, Steps
 
 __all__ = [
@@ -46,7 +46,7 @@ class Trace:
 
     Attributes
     ----------
-    profile, start, direction
+    profile, start, direction, loading
         As in :class:`miburi.safety.contact.Watch`.
     times
         (n,) µs since the move began, ascending; they need not be regular.
@@ -60,6 +60,7 @@ class Trace:
     direction: Steps
     times: Steps
     positions: Steps
+    loading: Loading = UNLOADED
 
     @property
     def travel(self) -> Steps:

@@ -17,6 +17,7 @@ from miburi.robot import JOINTS, Robot
 from miburi.robot.guards import GUARDS, Guards, by_motor
 from miburi.safety.contact import Rule
 from miburi.safety.controller import RETURN_SPEED
+from miburi.safety.drive import aim
 from miburi.safety.profile import to_steps
 
 __all__ = [
@@ -72,12 +73,12 @@ def check_encoder(robot: Robot) -> None:
     BodyError
         The encoders differ, so that the card would misread every angle and guard.
     """
-    steps = robot.servo.steps_per_turn
+    steps = robot.servo.model.encoder.steps_per_turn
     if steps != STEPS_PER_TURN:
         raise BodyError(
             f"the {robot.name}'s encoders count {steps} steps a turn; a card drives servos that "
-            f"count {STEPS_PER_TURN} (XL330). Give steps_per_turn = {STEPS_PER_TURN} in the "
-            "robot's description if it has those, or move this robot in simulation."
+            f"count {STEPS_PER_TURN} (XL330). Name such a servo in the robot's description if it "
+            "has those, or move this robot in simulation."
         )
 
 
@@ -177,7 +178,7 @@ class CardSettings:
         check_encoder(robot)
         rule, step = rule or Rule.of(robot), robot.servo.step
         lower, upper = to_steps(robot, robot.lower), to_steps(robot, robot.upper)
-        neutral = to_steps(robot, robot.neutral)
+        neutral = to_steps(robot, aim(robot, robot.neutral))
         return cls(
             General(
                 period=rule.period,
@@ -185,7 +186,7 @@ class CardSettings:
                 acceleration=round(robot.servo.acceleration / step),
                 max_speed=round(robot.servo.max_speed / step),
                 return_speed=round(RETURN_SPEED / step),
-                move_current=round(robot.servo.stall_torque * MILLIAMPERES_PER_NM),
+                move_current=round(robot.servo.model.data_sheet.stall_torque * MILLIAMPERES_PER_NM),
                 hold_current=round(robot.servo.hold_torque * MILLIAMPERES_PER_NM),
             ),
             tuple(

@@ -30,7 +30,7 @@ _OPTIONS: dict[str, Any] = {
     "fastmath": {"contract", "nsz", "arcp"},
 }
 #: The folders, from the package's root, of the modules with compiled functions.
-FOLDERS = ("bma", "ik")
+FOLDERS = ("bma", "ik", "servos")
 
 
 def state_of_sources(root: Path) -> str:

@@ -86,7 +86,7 @@ def load_table(model: type[AnyTable], path: Path | str) -> AnyTable:
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise DescriptionError(f"{path}: this is not TOML: {error}.") from error
     try:
-        return model.model_validate(data)
+        return model.model_validate(data, context={"folder": path.parent})
     except ValidationError as error:
         raise DescriptionError(f"{path}: {_in_words(error, model)}") from error
 

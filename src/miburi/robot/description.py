@@ -11,10 +11,11 @@ from typing import Annotated, Self, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, Strict, model_validator
+from pydantic import BeforeValidator, Field, Strict, ValidationInfo, model_validator
 
 from miburi.ground.tables import Table, load_table
 from miburi.robot.guards import Guards
+from miburi.servos import Servo, load_servo
 
 __all__ = [
     "EXTREMITIES",
@@ -97,24 +98,26 @@ class Joints(Table):
     head: Joint
 
 
-class ServoTable(Table):
-    """The servo that drives every joint: encoder steps a turn, rad/s, rad/s², N·m, kg·m²."""
+def _servo(value: object, info: ValidationInfo) -> object:
+    """Load a servo that the file names; a path is from the description's own folder."""
+    if not isinstance(value, str):
+        return value
+    folder = (info.context or {}).get("folder", Path())
+    return load_servo(folder / value if value.endswith(".toml") else value)
 
-    name: str
-    steps_per_turn: Annotated[int, Field(ge=256, le=1 << 16)]
+
+class ServoTable(Table):
+    """The motor of all joints, and what this robot asks of it: rad/s, rad/s², N·m at the horn."""
+
+    model: Annotated[Servo, BeforeValidator(_servo)]
     max_speed: Annotated[float, Field(gt=0, le=20)]
     acceleration: Annotated[float, Field(gt=0, le=500)]
-    stall_torque: Annotated[float, Field(gt=0, le=10)]
     hold_torque: Positive
-    stiffness: Positive
-    damping: Positive
-    armature: Positive
-    friction: NotNegative
 
     @property
     def step(self) -> float:
         """Angle of one encoder step, in rad."""
-        return 2 * np.pi / self.steps_per_turn
+        return self.model.step
 
 
 _Grant = Annotated[float, Strict(), Field(ge=0, le=1)]
@@ -176,6 +179,11 @@ class Robot(Table):
     def symbols(self) -> tuple[str, ...]:
         """The paper's letters for the joints: W, RS, RE, RF, LS, LE, LF, H."""
         return tuple(getattr(self.joints, name).symbol for name in JOINTS)
+
+    def with_servo(self, servo: Servo) -> "Robot":
+        """Return this robot with another kind of motor; its guards stay, and may not fit."""
+        table = self.servo.model_copy(update={"model": servo})
+        return self.model_copy(update={"servo": table})
 
     def _of_joints(self, field: str) -> Array:
         values = np.array([getattr(getattr(self.joints, name), field) for name in JOINTS])

@@ -94,12 +94,12 @@ def to_mjcf(robot: Robot, *, face: bool = False, sprung_hand: bool = False) -> s
     # MuJoCo itself excludes pairs that a joint connects, but not for bodies fixed to the world.
     ET.SubElement(ET.SubElement(root, "contact"), "exclude", body1="base", body2="torso")
     actuator = ET.SubElement(root, "actuator")
-    servo = robot.servo
+    servo = robot.servo.model
     for joint in JOINTS:
         ET.SubElement(
             actuator, "position", name=joint, joint=joint,
-            kp=str(servo.stiffness), kv=str(servo.damping),
-            forcerange=_text((-servo.stall_torque, servo.stall_torque)),
+            kp=str(servo.stiffness), kv=str(servo.control_damping),
+            forcerange=_text((-servo.motor_torque, servo.motor_torque)),
         )  # fmt: skip
     ET.indent(root)
     return ET.tostring(root, encoding="unicode") + "\n"
@@ -107,11 +107,14 @@ def to_mjcf(robot: Robot, *, face: bool = False, sprung_hand: bool = False) -> s
 
 def _body(parent: ET.Element, link: Link, robot: Robot) -> ET.Element:
     body = ET.SubElement(parent, "body", name=link.name, pos=_text(link.position))
-    index = JOINTS.index(link.joint)
+    index, servo = JOINTS.index(link.joint), robot.servo.model
+    grip = servo.friction.solver_grip
     ET.SubElement(
         body, "joint", name=link.joint, type="hinge", axis=_text(link.axis),
-        range=_text((robot.lower[index], robot.upper[index])),
-        armature=str(robot.servo.armature), frictionloss=str(robot.servo.friction),
+        range=_text((robot.lower[index], robot.upper[index])), armature=str(servo.motor.armature),
+        damping=str(servo.damping), frictionloss=str(servo.friction.dry + servo.friction.stiction),
+        solreffriction=f"{servo.friction.solver_time} 1",
+        solimpfriction=f"{grip} {max(grip, 0.95)}",
     )  # fmt: skip
     return body
 

@@ -64,6 +64,14 @@ class Part:
     end: Point | None = None
     tilt: float = 0.0
 
+    @property
+    def middle(self) -> Point:
+        """The centre of its mass, in the link's frame, m."""
+        if self.end is None:
+            return self.position
+        (a, b, c), (d, e, f) = self.position, self.end
+        return (a + d) / 2, (b + e) / 2, (c + f) / 2
+
 
 def links(robot: Robot) -> list[Link]:
     """Return the links from the base outwards; their joints have the names in ``JOINTS``."""

@@ -34,9 +34,10 @@ def to_urdf(robot: Robot) -> str:
         ET.SubElement(joint, "child", link=link.name)
         ET.SubElement(joint, "axis", xyz=_text(link.axis))
         index = JOINTS.index(link.joint)
+        stall_torque = robot.servo.model.data_sheet.stall_torque
         ET.SubElement(
             joint, "limit", lower=_text((robot.lower[index],)), upper=_text((robot.upper[index],)),
-            velocity=_text((robot.servo.max_speed,)), effort=_text((robot.servo.stall_torque,)),
+            velocity=_text((robot.servo.max_speed,)), effort=_text((stall_torque,)),
         )  # fmt: skip
     for name, link_element in elements.items():
         _inertial(link_element, model, name)

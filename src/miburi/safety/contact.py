@@ -64,8 +64,10 @@ __all__ = [
     "LAG_DOUBT",
     "PAPER_PERIOD",
     "PAPER_RATIO",
+    "UNLOADED",
     "Contact",
     "Flags",
+    "Loading",
     "Rule",
     "Sign",
     "Watch",
@@ -87,6 +89,31 @@ _READINGS = np.arange(20, dtype=np.int64) * (SECOND // 100)
 
 
 @dataclass(frozen=True)
+class Loading:
+    """What bears on the motors during one move, along each one's way: (8,) in 1/256 steps.
+
+    Attributes
+    ----------
+    offset
+        From where the motor is at the start to the origin of its profile.
+    begin, end
+        The error of position that the load takes at the move's beginning, and at its end.
+    most
+        The error at which the duty has its limit.
+    """
+
+    offset: Steps
+    begin: Steps
+    end: Steps
+    most: Steps
+
+
+_NOTHING = np.zeros(8, dtype=np.int64)
+#: No weight, no limit, and a profile that begins where the motors are.
+UNLOADED = Loading(_NOTHING, _NOTHING, _NOTHING, np.full(8, 1 << 20, dtype=np.int64))
+
+
+@dataclass(frozen=True)
 class Rule:
     """Period p in µs, ratio in parts of 10 000 (Eqs. 1 and 2), and the guards of the motors."""
 
@@ -99,9 +126,11 @@ class Rule:
         """Return the paper's period and ratio with the guards of the robot's servo."""
         return cls(in_whole_units(robot.guards, robot.servo.step))
 
-    def watch(self, profile: Profile, start: Steps, direction: Steps) -> "Watch":
+    def watch(
+        self, profile: Profile, start: Steps, direction: Steps, loading: Loading = UNLOADED
+    ) -> "Watch":
         """Begin to watch one move; see :class:`Watch`."""
-        return Watch(self, profile, start, direction)
+        return Watch(self, profile, start, direction, loading)
 
 
 class Sign(StrEnum):
@@ -183,6 +212,8 @@ class Watch:
         The commanded motion of the eight motors.
     start, direction
         (8,) positions in steps when the move began; (8,) +1 or −1.
+    loading
+        What bears on the motors; the delayed profile does not look at it.
     window
         What the rule compared at the latest reading; None before the first.
     """
@@ -191,6 +222,7 @@ class Watch:
     profile: Profile
     start: Steps
     direction: Steps
+    loading: Loading = UNLOADED
     window: Window | None = field(init=False, default=None)
     _expected: Steps = field(init=False)
     _measured: Steps = field(init=False)

@@ -28,6 +28,7 @@ import numpy as np
 from miburi.errors import BodyError
 from miburi.robot import JOINTS, Robot
 from miburi.safety.contact import Rule, Watch, Window
+from miburi.safety.drive import aim, demand
 from miburi.safety.move import Move
 from miburi.safety.profile import FINE, SECOND, Steps, plan_profile, to_steps
 from miburi.safety.stop import Phase, Stop, StopReason
@@ -81,6 +82,8 @@ class Controller:
         Where the commanded profile starts; the motors hold there when no profile runs.
     watch
         The commanded profile that runs and the rule that watches it; each profile has its own.
+    ceiling
+        (8,) N·m, the most that the motors may give for it; a stopped body holds with less.
     """
 
     robot: Robot
@@ -136,7 +139,7 @@ class Controller:
         here = positions + self._sag
         moved = np.abs(here - self.origin) > self.rule.guards.arrival
         self.origin = np.where(moved, here, self.origin)
-        goal = to_steps(self.robot, self.robot.neutral)
+        goal = to_steps(self.robot, aim(self.robot, self.robot.neutral))
         distance = np.abs(goal - self.origin)
         fastest = round(RETURN_SPEED / self.robot.servo.step)
         self._start(
@@ -224,7 +227,9 @@ class Controller:
 
     def _plan(self, goal: Steps, positions: Steps, speeds: Steps) -> Watch:
         profile, direction = plan_profile(self.robot, self.origin, goal, speeds)
-        return self.rule.watch(profile, positions, direction)
+        needs = demand(self.robot, positions, self.origin, profile, direction)
+        self.ceiling = needs.ceiling
+        return self.rule.watch(profile, positions, direction, needs.loading)
 
     def _hold(self, stop: Stop, positions: Steps) -> None:
         self.phase, self.latched, self._yields_at = Phase.STOPPED, stop, None

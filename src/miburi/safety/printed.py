@@ -7,7 +7,18 @@ servo, because the first window is a ramp.
 
 import numpy as np
 
-from miburi.safety.contact import PAPER_RATIO, Contact, Flags, Rule, Sign, Watch, Window, worst
+from miburi.safety.contact import (
+    PAPER_RATIO,
+    UNLOADED,
+    Contact,
+    Flags,
+    Loading,
+    Rule,
+    Sign,
+    Watch,
+    Window,
+    worst,
+)  # fmt: skip
 from miburi.safety.profile import FINE, SECOND, Profile, Steps
 
 __all__ = ["PrintedRule", "is_slow_as_printed"]
@@ -40,9 +51,11 @@ def is_slow_as_printed(
 class PrintedRule(Rule):
     """The paper's rule as printed; it stops every free move of a real servo."""
 
-    def watch(self, profile: Profile, start: Steps, direction: Steps) -> Watch:
+    def watch(
+        self, profile: Profile, start: Steps, direction: Steps, loading: Loading = UNLOADED
+    ) -> Watch:
         """Begin to watch one move; see :meth:`miburi.safety.contact.Rule.watch`."""
-        return _PrintedWatch(self, profile, start, direction)
+        return _PrintedWatch(self, profile, start, direction, loading)
 
 
 class _PrintedWatch(Watch):

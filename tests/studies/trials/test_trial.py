@@ -161,14 +161,16 @@ def test_sustained_force_is_a_mean_over_the_rules_period() -> None:
 
 def test_varied_servos_span_what_they_promise(robot: Robot) -> None:
     servos = varied_servos(robot, 1, 200)
-    stiffness = np.array([one.servo.stiffness for one in servos]) / robot.servo.stiffness
-    friction = np.array([one.servo.friction for one in servos]) / robot.servo.friction
+    stiffness = np.array([one.servo.model.stiffness for one in servos])
+    stiffness /= robot.servo.model.stiffness
+    friction = np.array([one.servo.model.friction.dry for one in servos])
+    friction /= robot.servo.model.friction.dry
     assert (stiffness.min() < 0.55, stiffness.max() > 1.9) == (True, True)
     assert (stiffness >= 0.5).all()
     assert (stiffness <= 2).all()
     assert (friction >= 1).all()
     assert friction.max() > 1.9
-    assert {one.servo.steps_per_turn for one in servos} == {4096, 1229}
+    assert {one.servo.model.encoder.steps_per_turn for one in servos} == {4096, 1229}
     assert varied_servos(robot, 1, 3) == servos[:3]
 
 

@@ -178,18 +178,21 @@ def varied_servos(robot: Robot, seed: int, count: int) -> tuple[Robot, ...]:
     to twice. Encoders have 4096 or 1229 steps a turn, in alternation.
     """
     rng = np.random.default_rng([seed, _SERVOS])
-    servo = robot.servo
+    table = robot.servo
 
     def vary(number: int) -> Robot:
         stiffer = float(2.0 ** rng.uniform(-1.0, 1.0))
+        servo = table.model.varied(
+            steps_per_turn=(4096, 1229)[number % 2],
+            stiffness=stiffer,
+            damping=float(np.sqrt(stiffer) * rng.uniform(0.75, 1.33)),
+            friction=float(rng.uniform(1.0, 2.0)),
+        )
         changes = {
-            "steps_per_turn": (4096, 1229)[number % 2],
-            "stiffness": servo.stiffness * stiffer,
-            "damping": servo.damping * float(np.sqrt(stiffer) * rng.uniform(0.75, 1.33)),
-            "friction": servo.friction * float(rng.uniform(1.0, 2.0)),
-            "acceleration": servo.acceleration * float(2.0 ** rng.uniform(-1.0, 1.0)),
+            "model": servo,
+            "acceleration": table.acceleration * float(2.0 ** rng.uniform(-1.0, 1.0)),
         }
-        return robot.model_copy(update={"servo": servo.model_copy(update=changes)})
+        return robot.model_copy(update={"servo": table.model_copy(update=changes)})
 
     return tuple(vary(number) for number in range(count))
 

@@ -17,10 +17,7 @@ from miburi.robot.mjcf import HAND_AWAY
 from miburi.robot.physics import mujoco
 from miburi.safety.profile import Steps
 
-__all__ = ["NOMINAL_VOLTAGE", "Skin", "TrialPlant", "Variation"]
-
-#: The voltage at which the description's torque and stiffness hold, V.
-NOMINAL_VOLTAGE = 5.0
+__all__ = ["Skin", "TrialPlant", "Variation"]
 
 
 @dataclass(frozen=True)
@@ -30,9 +27,9 @@ class Variation:
     Attributes
     ----------
     voltage
-        V of the battery; torque and stiffness are proportional to it.
+        V of the battery.
     friction
-        Times the servos' dry friction.
+        Times the servos' dry friction, with all that it grows by.
     load
         kg in each hand.
     noise
@@ -41,7 +38,7 @@ class Variation:
         Physics steps (2 ms) by which a setpoint reaches the servo late.
     """
 
-    voltage: float = NOMINAL_VOLTAGE
+    voltage: float = 5.0
     friction: float = 1.0
     load: float = 0.0
     noise: float = 0.0
@@ -92,7 +89,7 @@ class TrialPlant(Plant):
         # The hand has slides only, so its dofs and positions have the same indices.
         self._slides = slice(dofs[0], dofs[-1] + 1)
         self._constraint: NDArray[np.float64] = self.data.qfrc_constraint[self._slides]
-        self._robot_dofs = [int(model.joint(name).dofadr[0]) for name in JOINTS]
+        self._nominal_friction = self.friction.copy()
         self._grasp = model.equality("grasp").id
         self._anchor = np.array(HAND_AWAY)
 
@@ -104,10 +101,9 @@ class TrialPlant(Plant):
         model = self.model
         for name, values in self._base.items():
             getattr(model, name)[:] = values
-        strength = variation.voltage / NOMINAL_VOLTAGE
-        model.actuator_gainprm[:] *= strength
-        model.actuator_biasprm[:] *= strength
-        model.dof_frictionloss[self._robot_dofs] *= variation.friction
+        self.voltage = variation.voltage
+        self.friction[:] = self._nominal_friction
+        self.friction[:, :_TORQUES] *= variation.friction
         for side in ("right", "left"):
             _load(model, side, variation.load)
         mujoco.mj_setConst(model, self.data)
@@ -119,7 +115,6 @@ class TrialPlant(Plant):
         """Begin anew; see :meth:`Plant.rest`."""
         super().rest(pose, settle)
         self._pushes: list[Array] = []
-        self._torque: float | None = None  # the servos' limit, if all have the same
         self.touched: str | None = None
         self.touched_at: float | None = None
         self.itself: tuple[str, str] | None = None
@@ -204,18 +199,15 @@ class TrialPlant(Plant):
 
     def advance(self, setpoints: Array, torque: Array | float) -> Touch:
         """Let the servos follow ``setpoints``; see :meth:`Plant.advance`."""
-        model, data = self.model, self.data
-        # Write the limit only when it changes: it seldom does, and this runs at every reading.
-        if not isinstance(torque, float) or torque != self._torque:
-            self.limit(torque * (self._variation.voltage / NOMINAL_VOLTAGE))
-            self._torque = torque if isinstance(torque, float) else None
+        data = self.data
+        self.power(torque)
         if self._variation.delay:
             queue = np.concatenate([self._late, setpoints])
             setpoints, self._late = queue[: len(setpoints)], queue[len(setpoints) :]
         control, constraint, note = data.ctrl, self._constraint, self._pushes.append
         for setpoint in setpoints:
             control[:] = setpoint
-            mujoco.mj_step(model, data)
+            self.step()
             note(constraint.copy())
             if data.ncon and self.touched_at is None:
                 self._note_contacts()
@@ -237,10 +229,11 @@ _NO_TOUCH = Touch()
 
 #: The fields of the model that trials vary.
 _VARIED = (
-    "actuator_gainprm", "actuator_biasprm", "dof_frictionloss", "dof_damping", "jnt_stiffness",
-    "body_mass", "body_inertia", "body_ipos", "geom_quat", "geom_solref", "geom_friction",
-    "geom_contype", "geom_conaffinity", "eq_obj2id", "eq_data",
+    "dof_damping", "jnt_stiffness", "body_mass", "body_inertia", "body_ipos", "geom_quat",
+    "geom_solref", "geom_friction", "geom_contype", "geom_conaffinity", "eq_obj2id", "eq_data",
 )  # fmt: skip
+#: So many of a servo's constants of friction are torques, or shares of one: the first.
+_TORQUES = 4
 
 
 def _load(model: Any, side: str, mass: float) -> None:

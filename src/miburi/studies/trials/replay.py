@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from miburi.calibration.free_motion import MARGIN, calibrate
 from miburi.robot import Robot
 from miburi.robot.mjcf import TIMESTEP
-from miburi.safety.contact import Contact, Rule, Watch
+from miburi.safety.contact import UNLOADED, Contact, Loading, Rule, Watch
 from miburi.safety.profile import SECOND, Profile, Steps
 from miburi.studies.trials.plant import TrialPlant
 from miburi.studies.trials.trial import Run, TrialKind, enact
@@ -35,9 +35,11 @@ class _DeafWatch(Watch):
 class DeafRule(Rule):
     """A rule that never stops: a blocked move just ends. For recording only."""
 
-    def watch(self, profile: Profile, start: Steps, direction: Steps) -> Watch:
+    def watch(
+        self, profile: Profile, start: Steps, direction: Steps, loading: Loading = UNLOADED
+    ) -> Watch:
         """Return a watch that notices nothing."""
-        return _DeafWatch(self, profile, start, direction)
+        return _DeafWatch(self, profile, start, direction, loading)
 
 
 @dataclass(frozen=True)
@@ -72,7 +74,7 @@ def judge(rule: Rule, run: Run) -> Judgement:
 
 def _first_stop(rule: Rule, run: Run) -> float | None:
     for trace, began in zip(run.traces, run.began, strict=True):
-        watch = rule.watch(trace.profile, trace.start, trace.direction)
+        watch = rule.watch(trace.profile, trace.start, trace.direction, trace.loading)
         for time, positions in zip(trace.times, trace.positions, strict=True):
             elapsed = int(time)
             if watch.look(positions, elapsed) is not None:

@@ -13,6 +13,7 @@ from miburi.gestures import Repertoire
 from miburi.robot import Array, Robot
 from miburi.robot.mjcf import TIMESTEP
 from miburi.safety.contact import Rule
+from miburi.safety.drive import aim, demand
 from miburi.safety.move import Move
 from miburi.safety.profile import SECOND, Steps, plan_profile, to_steps
 from miburi.safety.stop import Phase, Stop
@@ -262,11 +263,11 @@ def _perform(
 
 def trace_of(robot: Robot, origin: Array, move: Move, readings: list[Steps]) -> Trace:
     """Return the trace of a move from ``origin`` (8,) rad, with the encoders' readings."""
-    profile, direction = plan_profile(
-        robot, to_steps(robot, origin), to_steps(robot, move.angles), to_steps(robot, move.speeds)
-    )
+    begin, end = to_steps(robot, aim(robot, np.array([origin, move.angles])))
+    profile, direction = plan_profile(robot, begin, end, to_steps(robot, move.speeds))
     times = np.arange(len(readings), dtype=np.int64) * _READING_US
-    return Trace(profile, readings[0], direction, times, np.array(readings))
+    needs = demand(robot, readings[0], begin, profile, direction)
+    return Trace(profile, readings[0], direction, times, np.array(readings), needs.loading)
 
 
 def measure(result: Run, kind: TrialKind, index: int, servo: int) -> Outcome:

@@ -1,0 +1,113 @@
+"""What the robot's own parts load its motors with: their weight and inertia, in closed form.
+
+The masses are the description's, each part's in its middle. Whoever drives the motors needs
+them: to aim a goal above the sag, to know what torque a move takes, to expect a motion.
+"""
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from miburi.robot.description import JOINTS, Array, Lengths, Masses, Robot, Shape
+from miburi.robot.shape import links, parts
+
+__all__ = ["GRAVITY", "Loads", "loads"]
+
+#: m/s².
+GRAVITY = 9.81
+
+
+class Loads(NamedTuple):
+    """What hangs on the motors of a robot at rest.
+
+    Attributes
+    ----------
+    gravity
+        (..., 8) N·m that each motor must give to hold its joint.
+    inertia
+        (..., 8) kg·m² that it moves, all other joints held; without rotors, and without what the
+        parts' own extent adds (for the iphonoid's waist 0.0003 kg·m², less for others).
+    """
+
+    gravity: Array
+    inertia: Array
+
+
+class _Solids(NamedTuple):
+    """What of a robot's body does not change with its pose; n parts with a mass on 8 links."""
+
+    order: list[int]  # the links' joints
+    parents: list[int]  # the links' parents; -1 for the base
+    offsets: Array  # (8, 3), m in the parent's frame
+    axes: Array  # (8, 3)
+    links: list[int]  # (n,), which carries each part
+    middles: Array  # (n, 3), m in the link's frame
+    masses: Array  # (8, n), kg, of the parts that each joint turns
+
+
+def loads(robot: Robot, angles: Array) -> Loads:
+    """Return what the parts load the motors with at ``angles`` (..., 8) rad."""
+    body = _solids(robot.lengths, robot.masses, robot.shape)
+    turns = _turns(body.axes, angles[..., body.order])
+    axles = np.zeros((*angles.shape[:-1], len(JOINTS), 3))
+    for link, parent in enumerate(body.parents):
+        # The torso, the first, turns about the base.
+        if parent >= 0:
+            above = turns[..., parent, :, :]
+            axles[..., link, :] = axles[..., parent, :] + above @ body.offsets[link]
+            turns[..., link, :, :] = above @ turns[..., link, :, :]
+        else:
+            axles[..., link, :] = body.offsets[link]
+    # A joint's own turn leaves its axis as it is.
+    axes = (turns @ body.axes[..., None])[..., 0]
+    carried = (turns[..., body.links, :, :] @ body.middles[..., None])[..., 0]
+    centres = axles[..., body.links, :] + carried
+    x, y, z = np.moveaxis(axes[..., None, :], -1, 0)
+    u, v, w = np.moveaxis(centres[..., None, :, :] - axles[..., None, :], -1, 0)
+    up = x * v - y * u  # what the joint's turn lifts, m/rad
+    far = (y * w - z * v) ** 2 + (z * u - x * w) ** 2 + up**2
+    gravity, inertia = np.empty((2, *angles.shape))
+    gravity[..., body.order] = GRAVITY * (up * body.masses).sum(axis=-1)
+    inertia[..., body.order] = (far * body.masses).sum(axis=-1)
+    return Loads(gravity, inertia)
+
+
+@lru_cache(maxsize=64)
+def _solids(lengths: Lengths, masses: Masses, shape: Shape) -> _Solids:
+    # All that links and parts look at.
+    robot = Robot.model_construct(lengths=lengths, masses=masses, shape=shape)
+    table = links(robot)
+    names = [link.name for link in table]
+    heavy = [part for part in parts(robot) if part.mass and part.link in names]
+    parents = [names.index(link.parent) if link.parent in names else -1 for link in table]
+    carriers: list[set[int]] = []
+    for number, parent in enumerate(parents):
+        carriers.append({number} | (carriers[parent] if parent >= 0 else set()))
+    where = [names.index(part.link) for part in heavy]
+    return _Solids(
+        order=[JOINTS.index(link.joint) for link in table],
+        parents=parents,
+        offsets=np.array([link.position for link in table], dtype=np.float64),
+        axes=np.array([link.axis for link in table], dtype=np.float64),
+        links=where,
+        middles=np.array([part.middle for part in heavy]),
+        masses=np.array(
+            [
+                [
+                    part.mass * (joint in carriers[link])
+                    for part, link in zip(heavy, where, strict=True)
+                ]
+                for joint in range(len(table))
+            ]
+        ),
+    )
+
+
+def _turns(axes: Array, angles: Array) -> Array:
+    """Return the turns by ``angles`` (..., n) about ``axes`` (n, 3) of length 1, (..., n, 3, 3)."""
+    (x, y, z), zero = axes.T, np.zeros(len(axes))
+    cross = np.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]]).transpose(2, 0, 1)
+    sine, rest = np.sin(angles)[..., None, None], (1 - np.cos(angles))[..., None, None]
+    turns: Array = np.eye(3) + sine * cross + rest * (cross @ cross)
+    return turns

@@ -1,0 +1,81 @@
+"""What servos are told beside a move: goals above the sag, and a ceiling for their push.
+
+A position control without an integral is a spring: a motor hangs below its goal by its load over
+its stiffness. The load is known from the description, so goals are aimed so much higher. And as
+it is known what a move takes, the duty (Goal PWM) is limited to somewhat more: what then holds a
+motor feels no more than that, whatever else fails.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from miburi.robot import Array, Robot
+from miburi.robot.loads import loads
+from miburi.safety.contact import Loading
+from miburi.safety.profile import FINE, Profile, Steps
+from miburi.servos import required_torque
+
+__all__ = ["Demand", "aim", "demand"]
+
+
+def aim(robot: Robot, angles: Array) -> Array:
+    """Return the goals at which loaded motors come to ``angles``, within the limits.
+
+    Both are (..., 8) rad.
+    """
+    servo = robot.servo.model
+    lifted = angles + servo.drive.lift / servo.stiffness * loads(robot, angles).gravity
+    goals: Array = np.clip(lifted, np.minimum(robot.lower, angles), np.maximum(robot.upper, angles))
+    return goals
+
+
+class Demand(NamedTuple):
+    """What a move asks of the motors.
+
+    Attributes
+    ----------
+    ceiling
+        (8,), the most that they may give: N·m of a motor at rest with that duty.
+    loading
+        What bears on them.
+    """
+
+    ceiling: Array
+    loading: Loading
+
+
+def demand(robot: Robot, start: Steps, origin: Steps, profile: Profile, direction: Steps) -> Demand:
+    """Return what a move asks of the motors.
+
+    Parameters
+    ----------
+    start, origin
+        (8,) steps, where the motors are, and where their profiles begin.
+    profile, direction
+        The commanded motion; (8,) +1 or −1.
+    """
+    servo, step = robot.servo.model, robot.servo.step
+    goal = origin + direction * profile.distance
+    poses = np.multiply([origin, (origin + goal) / 2, goal], step, dtype=np.float64)
+    gravity, inertia = loads(robot, poses)
+    fastest = np.where(profile.distance > 0, profile.fastest, 0) * step
+    # A motor that rests must hold out while the others ramp.
+    needed = required_torque(
+        servo, fastest, robot.servo.acceleration, np.abs(gravity).max(axis=0), inertia.max(axis=0)
+    )
+    ceiling = np.minimum(servo.drive.headroom * needed, servo.motor_torque)
+
+    def error(torque: Array) -> Steps:
+        fine: Steps = np.rint(torque / servo.stiffness / step * FINE).astype(np.int64)
+        return fine
+
+    return Demand(
+        ceiling,
+        Loading(
+            offset=(origin - start) * direction * FINE,
+            begin=error(gravity[0]) * direction,
+            end=error(gravity[-1]) * direction,
+            most=error(ceiling),
+        ),
+    )

@@ -1,0 +1,20 @@
+"""What a servo is: constants that say where they come from, and a model in the voltage domain.
+
+A servo is a TOML file; :func:`load_servo` reads one that ships with Miburi by its name, or your
+own by its path. This room knows no robot: angles, speeds and torques are those at the horn.
+"""
+
+from miburi.servos.axis import Axis
+from miburi.servos.model import dry_friction, no_load_speed, required_torque, stall_torque
+from miburi.servos.servo import SERVOS, Servo, load_servo
+
+__all__ = [
+    "SERVOS",
+    "Axis",
+    "Servo",
+    "dry_friction",
+    "load_servo",
+    "no_load_speed",
+    "required_torque",
+    "stall_torque",
+]

@@ -1,0 +1,102 @@
+"""One servo with its load, alone: the whole model in plain Python, finely in time.
+
+It has what the physical body leaves out for speed: the control's own rate and whole encoder
+steps, the PWM's slope, and the play between gears and horn. It says what these bring, and moves
+emulated servos.
+"""
+
+from dataclasses import dataclass
+from math import copysign
+
+from miburi.servos.model import dry_friction
+from miburi.servos.servo import Servo
+
+__all__ = ["Axis"]
+
+#: s; the rotor against the play's stop needs less than 0.4 ms.
+_STEP = 1e-4
+#: Stiffness of gears and horn where the play ends, N·m/rad, and its damping (ours).
+_STOP, _STOP_DAMPING = 200.0, 0.05
+
+
+@dataclass
+class Axis:
+    """A servo that starts at rest at angle 0; angles rad, torques N·m.
+
+    Attributes
+    ----------
+    servo
+        The constants.
+    inertia
+        kg·m² on the horn, more than 0.
+    load
+        Torque on the horn from outside; it may change at any time.
+    duty_limit
+        The largest duty, 0 to 1 (Goal PWM).
+    angle, speed
+        Of the horn, where the encoder sits; rad and rad/s.
+    duty
+        What the control sets now, −1 to 1.
+    current
+        A through the motor.
+    """
+
+    servo: Servo
+    inertia: float
+    load: float = 0.0
+    duty_limit: float = 1.0
+    angle: float = 0.0
+    speed: float = 0.0
+    duty: float = 0.0
+    current: float = 0.0
+    time: float = 0.0
+
+    def __post_init__(self) -> None:
+        self._rotor, self._rotor_speed = self.angle, self.speed
+        self._steps = round(1 / (self.servo.loop.rate * _STEP))
+        self._until_control = 0
+
+    def advance(self, goal: float, seconds: float) -> None:
+        """Let ``seconds`` pass (whole tenths of ms) with the trajectory at ``goal`` rad."""
+        for _ in range(round(seconds / _STEP)):
+            if self._until_control == 0:
+                self._control(goal)
+                self._until_control = self._steps
+            self._until_control -= 1
+            self._move()
+
+    def _control(self, goal: float) -> None:
+        servo, gains = self.servo, self.servo.gains
+        error = (goal - round(self.angle / servo.step) * servo.step) * servo.duty_per_rad
+        wanted = error - self.speed * servo.duty_per_speed
+        wanted = min(max(wanted, -self.duty_limit), self.duty_limit)
+        most = gains.pwm_slope / servo.loop.rate / servo.supply.voltage
+        self.duty += min(max(wanted - self.duty, -most), most)
+
+    def _move(self) -> None:
+        servo, motor, friction = self.servo, self.servo.motor, self.servo.friction
+        voltage = servo.supply.voltage - servo.supply.resistance * abs(self.duty * self.current)
+        self.current = (self.duty * voltage - motor.back_emf * self._rotor_speed) / motor.resistance
+        torque = motor.torque_constant * self.current
+        bound = dry_friction(*friction.row, torque, self.load, self._rotor_speed)
+        bound += friction.viscous * abs(self._rotor_speed)
+        self.time += _STEP
+        if servo.loop.backlash == 0:
+            inertia = motor.armature + self.inertia
+            self.speed = _stopped(self.speed, torque + self.load, bound, inertia)
+            self.angle += self.speed * _STEP
+            self._rotor, self._rotor_speed = self.angle, self.speed
+            return
+        play = self._rotor - self.angle
+        over = play - copysign(min(abs(play), servo.loop.backlash / 2), play)
+        passed = _STOP * over + (_STOP_DAMPING * (self._rotor_speed - self.speed) if over else 0.0)
+        self._rotor_speed = _stopped(self._rotor_speed, torque - passed, bound, motor.armature)
+        self.speed += (passed + self.load) / self.inertia * _STEP
+        self._rotor += self._rotor_speed * _STEP
+        self.angle += self.speed * _STEP
+
+
+def _stopped(speed: float, torque: float, friction: float, inertia: float) -> float:
+    """Return the speed after a step; friction takes no more than what brings it to rest."""
+    free = speed + torque / inertia * _STEP
+    return copysign(max(0.0, abs(free) - friction / inertia * _STEP), free)

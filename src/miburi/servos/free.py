@@ -1,0 +1,99 @@
+"""How free servos would move: a model in whole numbers, as the card works it out.
+
+Motors are springs between their commanded profiles and their joints, with back EMF, friction and
+the weight of what they carry (:mod:`miburi.servos.model`). Each step of 5 ms
+
+    motor  = a1 · (profile − x, at most ± most) − a2 · v
+    v     += motor − a1 · sag, then less the dry friction, that stops it at most
+    x     += v
+
+Positions are in 1/65536 encoder step, v in these for each 5 ms. Shifts round down, as C's do; all
+fits into 32 bits. Import it where it is first needed: it loads Numba.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from miburi.ground.compiled import compiled
+from miburi.servos.model import Array
+from miburi.servos.servo import Servo
+
+__all__ = ["STEP", "FreeServo", "advance"]
+
+Steps = NDArray[np.int64]
+
+#: µs of one step of the model.
+STEP = 5000
+#: The coefficients' unit, and that of the share of a torque that the gears take.
+_ONE, _SHARE = 1 << 16, 1 << 8
+
+
+@dataclass(frozen=True)
+class FreeServo:
+    """A motor with its joint; all (8,) int64.
+
+    Attributes
+    ----------
+    pull, brake
+        a1 and a2 in 1/65536: what an error, and a speed, change of the speed in a step.
+    friction
+        1/65536 encoder step for each 5 ms that dry friction takes of the speed in a step.
+    lost
+        Share of the motor's torque that the gears take as friction, in 1/256.
+    """
+
+    pull: Steps
+    brake: Steps
+    friction: Steps
+    lost: Steps
+
+    @classmethod
+    def of(cls, servo: Servo, load: Array) -> "FreeServo":
+        """Return motors at nominal voltage that move ``load`` (8,) kg·m² each."""
+        inertia = servo.motor.armature + load
+        per_torque = (STEP / 1e6) ** 2 / inertia
+        brake = (servo.damping + servo.control_damping) * (STEP / 1e6) / inertia
+        dry = (servo.friction.dry + servo.friction.stiction) / servo.step
+
+        def whole(values: Array | float) -> Steps:
+            steps: Steps = np.rint(np.broadcast_to(values, inertia.shape)).astype(np.int64)
+            return steps
+
+        return cls(
+            pull=whole(servo.stiffness * per_torque * _ONE),
+            brake=whole(brake * _ONE),
+            friction=whole(dry * per_torque * _ONE),
+            lost=whole(servo.friction.motor_load * _SHARE),
+        )
+
+
+@compiled
+def advance(
+    x: Steps,
+    v: Steps,
+    before: Steps,
+    now: Steps,
+    steps: int,
+    sag: Steps,
+    most: Steps,
+    pull: Steps,
+    brake: Steps,
+    friction: Steps,
+    lost: Steps,
+) -> None:
+    """Let ``x`` and ``v`` (8,) pass ``steps`` steps, while the profile goes on.
+
+    It goes from ``before`` to ``now``, (8,) in 1/256 encoder step, as ``sag`` and ``most`` are:
+    the error that the load takes, and the one at which the duty has its limit.
+    """
+    for j in range(len(x)):
+        for k in range(1, steps + 1):
+            profile = before[j] + (now[j] - before[j]) * k // steps
+            error = min(max(profile - (x[j] >> 8), -most[j]), most[j])
+            motor = ((pull[j] * error) >> 8) - ((brake[j] * (v[j] >> 8)) >> 8)
+            speed = v[j] + motor - ((pull[j] * sag[j]) >> 8)
+            taken = friction[j] + ((lost[j] * abs(motor)) >> 8)
+            v[j] = max(speed - taken, 0) if speed > 0 else min(speed + taken, 0)
+            x[j] += v[j]

@@ -1,0 +1,55 @@
+"""The servos' dry friction at every physics step, compiled: MuJoCo knows a constant one only.
+
+Import it where it is first needed: it loads Numba.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from miburi.ground.compiled import compiled
+from miburi.servos.model import Array, dry_friction
+
+__all__ = ["set_friction"]
+
+_dry_friction = compiled(dry_friction)
+
+
+@compiled
+def set_friction(
+    bound: Array,
+    rows: Array,
+    braking: float,
+    dofs: NDArray[np.int64],
+    motor: Array,
+    speed: Array,
+    bias: Array,
+    constraint: Array,
+    row_forces: Array,
+    first_row: int,
+) -> None:
+    """Write what dry friction may hold until the next step into ``bound`` (nv,) N·m.
+
+    Parameters
+    ----------
+    rows
+        (8, 6), the constants of each servo: :attr:`miburi.servos.servo.Friction.row`.
+    braking
+        N·m·s/rad that back EMF takes from the motor's torque.
+    dofs
+        (8,), where each joint is in MuJoCo's arrays.
+    motor
+        (8,) N·m, without back EMF.
+    speed, bias, constraint
+        (nv,), MuJoCo's qvel, qfrc_bias and qfrc_constraint.
+    row_forces, first_row
+        MuJoCo's efc_force, and where the friction of its first joint stands there: friction is a
+        constraint too, but no load.
+    """
+    for joint, dof in enumerate(dofs):
+        load = constraint[dof] - bias[dof] - row_forces[first_row + dof]
+        torque = motor[joint] - braking * speed[dof]
+        dry, stiction, motor_load, load_stiction, stribeck_speed, stribeck_shape = rows[joint]
+        bound[dof] = _dry_friction(
+            dry, stiction, motor_load, load_stiction, stribeck_speed, stribeck_shape,
+            torque, load, speed[dof],
+        )  # fmt: skip

@@ -1,0 +1,89 @@
+"""The servo in the voltage domain: what its motor gives, and what its gears take.
+
+The position control sets a duty; the motor sees that share of the supply's voltage V::
+
+    duty  = P/divisor · (error in steps) / 885, no more than its limit
+    motor = kt/R · (duty · V − ke · w)
+    horn  = motor − viscous · w − dry friction
+
+The dry friction is the model M6 of Better Actuator Models (Duclusaud and Passault,
+arXiv:2410.08650) without its smallest terms: it grows with the motor's torque, and at rest with
+the load's. Torques are in N·m, speeds in rad/s, all at the horn.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from miburi.servos.servo import Servo
+
+__all__ = ["Array", "dry_friction", "no_load_speed", "required_torque", "stall_torque"]
+
+Array = NDArray[np.float64]
+Numbers = Array | float
+
+
+def dry_friction(
+    dry: float,
+    stiction: float,
+    motor_load: float,
+    load_stiction: float,
+    stribeck_speed: float,
+    stribeck_shape: float,
+    motor: float,
+    load: float,
+    speed: float,
+) -> float:
+    """Return the dry friction's bound in N·m: what it may hold, and what it takes from a motion.
+
+    Parameters
+    ----------
+    dry, stiction, motor_load, load_stiction, stribeck_speed, stribeck_shape
+        The constants: :attr:`miburi.servos.servo.Friction.row`.
+    motor, load
+        The motor's torque, and what acts on the horn from outside.
+    speed
+        Of the joint.
+    """
+    rest = np.exp(-((abs(speed) / stribeck_speed) ** stribeck_shape))
+    at_rest = stiction + load_stiction * abs(load)
+    return float(dry + motor_load * abs(motor) + rest * at_rest)
+
+
+def stall_torque(servo: Servo, voltage: float) -> float:
+    """Return the torque that a motor at rest with full duty brings to the horn, N·m."""
+    friction = servo.friction
+    motor = servo.motor_torque * voltage / servo.supply.voltage
+    left = motor * (1 - friction.motor_load) - friction.dry - friction.stiction
+    return left / (1 + friction.load_stiction)
+
+
+def no_load_speed(servo: Servo, voltage: float) -> float:
+    """Return the speed at full duty with nothing on the horn, rad/s; well above the Stribeck speed.
+
+    Without back EMF and viscous friction there is no such speed: infinity.
+    """
+    friction = servo.friction
+    gears = 1 - friction.motor_load
+    motor = servo.motor_torque * voltage / servo.supply.voltage
+    back = servo.damping - friction.viscous
+    lost = gears * back + friction.viscous
+    return (gears * motor - friction.dry) / lost if lost else float("inf")
+
+
+def required_torque(
+    servo: Servo, speed: Numbers, acceleration: Numbers, load: Numbers, inertia: Numbers
+) -> Numbers:
+    """Return the duty that a motion needs, as the N·m that it would give a motor at rest.
+
+    Parameters
+    ----------
+    speed, acceleration
+        The largest of the motion, rad/s and rad/s².
+    load, inertia
+        N·m and kg·m² on the horn; the rotor is the servo's own.
+    """
+    friction = servo.friction
+    held = friction.dry + friction.stiction + friction.load_stiction * np.abs(load)
+    moved = (servo.motor.armature + inertia) * acceleration + friction.viscous * speed
+    motor = (np.abs(load) + moved + held) / (1 - friction.motor_load)
+    return motor + (servo.damping - friction.viscous) * speed

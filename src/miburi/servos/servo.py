@@ -1,0 +1,255 @@
+"""A servo's constants: one TOML file, checked once, into one immutable ``Servo``.
+
+Every table of the file says its standing and its source. What follows from the constants alone,
+such as the stiffness of the position control, is a property here; what depends on the state of a
+motor is in :mod:`miburi.servos.model`.
+"""
+
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field
+
+from miburi.errors import InputError
+from miburi.ground.tables import Table, load_table
+
+__all__ = [
+    "SERVOS",
+    "DataSheet",
+    "Divisor",
+    "Drive",
+    "Encoder",
+    "Friction",
+    "Gains",
+    "Loop",
+    "Motor",
+    "Origin",
+    "Profile",
+    "Servo",
+    "Supply",
+    "load_servo",
+]
+
+Positive = Annotated[float, Field(gt=0)]
+NotNegative = Annotated[float, Field(ge=0)]
+Share = Annotated[float, Field(ge=0, lt=1)]
+
+#: The servos that ship with Miburi.
+SERVOS: tuple[str, ...] = ("xl330-m288-t", "imagined")
+
+
+class Origin(Table):
+    """Where a table's numbers come from."""
+
+    standing: Literal["identified by others", "data sheet", "ours"]
+    source: str
+
+
+class Motor(Origin):
+    """The motor through its gears: N·m/A, V·s/rad, Ω and kg·m² at the horn."""
+
+    torque_constant: Positive
+    back_emf: NotNegative
+    resistance: Positive
+    armature: Positive
+
+
+class Friction(Origin):
+    """What holds the joint: see :func:`miburi.servos.model.dry_friction`; N·m and rad/s."""
+
+    dry: Positive
+    stiction: NotNegative
+    viscous: NotNegative
+    motor_load: Share
+    load_stiction: Share
+    stribeck_speed: Positive
+    stribeck_shape: Positive
+    solver_time: Annotated[float, Field(gt=0, le=1)]
+    solver_grip: Annotated[float, Field(gt=0, lt=1)]
+
+    @property
+    def row(self) -> tuple[float, float, float, float, float, float]:
+        """The constants of the dry friction, in the order of ``dry_friction``'s."""
+        return (
+            self.dry, self.stiction, self.motor_load, self.load_stiction,
+            self.stribeck_speed, self.stribeck_shape,
+        )  # fmt: skip
+
+
+class DataSheet(Origin):
+    """What its maker says: N·m, rad/s and A at the nominal voltage."""
+
+    stall_torque: Positive
+    no_load_speed: Positive
+    stall_current: Positive
+
+
+class Encoder(Origin):
+    """How finely the servo knows its angle."""
+
+    steps_per_turn: Annotated[int, Field(ge=256, le=1 << 16)]
+
+
+class Gains(Origin):
+    """The position control as the factory sets it: registers, PWM units, V/s."""
+
+    p: NotNegative
+    d: NotNegative
+    d_divisor: Positive
+    pwm_limit: Annotated[int, Field(gt=0)]
+    pwm_slope: Positive
+
+
+class Divisor(Origin):
+    """What a unit of the P gain is a part of."""
+
+    p_divisor: Positive
+
+
+class Profile(Origin):
+    """What one unit of the profile's registers is, rad/s and rad/s²."""
+
+    speed_unit: Positive
+    acceleration_unit: Positive
+
+
+class Supply(Origin):
+    """V, and the Ω that all servos share."""
+
+    voltage: Annotated[float, Field(gt=0, le=50)]
+    resistance: NotNegative
+
+
+class Loop(Origin):
+    """The control's rate (Hz) and faults: steps, s, share, rad."""
+
+    rate: Positive
+    noise: NotNegative
+    start_delay: NotNegative
+    clock_error: NotNegative
+    backlash: NotNegative
+
+
+class Drive(Origin):
+    """How Miburi drives it: the P gain, and how a move's ceiling and goal are made.
+
+    ``headroom`` times the torque that a move needs is the most that a motor may give; ``lift`` is
+    the share of the load's sag by which goals are corrected.
+    """
+
+    gain: Positive
+    headroom: Annotated[float, Field(ge=1)]
+    lift: Annotated[float, Field(ge=0, le=1)]
+
+
+class Servo(Table):
+    """One kind of servo."""
+
+    name: str
+    motor: Motor
+    friction: Friction
+    data_sheet: DataSheet
+    encoder: Encoder
+    gains: Gains
+    divisor: Divisor
+    profile: Profile
+    supply: Supply
+    loop: Loop
+    drive: Drive
+
+    @property
+    def step(self) -> float:
+        """Angle of one encoder step, rad."""
+        return 2 * np.pi / self.encoder.steps_per_turn
+
+    @property
+    def motor_torque(self) -> float:
+        """The motor's torque at full duty and nominal voltage at rest, N·m, before the gears."""
+        return self.supply.voltage * self.motor.torque_constant / self.motor.resistance
+
+    @property
+    def duty_per_rad(self) -> float:
+        """Duty for each rad of error."""
+        gains = self.gains
+        return self.drive.gain / self.divisor.p_divisor / gains.pwm_limit / self.step
+
+    @property
+    def duty_per_speed(self) -> float:
+        """Duty against each rad/s, by the D gain."""
+        gains = self.gains
+        return gains.d / gains.d_divisor / gains.pwm_limit / self.loop.rate / self.step
+
+    @property
+    def stiffness(self) -> float:
+        """Motor's torque for each rad of error at nominal voltage, N·m/rad."""
+        return self.duty_per_rad * self.motor_torque
+
+    @property
+    def control_damping(self) -> float:
+        """Motor's torque against each rad/s by the D gain at nominal voltage, N·m·s/rad."""
+        return self.duty_per_speed * self.motor_torque
+
+    @property
+    def damping(self) -> float:
+        """What back EMF and viscous friction take, whatever the duty, N·m·s/rad."""
+        motor = self.motor
+        return motor.torque_constant * motor.back_emf / motor.resistance + self.friction.viscous
+
+    def varied(
+        self,
+        *,
+        steps_per_turn: int | None = None,
+        stiffness: float = 1.0,
+        damping: float = 1.0,
+        friction: float = 1.0,
+    ) -> "Servo":
+        """Return a servo with so many times this one's stiffness, damping and dry friction.
+
+        Stiffness comes from the P gain, damping from the D gain and the motor's back EMF.
+        """
+        steps = steps_per_turn or self.encoder.steps_per_turn
+        coarser = self.encoder.steps_per_turn / steps
+        gains, drive, motor, rubbing = self.gains, self.drive, self.motor, self.friction
+        dry = {name: getattr(rubbing, name) * friction for name in _DRY}
+        return self.model_copy(
+            update={
+                "encoder": self.encoder.model_copy(update={"steps_per_turn": steps}),
+                "gains": gains.model_copy(update={"d": gains.d * coarser * damping}),
+                "drive": drive.model_copy(update={"gain": drive.gain * coarser * stiffness}),
+                "motor": motor.model_copy(update={"back_emf": motor.back_emf * damping}),
+                "friction": rubbing.model_copy(update=dry),
+            }
+        )
+
+
+_DRY = ("dry", "stiction", "motor_load", "load_stiction")
+
+
+def load_servo(name: str | Path) -> Servo:
+    """Read and check a servo.
+
+    Parameters
+    ----------
+    name
+        One of ``SERVOS``, or the path of a TOML file with the keys of ``xl330-m288-t.toml``, all
+        of them and no other.
+
+    Raises
+    ------
+    InputError
+        There is no servo of that name, and it is no path of a TOML file.
+    DescriptionError
+        The file cannot be read, is not TOML, or a key is missing, unknown or out of range; the
+        message names the file, every wrong key, what was got and what is allowed.
+    """
+    if str(name) in SERVOS:
+        with resources.as_file(resources.files(__package__) / f"{name}.toml") as path:
+            return load_table(Servo, path)
+    if Path(name).suffix != ".toml":
+        raise InputError(
+            f"there is no servo {str(name)!r}; choose one of {', '.join(SERVOS)}, or the path of "
+            "a .toml file."
+        )
+    return load_table(Servo, name)

@@ -1,0 +1,110 @@
+"""The physical robot with identified servos: what was measured on one, seen in the whole body."""
+
+import numpy as np
+import pytest
+
+from miburi.bodies.plant import Plant
+from miburi.robot import Robot
+from miburi.robot.loads import loads
+from miburi.robot.mjcf import TIMESTEP
+from miburi.robot.physics import mujoco
+from miburi.servos import Axis, Servo, load_servo, no_load_speed
+
+LEVEL = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.8])  # both arms straight out sideways
+
+
+@pytest.fixture(scope="module")
+def servo() -> Servo:
+    """The identified servo, with goals as they are asked for."""
+    servo = load_servo("xl330-m288-t")
+    return servo.model_copy(update={"drive": servo.drive.model_copy(update={"lift": 0.0})})
+
+
+@pytest.fixture(scope="module")
+def plant(robot: Robot, servo: Servo) -> Plant:
+    return Plant(robot.with_servo(servo))
+
+
+def held(pose, seconds: float):
+    return np.tile(pose, (round(seconds / TIMESTEP), 1))
+
+
+def test_the_waist_turns_at_full_duty_as_fast_as_a_servo_without_load(plant, servo) -> None:
+    plant.rest(LEVEL)
+    goal = LEVEL.copy()
+    goal[0] = 100.0
+    plant.model.jnt_limited[plant.model.joint("waist").id] = 0
+    plant.advance(held(goal, 1.5), servo.motor_torque)
+    plant.model.jnt_limited[plant.model.joint("waist").id] = 1
+    assert plant.velocities[0] == pytest.approx(no_load_speed(servo, 5.0), rel=0.02)
+    assert plant.velocities[0] == pytest.approx(servo.data_sheet.no_load_speed, rel=0.1)
+
+
+@pytest.mark.parametrize(("torque", "lifts"), [(0.42, True), (0.445, False)])
+def test_the_head_stalls_where_a_servo_does(robot, servo, torque: float, lifts: bool) -> None:
+    """Heavier gravity, until the head is just too heavy."""
+    strong = servo.model_copy(
+        update={"supply": servo.supply.model_copy(update={"resistance": 0.0})}
+    )
+    plant = Plant(robot.with_servo(strong))
+    low, high = LEVEL.copy(), LEVEL.copy()
+    low[7], high[7] = 0.5, 1.1
+    plant.rest(low)
+    weight = loads(robot, low).gravity[7]
+    plant.model.opt.gravity[2] *= torque / weight
+    plant.advance(held(high, 0.05), strong.motor_torque)
+    assert (plant.angles[7] > low[7] + 0.002) == lifts
+
+
+def test_arms_and_head_sag_within_the_band_that_friction_leaves(plant, servo, robot) -> None:
+    plant.rest(LEVEL, settle=2.0)
+    load = np.abs(loads(robot, LEVEL).gravity)
+    friction = servo.friction
+    held_back = friction.dry + friction.stiction + friction.load_stiction * load
+    most = (load + held_back) / servo.stiffness / (1 - friction.motor_load)
+    least = (load - held_back) / servo.stiffness / (1 + friction.motor_load)
+    sag = np.abs(LEVEL - plant.angles)
+    assert (sag <= most).all()
+    assert (sag >= least - 1e-3).all()
+    assert sag[7] > 0.004
+
+
+def test_a_joint_at_rest_does_not_creep(plant) -> None:
+    plant.rest(LEVEL, settle=1.0)
+    before = plant.angles
+    plant.data.qfrc_applied[0] = 0.003  # less than dry friction
+    plant.advance(held(LEVEL, 5.0), 0.0)
+    assert abs(plant.angles[0] - before[0]) < 1e-5
+
+
+def test_a_step_is_the_single_servos(plant, servo) -> None:
+    """The body's waist answers as the finer model of one servo with its inertia."""
+    plant.rest(LEVEL)
+    mass = np.zeros((plant.model.nv, plant.model.nv))
+    mujoco.mj_fullM(plant.model, plant.data, mass)
+    # At once: the PWM's slope, which the body leaves out, delays so large a step by 9 ms.
+    gains = servo.gains.model_copy(update={"pwm_slope": 1e6})
+    at_once = servo.model_copy(update={"gains": gains})
+    axis = Axis(at_once, float(mass[0, 0]) - servo.motor.armature)
+    body, alone = [], []
+    goal = LEVEL.copy()
+    goal[0] = 0.1
+    for _ in range(60):
+        plant.advance(held(goal, 0.01), servo.motor_torque)
+        axis.advance(0.1, 0.01)
+        body.append(plant.angles[0])
+        alone.append(axis.angle)
+    assert max(body) == pytest.approx(max(alone), rel=0.05)
+    assert np.abs(np.subtract(body, alone)).max() < 0.005
+
+
+def test_the_supply_sags_under_a_stalled_servo(plant, servo) -> None:
+    plant.rest(LEVEL)
+    plant.data.qfrc_applied[0] = -0.5
+    goal = LEVEL.copy()
+    goal[0] = 1.0
+    for _ in range(3):
+        plant.advance(held(goal, 0.01), servo.motor_torque)
+    drop = 1 - plant.model.actuator_forcerange[0, 1] / servo.motor_torque
+    wires, motor = servo.supply.resistance, servo.motor.resistance
+    assert drop == pytest.approx(wires / (wires + motor), rel=0.15)

@@ -1,0 +1,91 @@
+"""What servos are told beside a move: goals above the sag, and a ceiling for their push."""
+
+import numpy as np
+import pytest
+
+from miburi.bodies.simulated import Simulated
+from miburi.robot import Array, Robot
+from miburi.robot.loads import loads
+from miburi.safety.drive import aim, demand
+from miburi.safety.move import plan_move
+from miburi.safety.profile import plan_profile, to_steps
+from miburi.servos import Servo, load_servo
+from miburi.studies.trials.plant import TrialPlant
+from miburi.studies.trials.replay import DeafRule
+from miburi.studies.trials.trial import TrialKind, enact, sustained_force
+
+REACHING = np.array([0.4, 0.3, 0.2, 0.1, 0.3, -0.2, -0.1, 1.0])
+
+
+@pytest.fixture(scope="module")
+def servo() -> Servo:
+    return load_servo("xl330-m288-t")
+
+
+def driven(servo: Servo, **changes: float) -> Servo:
+    return servo.model_copy(update={"drive": servo.drive.model_copy(update=changes)})
+
+
+def ceiling(robot: Robot, speed: float) -> Array:
+    """Return the ceiling of a move to REACHING in which no motor is faster than ``speed`` rad/s."""
+    origin, goal = to_steps(robot, robot.neutral), to_steps(robot, REACHING)
+    speeds = to_steps(robot, np.full(8, speed))
+    profile, direction = plan_profile(robot, origin, goal, speeds)
+    return demand(robot, origin, origin, profile, direction).ceiling
+
+
+def test_goals_stay_inside_the_limits(robot: Robot, servo: Servo) -> None:
+    real = robot.with_servo(servo)
+    rng = np.random.default_rng(5)
+    angles = rng.uniform(robot.lower, robot.upper, (200, 8))
+    angles[:100] = np.where(rng.random((100, 8)) < 0.5, robot.lower, robot.upper)
+    goals = aim(real, angles)
+    assert (goals >= robot.lower).all()
+    assert (goals <= robot.upper).all()
+    inside = (angles > robot.lower + 0.02) & (angles < robot.upper - 0.02)
+    lift = loads(robot, angles).gravity / servo.stiffness
+    np.testing.assert_allclose((goals - angles)[inside], lift[inside], atol=1e-12)
+
+
+def test_loaded_motors_come_to_what_was_asked(robot: Robot, servo: Servo) -> None:
+    missed = []
+    for lift in (0.0, 1.0):
+        body = Simulated(robot.with_servo(driven(servo, lift=lift)), DeafRule.of(robot))
+        body.move(plan_move(robot, robot.neutral, REACHING, 0.8))
+        body.step(1.5)
+        missed.append(np.abs(body.configuration[0] - REACHING).max())
+    assert missed[1] < 0.5 * missed[0]
+    assert missed[1] < 0.005
+
+
+def test_a_ceiling_leaves_the_free_move_as_it_is(robot: Robot, servo: Servo) -> None:
+    ways = []
+    for headroom in (1000.0, servo.drive.headroom):
+        body = Simulated(robot.with_servo(driven(servo, headroom=headroom)), DeafRule.of(robot))
+        body.move(plan_move(robot, robot.neutral, REACHING, 0.4))
+        ways.append([body.step(0.01).angles for _ in range(120)])
+    assert np.abs(np.subtract(*ways)).max() < 0.01
+
+
+def test_a_slower_move_pushes_less(robot: Robot, servo: Servo) -> None:
+    real = robot.with_servo(servo)
+    slow, fast = (ceiling(real, speed) for speed in (0.3, 3.0))
+    assert (slow < fast).all()
+    assert (fast <= servo.motor_torque).all()
+    assert np.median(slow) < 0.35 * servo.motor_torque
+
+
+def test_the_imagined_servo_is_driven_as_it_was(robot: Robot) -> None:
+    imagined = robot.with_servo(load_servo("imagined"))
+    np.testing.assert_array_equal(aim(imagined, REACHING), REACHING)
+    np.testing.assert_array_equal(ceiling(imagined, 0.1), np.full(8, 0.52))
+
+
+def test_the_ceiling_softens_the_push_without_any_rule(robot: Robot, servo: Servo) -> None:
+    pushes = []
+    for headroom in (1000.0, servo.drive.headroom):
+        real = robot.with_servo(driven(servo, headroom=headroom))
+        plant, rule = TrialPlant(real), DeafRule.of(real)
+        runs = [enact(plant, rule, 11, TrialKind.BLOCKED, index) for index in range(12)]
+        pushes.append(np.median([sustained_force(one.forces) for one in runs]))
+    assert pushes[1] < 0.75 * pushes[0]

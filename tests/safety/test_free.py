@@ -1,0 +1,177 @@
+"""What the rule expects of a free servo is what it does, in integers that a card can hold."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from miburi.bodies.simulated import READING, Simulated
+from miburi.calibration.free_motion import Trace
+from miburi.robot import Robot, iphonoid
+from miburi.robot.guards import Guards
+from miburi.robot.loads import loads
+from miburi.safety.contact import Loading, Rule
+from miburi.safety.free import FreeRule
+from miburi.safety.profile import FINE, Profile
+from miburi.safety.stop import Phase
+from miburi.servos import load_servo
+from miburi.servos.free import STEP, FreeServo, advance
+from miburi.studies.trials.conditions import draw
+from miburi.studies.trials.plant import TrialPlant, Variation
+from miburi.studies.trials.replay import DeafRule
+from miburi.studies.trials.trial import TrialKind, trace_of, trial
+
+EIGHT = np.ones(8, dtype=np.int64)
+#: Steps that hold for P 3200; the waist's inertia varies by pose.
+WIDER = np.array([1] + [0] * 7)
+GUARDS = Guards(
+    lag=5500 * EIGHT,
+    slack=10 * EIGHT + 6 * WIDER,
+    least=8 * EIGHT,
+    behind=14 * EIGHT + 4 * WIDER,
+    ahead=14 * EIGHT + 4 * WIDER,
+    arrival=14 * EIGHT + 4 * WIDER,
+)
+
+
+@pytest.fixture(scope="module")
+def real(robot: Robot) -> Robot:
+    return robot.with_servo(load_servo("xl330-m288-t"))
+
+
+@pytest.fixture(scope="module")
+def plant(real: Robot) -> TrialPlant:
+    return TrialPlant(real)
+
+
+@pytest.fixture(scope="module")
+def rule(real: Robot) -> FreeRule:
+    return replace(FreeRule.of(real), guards=GUARDS)
+
+
+@pytest.fixture(scope="module")
+def traces(plant: TrialPlant) -> list[Trace]:
+    """Free moves of gestures by a robot that is as described."""
+    robot, found = plant.robot, []
+    for index in range(12):
+        rng = np.random.default_rng([77, index])
+        conditions = draw(robot, rng, 1)
+        plant.begin(conditions.start, Variation(), rng)
+        body = Simulated(robot, DeafRule.of(robot), plant=plant)
+        move, readings = conditions.moves[0][0], [body.encoders]
+        body.move(move)
+        while body.phase is Phase.MOVING:
+            body.step(READING)
+            readings.append(body.encoders)
+        found.append(trace_of(robot, conditions.start, move, readings))
+    return found
+
+
+def missed(rule: Rule, traces: list[Trace], lag: int) -> float:
+    """Return the root mean square, in steps, of what the rule's expectation misses."""
+    squares = []
+    for one in traces:
+        late = replace(rule, guards=replace(rule.guards, lag=lag * EIGHT))
+        watch = late.watch(one.profile, one.start, one.direction, one.loading)
+        for time, positions in zip(one.times, one.positions, strict=True):
+            watch.look(positions, int(time))
+            expected = watch.window.expected - watch.window.measured
+            squares.append((expected / FINE) ** 2)
+    return float(np.sqrt(np.mean(squares)))
+
+
+def test_it_knows_free_motion_better_than_the_delayed_profile(rule, traces) -> None:
+    # Half of a step of the model is its own delay: these servos have none.
+    free = missed(rule, traces, 2750)
+    profile = min(missed(Rule(GUARDS), traces, lag) for lag in range(8000, 18_000, 2000))
+    assert free < 1.0
+    assert free < 0.6 * profile
+
+
+def test_free_moves_of_varied_robots_pass_and_people_are_noticed(plant, rule) -> None:
+    free = [trial(plant, rule, 41, TrialKind.FREE, index) for index in range(30)]
+    assert [one for one in free if one.stopped] == []
+    blocked = [trial(plant, rule, 41, TrialKind.BLOCKED, index) for index in range(20)]
+    assert [one for one in blocked if one.false_stop] == []
+    firm = [one for one in blocked if one.sustained_force >= 2.0]
+    assert all(one.stopped for one in firm)
+    assert np.median([one.latency for one in blocked if one.stopped]) < 0.08
+
+
+def test_a_factory_servo_is_no_such_servo(real, rule) -> None:
+    """The mutation that shows that the test above can fail: P 400 instead of 3200."""
+    servo = load_servo("xl330-m288-t")
+    drive = servo.drive.model_copy(update={"gain": 400.0})
+    soft = TrialPlant(real.with_servo(servo.model_copy(update={"drive": drive})))
+    stops = [trial(soft, rule, 41, TrialKind.FREE, index).stopped for index in range(5)]
+    assert any(stops)
+
+
+def test_a_loaded_motor_at_rest_is_expected_to_rest(rule: FreeRule) -> None:
+    """Held by friction anywhere in its band, with the goal aimed above the sag."""
+    sag = 600 * EIGHT
+    for offset in (500, 600, 700):
+        loading = Loading(offset * EIGHT, sag, sag, 18_000 * EIGHT)
+        still = Profile.plan(0 * EIGHT, EIGHT, 13_000 * EIGHT)
+        watch = rule.watch(still, 0 * EIGHT, EIGHT, loading)
+        for time in range(20_000, 400_000, 20_000):
+            assert watch.look(0 * EIGHT, time) is None
+        assert (np.abs(watch.window.expected) < FINE).all()
+
+
+def test_expectations_do_not_depend_on_when_they_are_asked_much(rule, traces) -> None:
+    """Every 20 ms as the card, or every 10 ms: the same within a step."""
+    one = traces[0]
+    often, seldom = (
+        rule.watch(one.profile, one.start, one.direction, one.loading) for _ in range(2)
+    )
+    for row, time in enumerate(one.times.tolist()):
+        often.look(one.positions[row], time)
+        if time % 20_000 == 0:
+            seldom.look(one.positions[row], time)
+            gap = often.window.granted - often.window.expected
+            other = seldom.window.granted - seldom.window.expected
+            assert np.abs(gap - other).max() <= 2 * FINE
+
+
+@given(seed=st.integers(0, 1 << 30))
+def test_every_number_fits_into_32_bits(seed: int) -> None:
+    """The same steps in Python's own integers, with every intermediate looked at."""
+    rng = np.random.default_rng(seed)
+    servo = FreeServo.of(load_servo("xl330-m288-t"), loads(iphonoid(), iphonoid().neutral).inertia)
+    x, v = np.zeros(8, dtype=np.int64), np.zeros(8, dtype=np.int64)
+    distance = rng.integers(0, 4096, 8)
+    profile = Profile.plan(distance, rng.integers(1, 3912, 8), 13_038 * EIGHT)
+    sag, most = rng.integers(-2600, 2600, 8), rng.integers(1000, 18_200, 8)
+    before, time = rng.integers(-3000, 3000, 8), 0
+    offset = before.copy()
+    while time < int(profile.total.max()) + 100_000:
+        steps = int(rng.integers(1, 9))
+        time += steps * STEP
+        now = offset + profile.position(time)
+        big, after = 0, []
+        for j in range(8):
+            place, speed = int(x[j]), int(v[j])
+            for k in range(1, steps + 1):
+                part = (int(now[j]) - int(before[j])) * k
+                error = int(before[j]) + part // steps - (place >> 8)
+                error = min(max(error, -int(most[j])), int(most[j]))
+                pulled, braked = int(servo.pull[j]) * error, int(servo.brake[j]) * (speed >> 8)
+                motor = (pulled >> 8) - (braked >> 8)
+                weighed = int(servo.pull[j]) * int(sag[j])
+                wanted = speed + motor - (weighed >> 8)
+                lost = int(servo.lost[j]) * abs(motor)
+                taken = int(servo.friction[j]) + (lost >> 8)
+                speed = max(wanted - taken, 0) if wanted > 0 else min(wanted + taken, 0)
+                place += speed
+                big = max(big, *map(abs, (part, pulled, braked, weighed, lost, wanted, place)))
+            after.append((place, speed))
+        assert big < 1 << 31
+        advance(
+            x, v, before, now, steps, sag, most,
+            servo.pull, servo.brake, servo.friction, servo.lost,
+        )  # fmt: skip
+        assert list(zip(x.tolist(), v.tolist(), strict=True)) == after
+        before = now
