@@ -58,7 +58,7 @@ class _FreeWatch(Watch):
         self._profile_then = loading.offset.copy()
         self._model_time = 0
 
-    def _due(self, time: int) -> Steps:
+    def _expected_travel(self, time: int) -> Steps:
         """Travel that the free servo would have brought, (8,) in 1/256 steps."""
         servo, loading = self.rule.servo, self.loading
         steps = (time - self._model_time) // STEP

@@ -24,7 +24,7 @@ from miburi.senses.impression import Brought, Impression
 from miburi.senses.phrases import alarm_in, japanese, stems_in
 from miburi.senses.text import letters, numbers_of, tokens
 
-__all__ = ["LABELS", "LONGEST", "SILENT", "Model", "Table", "deny", "hear", "judge", "load_model"]
+__all__ = ["LABELS", "LONGEST", "SILENT", "Model", "WordTable", "deny", "hear", "judge", "load_model"]
 
 #: The columns of the model: the paper's eight feelings in the paper's order, and none.
 LABELS = (
@@ -54,7 +54,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Table:
+class WordTable:
     """Weights by key: sorted keys (k,), int8 weights (k, 9), their scale, and idf in 1/16 (k,)."""
 
     keys: NDArray[np.uint32]
@@ -90,9 +90,9 @@ class Table:
 class Model:
     """The linear model: three tables and nine biases."""
 
-    words: Table
-    letters: Table
-    meanings: Table
+    words: WordTable
+    letters: WordTable
+    meanings: WordTable
     bias: Array
 
     def evidence(self, words: list[str]) -> Array:
@@ -125,7 +125,7 @@ def load_model() -> Model:
     with (resources.files(__package__) / "words.npz").open("rb") as file:
         stored: dict[str, Any] = dict(np.load(file))
     tables = [
-        Table(
+        WordTable(
             stored[f"{name}_keys"],
             stored[f"{name}_weights"],
             float(stored[f"{name}_scale"]),

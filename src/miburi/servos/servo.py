@@ -24,9 +24,9 @@ __all__ = [
     "Friction",
     "Gains",
     "Loop",
-    "Motor",
+    "MotorTable",
     "Origin",
-    "Profile",
+    "ProfileTable",
     "Servo",
     "Supply",
     "load_servo",
@@ -47,7 +47,7 @@ class Origin(Table):
     source: str
 
 
-class Motor(Origin):
+class MotorTable(Origin):
     """The motor through its gears: N·m/A, V·s/rad, Ω and kg·m² at the horn."""
 
     torque_constant: Positive
@@ -108,7 +108,7 @@ class Divisor(Origin):
     p_divisor: Positive
 
 
-class Profile(Origin):
+class ProfileTable(Origin):
     """What one unit of the profile's registers is, rad/s and rad/s²."""
 
     speed_unit: Positive
@@ -148,13 +148,13 @@ class Servo(Table):
     """One kind of servo."""
 
     name: str
-    motor: Motor
+    motor: MotorTable
     friction: Friction
     data_sheet: DataSheet
     encoder: Encoder
     gains: Gains
     divisor: Divisor
-    profile: Profile
+    profile: ProfileTable
     supply: Supply
     loop: Loop
     drive: Drive
