@@ -5,36 +5,27 @@ PYTHON ?= python3
 BIN := .venv/bin
 
 .PHONY: help run experiment test lint screenshots firmware firmware-proof clean
-help:
-	@echo "make run    the main job: the live partner and its studio (Ctrl-C ends it)"
-	@echo "make experiment  the paper's experiment, written to out/experiment"
-	@echo "make screenshots  pictures of the studio and the face, in out/screenshots"
-	@echo "make test   all tests"
-	@echo "make lint   style and types"
-	@echo "make firmware        the card's firmware, and the emulated card"
-	@echo "make firmware-proof  the firmware's tests with the full counts (about 7 minutes)"
-	@echo "make docs-safety     contact trials and their page (about 10 minutes)"
-	@echo "make bench-ik        the inverse kinematics beside its peers (about 10 minutes)"
-	@echo "make clean  remove what was built"
+help: ## this list
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-14s  %s\n", $$1, $$2}' Makefile
 
 # RUN takes options, such as RUN="--headless --port 8090".
 RUN ?=
-run: .venv/run.stamp
+run: .venv/run.stamp ## the main job: the live partner and its studio (Ctrl-C ends it)
 	$(BIN)/miburi run $(RUN)
 
-experiment: .venv/run.stamp
+experiment: .venv/run.stamp ## the paper's experiment, written to out/experiment
 	$(BIN)/miburi experiment --seed 1 --seconds 30 --out out/experiment
 
 # The tests in a browser come last and alone: without a graphics card one takes the whole machine.
 PAGES := tests/studio/test_pages.py
-test: .venv/test.stamp
+test: .venv/test.stamp ## all tests
 	$(BIN)/python -m pytest -n auto --ignore $(PAGES)
 	$(BIN)/python -m pytest $(PAGES)
 
-screenshots: .venv/test.stamp
+screenshots: .venv/test.stamp ## pictures of the studio and the face, in out/screenshots
 	$(BIN)/python tools/screenshots out/screenshots
 
-lint: .venv/test.stamp
+lint: .venv/test.stamp ## style and types
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
@@ -42,15 +33,15 @@ lint: .venv/test.stamp
 # What builds the sketch without the Arduino IDE, and runs the binary in virtual time.
 FIRMWARE_PACKAGES := make gcc g++ libc6-dev gcc-avr avr-libc binutils-avr arduino-core-avr \
 	libsimavr-dev libelf-dev
-firmware:
+firmware: ## the card's firmware, and the emulated card
 	tools/debian-packages $(FIRMWARE_PACKAGES)
 	$(MAKE) --no-print-directory -C firmware
 
-firmware-proof: .venv/test.stamp
+firmware-proof: .venv/test.stamp ## the firmware's tests with the full counts (about 7 minutes)
 	MIBURI_TRACES=100000 MIBURI_MOVES=2000,500 MIBURI_FUZZ=1000000 \
 		$(BIN)/python -m pytest -n auto tests/firmware
 
-clean:
+clean: ## remove what was built
 	rm -rf .venv .venv-bench build dist out .mypy_cache .pytest_cache .ruff_cache .hypothesis
 
 # Python packages go into .venv, at the versions of constraints.txt. Debian packages: see tools.
@@ -80,18 +71,18 @@ out/trials/varied-servos.parquet: .venv/run.stamp
 	$(TRIALS) --free 2000 --blocked 2000 --servos 8
 out/trials/as-printed.parquet: .venv/run.stamp
 	$(TRIALS) --free 500 --blocked 500 --rule printed
-docs-safety: $(patsubst %,out/trials/%.parquet,default-servo varied-servos as-printed)
+docs-safety: $(patsubst %,out/trials/%.parquet,default-servo varied-servos as-printed) ## contact trials and their page (about 10 minutes)
 	$(BIN)/miburi safety-page $^ --out docs
 
 # Peers of the inverse kinematics, in an environment of their own; results in bench/ik.
 .PHONY: bench-ik reproduce-ik
-bench-ik: .venv-bench/stamp
+bench-ik: .venv-bench/stamp ## the inverse kinematics beside its peers (about 10 minutes)
 	cd bench/ik && export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 && \
 		../../.venv-bench/bin/python compare.py && ../../.venv-bench/bin/python functions.py
 	$(PYTHON) bench/ik/page.py
 
 # The tables and the figure of docs/inverse-kinematics.md that concern the paper's claims.
-reproduce-ik: .venv/run.stamp
+reproduce-ik: .venv/run.stamp ## what the paper claims of its inverse kinematics, and what holds
 	cd bench/ik && ../../$(BIN)/python reproduce.py
 	$(PYTHON) bench/ik/page.py
 

@@ -1,6 +1,7 @@
 """What a reader follows in the documents leads somewhere; what a reader copies works."""
 
 import re
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -26,3 +27,13 @@ def test_the_first_example_shows_a_happy_gesture(capsys: pytest.CaptureFixture[s
     assert "GestureStarted(time=0.02, expression=Expression(feeling='happiness'" in (
         capsys.readouterr().out
     )
+
+
+def test_make_help_lists_every_target() -> None:
+    makefile = (ROOT / "Makefile").read_text()
+    targets = re.findall(r"^([a-z][a-z-]*):(?!=)", makefile, re.MULTILINE)
+    printed = subprocess.run(
+        ["make", "--no-print-directory", "help"],
+        cwd=ROOT, capture_output=True, text=True, check=True,
+    ).stdout  # fmt: skip
+    assert re.findall(r"^make ([a-z-]+) +\S", printed, re.MULTILINE) == targets
