@@ -1,6 +1,7 @@
 """The command line, as a user meets it: answers, refusals, interruptions."""
 
 import json
+import re
 import signal
 import subprocess
 import sys
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 from miburi import __version__
+from miburi.feelings import TEMPERAMENTS
 from miburi.robot import EXTREMITIES, Robot, forward
 
 COMMAND = [sys.executable, "-m", "miburi"]
@@ -34,6 +36,12 @@ def places(robot: Robot, angles: np.ndarray) -> list[str]:
 def test_version_and_help() -> None:
     assert miburi("--version").stdout == f"miburi {__version__}\n"
     assert "experiment" in miburi("--help").stdout
+
+
+def test_help_lists_every_temperament() -> None:
+    for command in (("feelings", "day"), ("run",)):
+        words = re.findall(r"\w+", miburi(*command, "--help").stdout)
+        assert set(TEMPERAMENTS) <= set(words)
 
 
 def test_forward_in_words_and_json(robot: Robot) -> None:
