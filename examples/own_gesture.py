@@ -1,4 +1,4 @@
-"""Let the simulated robot perform a gesture of your own: own_gesture.toml, beside this file."""
+"""Perform a gesture of your own, own_gesture.toml beside this file, on the simulated robot."""
 
 from pathlib import Path
 

@@ -1,6 +1,6 @@
 """Give a partner a character of your own: own_temperament.toml, beside this file.
 
-A rude guest and a friend take turns for ten minutes.
+A rude guest and a friend talk to it in turns for ten minutes.
 """
 
 from pathlib import Path
@@ -14,7 +14,7 @@ for name, model in {"default": EmotionalModel(), own.name: EmotionalModel(own)}.
         model.step(20.0)
         model.stimulate(Stimulus("happiness", 0.7, "speech"))
         model.step(20.0)
-    shown = model.express()
-    print(f"{name:>8} shows {shown.feeling if shown else 'nothing'}", end="; ")
+    expression = model.express()
+    print(f"{name:>8} shows {expression.feeling if expression else 'nothing'}", end="; ")
     model.step(1800.0)
     print(f"half an hour later its strongest mood is {model.mood.max():.2f}")

@@ -27,7 +27,7 @@ for mood in (0.5, 0.75, 1.0):
     touch = body.touch
     while body.state.stop is None and body.state.time < 3.0:
         partner.step(0.01)
-        touch = touch.then(body.touch)  # both as one: the first moment, the largest force
+        touch = touch.then(body.touch)  # join both: the first moment, the largest force
     stop = body.state.stop
     if stop is None or touch.began is None:
         print(f"mood {mood}: not stopped by the hand; {touch.force:.1f} N")
