@@ -78,7 +78,7 @@ class Reason(IntEnum):
 
 
 class FrameError(MiburiError):
-    """Bytes are not a valid frame; the link skips them."""
+    """The bytes are not a valid frame; the link skips them."""
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,7 @@ _Integers = NDArray[np.int64]
 
 
 class Unit(NamedTuple):
-    """A unit: SI for files and the wire, whole for rule and card, with its ``struct`` code."""
+    """A unit: its SI name for files and wire, its whole name for rule and card, a ``struct`` code."""
 
     si: str
     whole: str

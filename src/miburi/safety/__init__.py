@@ -1,1 +1,1 @@
-"""Moves, profiles, the contact rule and stops: the firmware has a twin of each module."""
+"""Moves, profiles, the contact rule and stops; all but the printed rule have a firmware twin."""
