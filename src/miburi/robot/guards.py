@@ -27,7 +27,7 @@ _Integers = NDArray[np.int64]
 
 
 class Unit(NamedTuple):
-    """A unit: its SI name for files and wire, its whole name for rule and card, a ``struct`` code."""
+    """A unit: its name in SI (files, wire) and as a whole number (rule, card), ``struct`` code."""
 
     si: str
     whole: str
