@@ -24,7 +24,17 @@ from miburi.senses.impression import Brought, Impression
 from miburi.senses.phrases import alarm_in, japanese, stems_in
 from miburi.senses.text import letters, numbers_of, tokens
 
-__all__ = ["LABELS", "LONGEST", "SILENT", "Model", "WordTable", "deny", "hear", "judge", "load_model"]
+__all__ = [
+    "LABELS",
+    "LONGEST",
+    "SILENT",
+    "Model",
+    "WordTable",
+    "deny",
+    "hear",
+    "judge",
+    "load_model",
+]
 
 #: The columns of the model: the paper's eight feelings in the paper's order, and none.
 LABELS = (
