@@ -50,7 +50,7 @@ def main() -> None:
 def drive(servo: Servo, distance: float, speed: float, inertia: float, load: float):
     """Return the angles of a ramped move, one each 10 ms, rad."""
     one = np.array([1])
-    profile = Profile.plan(one * round(distance), one * round(speed), one * 13038)
+    profile = Profile.plan(one * round(distance), one * FINE * round(speed), one * 13038)
     axis = Axis(servo, inertia, load)
     axis.advance(0.0, 0.3)
     step = load_servo("xl330-m288-t").step

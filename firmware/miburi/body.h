@@ -6,6 +6,7 @@
 #include "controller.h"
 #include "link.h"
 #include "memory.h"
+#include "places.h"
 #include "servo_xl330.h"
 #include "settings.h"
 
@@ -106,7 +107,7 @@ class Body {
     return Result::ok;
   }
 
-  Result move(const int16_t* goal, uint16_t* speeds, Writer& out) {
+  Result move(const int16_t* goal, const uint16_t* speeds, Writer& out) {
     if (controller_.phase != Phase::idle) {
       return wrong_phase(out);
     }
@@ -134,7 +135,7 @@ class Body {
     if (table_.complete() && controller_.phase != Phase::stopped) {
       look_around();
       give_up(Reason::asked, NO_MOTOR);
-      hold();
+      hold(table_.settings.max_speed);
     }
     return Result::ok;
   }
@@ -153,10 +154,12 @@ class Body {
         return unready(i, Reason::silent, out);
       }
     }
-    look_around();
+    // A motor that was just made known must be read twice to be believed.
+    for (uint8_t tries = 0; tries < FIRST && !look_around(); tries++) {
+    }
     for (uint8_t i = 0; i < MOTORS; i++) {
       if (!(heard_ & (1u << i))) {
-        return unready(i, Reason::silent, out);
+        return unready(i, answered_ & (1u << i) ? Reason::astray : missing(i), out);
       }
       if (motion_[i].alert) {
         servos_.reboot(table_.joints[i].id);
@@ -169,20 +172,28 @@ class Body {
     if (motor != NO_MOTOR) {
       return unready(motor, reason, out);
     }
+    const uint8_t limp = servos_.limp(table_.joints);
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      const int16_t beyond = limp & (1u << i) ? LIES_BEYOND : HANGS_BEYOND;
+      if (distance_between(positions_[i], inside(i, positions_[i])) > beyond) {
+        const Result result = unready(i, Reason::outside, out);
+        out.put(static_cast<uint16_t>(positions_[i]), 2);
+        return result;
+      }
+    }
     // A motor that has been held stays at its goal; one that was moved, or had no torque, starts
     // from where it is.
-    const uint8_t limp = servos_.limp(table_.joints);
     for (uint8_t i = 0; i < MOTORS; i++) {
       const int16_t here = goal_here(controller_, i, positions_);
       if (limp & (1u << i)) {
         pinned_ = static_cast<uint8_t>(pinned_ & ~(1u << i));
       } else if (distance_between(here, controller_.origin[i]) > table_.joints[i].guards.arrival) {
-        controller_.origin[i] = here;
+        controller_.origin[i] = inside(i, here);
       }
     }
     held_ = limp_ = false;
     clear_watchdog_ = true;
-    hold();
+    hold(table_.settings.return_speed);
     servos_.set_torque(table_.joints, true);
     const uint8_t weak = servos_.limp(table_.joints);
     for (uint8_t i = 0; i < MOTORS; i++) {
@@ -253,6 +264,10 @@ class Body {
   static const int32_t POLL = 20000;              // µs between two readings of the servos
   static const int32_t HEALTH_POLLS = 25;         // readings between two looks at the health
   static const int32_t SILENCE = 60000;           // µs without an answer: the servo is lost
+  // Steps outside its limits that a joint may be at a release: limp, its servo may have lost count
+  // of the turns; held, it hangs from a goal inside.
+  static const int16_t LIES_BEYOND = 8;
+  static const int16_t HANGS_BEYOND = 128;
 
   // The clock: 64 bits that never wrap; called at least once in 71 minutes.
   int64_t now() {
@@ -274,24 +289,46 @@ class Body {
     return static_cast<int16_t>(angle > 32000 ? 32000 : angle < -32000 ? -32000 : angle);
   }
 
-  int32_t to_servo(uint8_t motor, int16_t angle) const {
+  // The angle of a joint's range that is nearest.
+  int16_t inside(uint8_t motor, int16_t angle) const {
     const Joint& joint = table_.joints[motor];
-    return static_cast<int32_t>(joint.zero) + static_cast<int32_t>(angle) * joint.direction;
+    return angle > joint.max ? joint.max : angle < joint.min ? joint.min : angle;
   }
 
-  // Reads all positions, once; true when every servo answered.
+  // The last door: no goal leaves the card that is outside its joint's limits.
+  int32_t to_servo(uint8_t motor, int16_t angle) const {
+    const Joint& joint = table_.joints[motor];
+    return static_cast<int32_t>(joint.zero) +
+           static_cast<int32_t>(inside(motor, angle)) * joint.direction;
+  }
+
+  // Reads all positions, once; true when every servo answered, and is believed.
   bool look_around() {
     const int64_t asked = now();
-    heard_ = servos_.read_motion(table_.joints, motion_);
+    // A stopped motor that may yet yield follows its reading.
+    const bool still = controller_.phase == Phase::stopped && !controller_.yields;
+    heard_ = answered_ = servos_.read_motion(table_.joints, motion_);
     time_ = asked;
     for (uint8_t i = 0; i < MOTORS; i++) {
-      if (heard_ & (1u << i)) {
-        last_heard_[i] = asked;
-        known_ = static_cast<uint8_t>(known_ | (1u << i));
-        positions_[i] = to_joint(i, motion_[i].position);
+      const uint8_t bit = static_cast<uint8_t>(1u << i);
+      if (!(answered_ & bit)) {
+        continue;
+      }
+      last_heard_[i] = asked;
+      const uint16_t fastest = table_.settings.max_speed;
+      if (believe(places_[i], motion_[i].position, asked, fastest, still)) {
+        known_ = static_cast<uint8_t>(known_ | bit);
+        positions_[i] = to_joint(i, places_[i].steps);
+      } else {
+        heard_ = static_cast<uint8_t>(heard_ & ~bit);
       }
     }
     return heard_ == ALL;
+  }
+
+  // Why a motor that does not answer does not.
+  Reason missing(uint8_t motor) const {
+    return servos_.misnamed() & (1u << motor) ? Reason::misnamed : Reason::silent;
   }
 
   void poll() {
@@ -304,16 +341,22 @@ class Body {
     }
     for (uint8_t i = 0; i < MOTORS; i++) {
       if (time_ - last_heard_[i] > SILENCE) {
-        give_up(Reason::silent, i);
-      } else if ((heard_ & (1u << i)) && motion_[i].alert) {
+        give_up(missing(i), i);
+      } else if ((answered_ & (1u << i)) && motion_[i].alert) {
         give_up(Reason::faulty, i);
+      } else if (places_[i].doubt >= TOO_DOUBTFUL) {
+        give_up(Reason::astray, i);
+        controller_.yields = false;
       }
     }
-    if (++polls_ % HEALTH_POLLS == 0) {
+    polls_++;
+    if (polls_ % HEALTH_POLLS == 0) {
       look_at_health();
+    } else if (controller_.phase == Phase::idle) {
+      look_at_torque(polls_ % MOTORS);
     }
     if (controller_.phase == Phase::stopped) {
-      hold();
+      hold(table_.settings.max_speed);
     } else {
       held_ = false;
     }
@@ -348,16 +391,25 @@ class Body {
     }
   }
 
-  // Holds a stopped body softly where it is, until the servos are known to do so.
-  void hold() {
+  // A servo that lost its power for a moment answers as before, but is limp: the rule sees it in
+  // motion, and this at rest. One at each reading, so that the report is out before the next.
+  void look_at_torque(uint8_t motor) {
+    if (servos_.switched_off(table_.joints[motor].id)) {
+      give_up(Reason::restarted, motor);
+    }
+  }
+
+  // Holds a stopped body softly where it is, until the servos are known to do so. They go there at
+  // no more than `speed`, but without a ramp: one would carry them on.
+  void hold(uint16_t speed) {
     if (held_ || limp_) {
       return;
     }
     for (uint8_t i = 0; i < MOTORS; i++) {
       if (known_ & ~pinned_ & (1u << i)) {
-        controller_.origin[i] = positions_[i];
+        controller_.origin[i] = inside(i, positions_[i]);
       }
-      orders_[i] = Order{table_.settings.hold_current, 0, 0, to_servo(i, controller_.origin[i])};
+      orders_[i] = Order{table_.settings.hold_current, speed, 0, to_servo(i, controller_.origin[i])};
     }
     pinned_ = known_;
     if (clear_watchdog_) {
@@ -370,14 +422,15 @@ class Body {
     clear_watchdog_ = !held_;
   }
 
-  void go(Phase phase, const int16_t* goal, uint16_t* speeds) {
+  void go(Phase phase, const int16_t* goal, const uint16_t* speeds) {
+    uint32_t real[MOTORS];
     for (uint8_t i = 0; i < MOTORS; i++) {
-      speeds[i] = Servos::real_speed(speeds[i]);
+      real[i] = Servos::real_speed(speeds[i]);
       orders_[i] = Order{table_.settings.move_current, speeds[i], acceleration_, to_servo(i, goal[i])};
     }
     held_ = false;
     servos_.command(table_.joints, orders_);
-    start(controller_, rule_, phase, goal, speeds, acceleration_, positions_, now());
+    start(controller_, rule_, phase, goal, real, acceleration_, positions_, now());
     // Whoever did not hear it is told once more; who still did not will be missed by the rule.
     if (servos_.deaf(table_.joints, orders_) != 0) {
       servos_.command(table_.joints, orders_);
@@ -400,6 +453,7 @@ class Body {
     held_ = false;
     known_ = pinned_ = 0;
     for (uint8_t i = 0; i < MOTORS; i++) {
+      places_[i] = Place();
       controller_.sag[i] = 0;
       last_heard_[i] = now();
     }
@@ -428,8 +482,10 @@ class Body {
   Health health_[MOTORS] = {};
   Order orders_[MOTORS] = {};
   int16_t positions_[MOTORS] = {};
-  uint8_t heard_ = 0;  // motors that answered the latest reading
-  uint8_t known_ = 0;  // motors that have answered at all
+  Place places_[MOTORS] = {};
+  uint8_t answered_ = 0;  // motors that answered the latest reading
+  uint8_t heard_ = 0;     // motors of those that are believed
+  uint8_t known_ = 0;     // motors that have been believed at all
   int64_t last_heard_[MOTORS] = {};
 
   uint32_t ticks_ = 0;

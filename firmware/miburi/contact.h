@@ -52,7 +52,7 @@ struct Watch {
 inline int32_t distance_between(int32_t a, int32_t b) { return a < b ? b - a : a - b; }
 
 inline int32_t lag_doubt(const Profile& profile) {
-  return static_cast<int32_t>(fastest(profile) * FINE * LAG_DOUBT / SECOND);
+  return static_cast<int32_t>(fastest(profile) * LAG_DOUBT / SECOND);
 }
 
 inline int32_t travelled(const Watch& watch, uint8_t motor, const int16_t* positions) {

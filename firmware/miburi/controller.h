@@ -19,7 +19,11 @@ enum class Reason : uint8_t {
   deaf,        // a servo does not take its commands: motor
   faulty,      // a servo reports a hardware error: motor
   hot,         // a servo is too warm: motor
-  low_voltage  // the servos' supply is too low: motor
+  low_voltage,  // the servos' supply is too low: motor
+  astray,      // a servo reports a place where it cannot be: motor
+  misnamed,    // a servo answers with another's id: motor
+  restarted,   // a servo has restarted, and has no torque: motor
+  outside      // at a release, a joint is outside its limits: motor
 };
 
 const uint8_t NO_MOTOR = 0xff;
@@ -81,9 +85,9 @@ inline void stop(Controller& c, Reason reason, uint8_t motor, const int16_t* pos
   }
 }
 
-// Start a motion that the caller has found to be allowed; speeds of 0 count as 1.
+// Start a motion that the caller has found to be allowed; speeds in 1/256 steps/s, more than 0.
 inline void start(Controller& c, const Rule& rule, Phase phase, const int16_t* goal,
-                  const uint16_t* speeds, uint16_t acceleration, const int16_t* positions,
+                  const uint32_t* speeds, uint16_t acceleration, const int16_t* positions,
                   int64_t time) {
   c.phase = phase;
   c.began = time;
@@ -93,7 +97,7 @@ inline void start(Controller& c, const Rule& rule, Phase phase, const int16_t* g
     c.goal[motor] = goal[motor];
     note_sag(c, motor, positions);
     c.watch.profile[motor] =
-        plan(way < 0 ? -way : way, speeds[motor] > 1 ? speeds[motor] : 1, acceleration);
+        plan(way < 0 ? -way : way, static_cast<int32_t>(speeds[motor]), acceleration);
     c.watch.doubt[motor] = lag_doubt(c.watch.profile[motor]);
     c.watch.direction[motor] = way < 0 ? -1 : 1;
     c.watch.start[motor] = positions[motor];

@@ -11,7 +11,7 @@
 
 namespace miburi {
 
-const uint8_t LINK_VERSION = 3;
+const uint8_t LINK_VERSION = 4;
 const uint8_t MAX_PAYLOAD = 96;
 
 enum class Kind : uint8_t {
@@ -39,7 +39,7 @@ enum class Result : uint8_t {
   length,    // payload of the wrong length
   range,     // a value is out of range; detail: its index
   phase,     // not in this phase; detail: the phase
-  servo,     // a servo is not ready; detail: motor, then the reason
+  servo,     // a servo is not ready; detail: motor, reason, and for `outside` where the joint is
   settings   // settings or joints have not all been given, or contradict each other
 };
 

@@ -1,7 +1,7 @@
 // Ramped motion of one motor from rest to rest: speed up, cruise, slow down.
 //
 // The twin of miburi/motion.py: integer arithmetic throughout, equal to the last bit. Distances
-// are encoder steps, speeds steps/s, accelerations steps/s², times µs. State and time are
+// are encoder steps, speeds 1/256 steps/s, accelerations steps/s², times µs. State and time are
 // arguments; nothing here knows of Arduino.
 #pragma once
 
@@ -37,19 +37,19 @@ inline uint64_t square_root(uint64_t n) {
 
 // A distance is not negative; a speed and an acceleration are at least 1.
 inline Profile plan(int32_t distance, int32_t speed, int32_t acceleration) {
-  const int64_t full_ramp = speed * SECOND / acceleration;
+  const int64_t full_ramp = speed * SECOND / (acceleration * FINE);
   // A triangle's ramp is √(d/a); it is one where that is less than the full ramp.
   const int64_t short_ramp =
       static_cast<int64_t>(square_root(static_cast<uint64_t>(distance * SECOND * SECOND / acceleration)));
   if (short_ramp < full_ramp) {
     return Profile{distance, speed, acceleration, short_ramp, 2 * short_ramp};
   }
-  return Profile{distance, speed, acceleration, full_ramp, distance * SECOND / speed + full_ramp};
+  return Profile{distance, speed, acceleration, full_ramp, distance * FINE * SECOND / speed + full_ramp};
 }
 
-// The largest speed that the motor comes to; a triangle's is its tip.
+// The largest speed that the motor comes to, 1/256 steps/s; a triangle's is its tip.
 inline int32_t fastest(const Profile& p) {
-  const int32_t tip = static_cast<int32_t>(p.acceleration * p.ramp / SECOND);
+  const int32_t tip = static_cast<int32_t>(p.acceleration * p.ramp * FINE / SECOND);
   return tip < p.speed ? tip : p.speed;
 }
 
@@ -68,7 +68,7 @@ inline int64_t travel(const Profile& p, int64_t time) {
   if (left <= p.ramp) {
     return p.distance * FINE - p.acceleration * left * left * (FINE / 2) / (SECOND * SECOND);
   }
-  return p.speed * (2 * time - p.ramp) * (FINE / 2) / SECOND;
+  return p.speed * (2 * time - p.ramp) / (2 * SECOND);
 }
 
 }  // namespace miburi

@@ -26,7 +26,7 @@ struct Health {
   uint8_t temperature;  // °C
 };
 
-// What one servo is to do; speed and acceleration 0 mean: at once.
+// What one servo is to do; acceleration 0 means: without a ramp.
 struct Order {
   uint16_t current;       // mA, the limit
   uint16_t speed;         // steps/s
@@ -41,9 +41,10 @@ class Xl330 {
   static const uint32_t FACTORY_SPEED = 57600;
 
   // The servo counts speed in 0.229 turns/min and acceleration in 214.577 turns/min²: what it
-  // really does when asked for these steps/s (at least 1 unit; 0 would mean no limit).
-  static uint16_t real_speed(uint16_t speed) {
-    return static_cast<uint16_t>((speed_units(speed) * 15633L + 500) / 1000);
+  // really does when asked for these steps/s (at least 1 unit; 0 would mean no limit). Its speed
+  // is in 1/256 steps/s: whole ones would drift away from it in a slow move.
+  static uint32_t real_speed(uint16_t speed) {
+    return (speed_units(speed) * 400207UL + 50) / 100;
   }
   static uint16_t real_acceleration(uint16_t acceleration) {
     return static_cast<uint16_t>((acceleration_units(acceleration) * 244141L + 500) / 1000);
@@ -54,11 +55,16 @@ class Xl330 {
   // Each returns a bit per motor that answered.
   uint8_t read_motion(const Joint* joints, Motion* motion) {
     uint8_t heard = sync_read(joints, SPEED_AND_POSITION, 8);
+    misnamed_ = 0;
     for (uint8_t i = 0; i < MOTORS; i++) {
       // After a servo that is missing, the others wait in vain for their turn: ask them alone.
-      if (!(heard & (1u << i)) && read(joints[i].id, SPEED_AND_POSITION, 8)) {
-        answers_[i] = answer_;
-        heard = static_cast<uint8_t>(heard | (1u << i));
+      if (!(heard & (1u << i))) {
+        if (read(joints[i].id, SPEED_AND_POSITION, 8)) {
+          answers_[i] = answer_;
+          heard = static_cast<uint8_t>(heard | (1u << i));
+        } else if (stranger_) {
+          misnamed_ = static_cast<uint8_t>(misnamed_ | (1u << i));
+        }
       }
       if (heard & (1u << i)) {
         Reader in(answers_[i].parameters, 8);
@@ -69,6 +75,9 @@ class Xl330 {
     }
     return heard;
   }
+
+  // The motors that, asked alone in the latest reading, answered with another's id.
+  uint8_t misnamed() const { return misnamed_; }
 
   uint8_t read_health(const Joint* joints, Health* health) {
     const uint8_t heard = sync_read(joints, VOLTAGE_AND_TEMPERATURE, 3);
@@ -93,19 +102,21 @@ class Xl330 {
       const Order& o = orders[i];
       packet.put(joints[i].id, 1).put(o.current, 2).put(0, 4);
       packet.put(o.acceleration ? acceleration_units(o.acceleration) : 0, 4);
-      packet.put(o.speed ? speed_units(o.speed) : 0, 4).put(static_cast<uint32_t>(o.goal), 4);
+      packet.put(speed_units(o.speed), 4).put(static_cast<uint32_t>(o.goal), 4);
     }
     send(packet);
   }
 
   // The motors that have not taken these orders.
   uint8_t deaf(const Joint* joints, const Order* orders) {
-    uint8_t deaf = static_cast<uint8_t>(~sync_read(joints, PROFILE_SPEED_AND_GOAL, 8));
+    uint8_t deaf = static_cast<uint8_t>(~sync_read(joints, PROFILE_AND_GOAL, 12));
     for (uint8_t i = 0; i < MOTORS; i++) {
-      Reader in(answers_[i].parameters, 8);
+      const Order& o = orders[i];
+      Reader in(answers_[i].parameters, 12);
+      const uint32_t acceleration = in.u32();
       const uint32_t speed = in.u32();
-      const int32_t goal = in.i32();
-      if (goal != orders[i].goal || speed != (orders[i].speed ? speed_units(orders[i].speed) : 0)) {
+      if (in.i32() != o.goal || speed != speed_units(o.speed) ||
+          acceleration != (o.acceleration ? acceleration_units(o.acceleration) : 0)) {
         deaf = static_cast<uint8_t>(deaf | (1u << i));
       }
     }
@@ -128,6 +139,11 @@ class Xl330 {
       }
     }
     return limp;
+  }
+
+  // Whether a servo answers that its torque is off.
+  bool switched_off(uint8_t id) {
+    return read(id, TORQUE_ENABLE, 1) && answer_.parameters[0] == 0;
   }
 
   // Makes sure that a servo works in the mode that this layer needs; torque goes off where not.
@@ -175,7 +191,7 @@ class Xl330 {
   static const uint8_t TORQUE_ENABLE = 64;
   static const uint8_t BUS_WATCHDOG = 98;
   static const uint8_t GOAL_CURRENT = 102;  // goal speed, profile acceleration, speed, goal follow
-  static const uint8_t PROFILE_SPEED_AND_GOAL = 112;
+  static const uint8_t PROFILE_AND_GOAL = 108;
   static const uint8_t SPEED_AND_POSITION = 128;
   static const uint8_t VOLTAGE_AND_TEMPERATURE = 144;
 
@@ -243,9 +259,12 @@ class Xl330 {
     bool more = receive(length_of_answers(MOTORS, width));
     for (;;) {
       protocol2::Status status;
-      for (uint8_t at = 0; protocol2::next_status(buffer_, received_, at, status);) {
+      uint8_t turn = 0;
+      for (uint8_t at = 0; protocol2::next_status(buffer_, received_, at, status); turn++) {
         for (uint8_t i = 0; i < MOTORS; i++) {
-          if (status.id == joints[i].id && status.count == width) {
+          // They answer in turn: of two with one id, the one out of turn has another's.
+          const bool once = !(heard & (1u << i)) || turn == i;
+          if (status.id == joints[i].id && status.count == width && once) {
             answers_[i] = Answer(status);
             heard = static_cast<uint8_t>(heard | (1u << i));
           }
@@ -275,6 +294,7 @@ class Xl330 {
 
   bool answered(uint8_t id, uint8_t width) {
     listen();
+    stranger_ = false;
     bool more = receive(length_of_answers(1, width));
     for (;;) {
       protocol2::Status status;
@@ -283,6 +303,7 @@ class Xl330 {
           answer_ = Answer(status);
           return true;
         }
+        stranger_ = status.id != id;
       }
       if (!more) {
         return false;
@@ -302,7 +323,7 @@ class Xl330 {
 
   struct Answer {
     uint8_t error;
-    uint8_t parameters[8];
+    uint8_t parameters[12];
 
     Answer() : error(0), parameters() {}
     explicit Answer(const protocol2::Status& status) : error(status.error), parameters() {
@@ -319,6 +340,8 @@ class Xl330 {
   uint32_t heard_at_ = 0;  // when the latest byte came
   Answer answers_[MOTORS];
   Answer answer_;
+  bool stranger_ = false;  // the servo asked last answered with another id
+  uint8_t misnamed_ = 0;
 };
 
 }  // namespace miburi

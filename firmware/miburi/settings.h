@@ -34,6 +34,7 @@ const uint8_t SETTINGS_SIZE = 18;
 const uint8_t GUARDS_SIZE = 14;
 const uint8_t JOINT_SIZE = 10 + GUARDS_SIZE;
 const uint16_t STEPS_PER_TURN = 4096;
+const int32_t SEAM = 100;  // steps that a joint's range keeps from it
 const uint8_t IN_RANGE = 0xff;
 
 inline bool within(int32_t value, int32_t least, int32_t most) {
@@ -58,7 +59,8 @@ inline uint8_t out_of_range(const Settings& s) {
 }
 
 inline uint8_t out_of_range(const Joint& j) {
-  // After power-on a servo knows its angle within one turn only: no joint may cross the seam.
+  // After power-on a servo knows its angle within one turn only: no joint may come to the seam, not
+  // even when it is pushed beyond a limit.
   const int32_t one_end = static_cast<int32_t>(j.zero) + j.direction * j.min;
   const int32_t other_end = static_cast<int32_t>(j.zero) + j.direction * j.max;
   const int32_t last = STEPS_PER_TURN - 1;
@@ -66,8 +68,8 @@ inline uint8_t out_of_range(const Joint& j) {
       within(j.id, 0, 252),
       j.direction == 1 || j.direction == -1,
       within(j.zero, 0, last),
-      within(j.min, -last, j.max) && within(one_end, 0, last),
-      within(j.max, j.min, last) && within(other_end, 0, last),
+      within(j.min, -last, j.max) && within(one_end, SEAM, last - SEAM),
+      within(j.max, j.min, last) && within(other_end, SEAM, last - SEAM),
       within(j.neutral, j.min, j.max),
       within(j.guards.lag, 0, 100000),
       within(j.guards.slack, 0, 40),

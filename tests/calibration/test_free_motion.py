@@ -34,7 +34,7 @@ def trace(
     lag: int = 25_000, missing: int = 0, distance: int = 800, times: Steps | None = None
 ) -> Trace:
     """Return a move that all motors follow ``lag`` µs late; the head loses steps half way."""
-    profile = Profile.plan(distance * EIGHT, 1000 * EIGHT, 13_000 * EIGHT)
+    profile = Profile.plan(distance * EIGHT, FINE * 1000 * EIGHT, 13_000 * EIGHT)
     if times is None:
         times = np.arange(0, int(profile.total[0]) + 300_000, 10_000)
     positions = profile.position(times[:, None] - lag) // FINE

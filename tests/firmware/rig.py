@@ -17,7 +17,7 @@ from miburi.robot import JOINTS, Robot, iphonoid
 from miburi.safety.contact import Sign
 from miburi.safety.controller import Controller
 from miburi.safety.move import Move, plan_move
-from miburi.safety.profile import SECOND, to_steps
+from miburi.safety.profile import SECOND, Profile, to_steps
 from miburi.safety.stop import Phase
 
 SIGNS = (None, Sign.SPEED, Sign.TRACKING, Sign.ARRIVAL)
@@ -65,9 +65,11 @@ class Twin:
         if self.controller is None:
             neutral = to_steps(self.robot, self.robot.neutral)
             self.controller = Controller(self.robot, self.settings.rule, neutral)
-        self.controller._start(
-            Phase.MOVING, np.array(goal), np.array([real_speed(v) for v in speeds]), here, began
-        )
+        self.controller._start(Phase.MOVING, np.array(goal), np.array(speeds), here, began)
+        watch = self.controller.watch
+        real = np.array([real_speed(v) for v in speeds])
+        profile = Profile.plan(watch.profile.distance, real, watch.profile.acceleration)
+        self.controller.watch = self.settings.rule.watch(profile, watch.start, watch.direction)
         self.detectable = None
 
     def see(self, report: Report) -> None:

@@ -159,7 +159,7 @@ def test_unplugged_servo_stops_all_and_is_named(rig: Rig, motor: int) -> None:
     stop = rig.body.state.stop
     assert (stop.reason, stop.motor) == (StopReason.SERVO_SILENT, JOINTS[motor])
     others = [servo for servo in rig.servos if not servo.dead]
-    assert all(servo.segment.speed == 0 for servo in others)
+    assert all(servo.segment.acceleration == 0 for servo in others)
     with pytest.raises(BodyError, match=f"{JOINTS[motor]}: servo does not answer"):
         rig.body.release()
     rig.servos[motor].dead = False
@@ -351,7 +351,9 @@ def test_settings_stay_inside_safe_ranges_and_change_only_while_stopped(rig: Rig
         for value in values:
             joints = (changed(joint, name, value), *settings.joints[1:])
             seam = name in ("min", "max") or (name, value) == ("zero", 0)
-            said = "crosses the servo's seam" if seam else f"refuses waist's {name} .*: allowed is "
+            said = (
+                "steps of the servo's seam" if seam else f"refuses waist's {name} .*: allowed is "
+            )
             with pytest.raises(BodyError, match=said):
                 rig.body.configure(replace(settings, joints=joints))
     # What is just allowed is taken: the ranges in words are the card's.

@@ -8,7 +8,7 @@ import pytest
 from tests.firmware.rig import Rig
 
 from miburi.robot import JOINTS
-from miburi.safety.move import Move
+from miburi.safety.move import Move, synchronised
 from miburi.safety.stop import Phase, StopReason
 
 #: `make firmware-proof` asks for 2,000 and 500.
@@ -30,6 +30,17 @@ def test_free_moves_are_never_stopped(firmware: Path, seed: int) -> None:
     # At 1 Mbaud three interrupts in a row can cost a byte of a servo's answer, once in minutes.
     # That reading is not judged, the next comes 20 ms later; it must stay as rare as this.
     assert rig.line.mega.dropped(1) <= 1 + rig.twin.looks // 2000
+    rig.close()
+
+
+@pytest.mark.parametrize("duration", [12.0, 20.0, 60.0])
+def test_slow_moves_of_perfect_servos_are_never_stopped(firmware: Path, duration: float) -> None:
+    """Rule and servo count the same speed: a minute does not carry them apart."""
+    rig = Rig(firmware, 20)
+    here, rng = rig.body.state.angles, np.random.default_rng(4)
+    angles = rng.uniform(rig.robot.lower, rig.robot.upper)
+    rig.body.move(synchronised(rig.robot, here, angles, duration))
+    assert rig.settle(2 * duration) is Phase.IDLE, rig.body.state.stop
     rig.close()
 
 
@@ -66,7 +77,7 @@ def test_a_blocked_motor_stops_all(firmware: Path, seed: int) -> None:
         assert rig.twin.detectable is not None
         told = max(servo.segment.began for servo in rig.servos)
         assert told - rig.twin.detectable <= 150_000
-        assert all(servo.segment.speed == 0 for servo in rig.servos)
+        assert all(servo.segment.acceleration == 0 for servo in rig.servos)
         # They give way as far as the reference would.
         assert [servo.segment.goal for servo in rig.servos] == [
             j.zero + j.direction * int(place)

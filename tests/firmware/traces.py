@@ -68,15 +68,19 @@ def random_traces(rng: np.random.Generator, n: int) -> Records:
     guards["arrival"] = rng.integers(1, 60, shape)
     near_least = guards["least"] + rng.integers(-1, 2, shape)
     motion["distance"] = np.where(rng.random(shape) < 0.3, near_least, rng.integers(0, 2400, shape))
-    motion["speed"] = np.exp(rng.uniform(0, np.log(4000), shape))
+    motion["speed"] = np.exp(rng.uniform(np.log(FINE), np.log(4000 * FINE), shape))
     # At one step/s less the lag's doubt is a whole number of steps, or just below: so a µs more or
     # less is seen. (A ramp, cut to whole µs, seldom comes to the whole speed.)
     whole = rng.random(shape) < 0.3
-    motion["speed"][whole] = rng.choice([501, 1001, 2001, 2500, 2500], shape)[whole]
+    motion["speed"][whole] = FINE * rng.choice([501, 1001, 2001, 2500, 2500], shape)[whole]
     motion["acceleration"] = np.exp(rng.uniform(np.log(244), np.log(40_000), shape))
     # A ramp that is full and short at once, but for a rounded microsecond of the total time.
     seam = rng.random(n) < 0.05
-    motion["distance"][seam], motion["speed"][seam], motion["acceleration"][seam] = 1, 82, 6723
+    motion["distance"][seam], motion["speed"][seam], motion["acceleration"][seam] = (
+        1,
+        82 * FINE,
+        6723,
+    )
     guards["lag"][seam] = 30_000
     motion["start"] = rng.integers(-2400, 2400, shape)
     motion["direction"] = rng.choice([-1, 1], shape)

@@ -41,7 +41,7 @@ STRICT = Rule(
 def watch(
     rule: Rule, distance: int = 1000, speed: int = 1000, acceleration: int = 1_000_000
 ) -> Watch:
-    profile = Profile.plan(distance * EIGHT, speed * EIGHT, acceleration * EIGHT)
+    profile = Profile.plan(distance * EIGHT, FINE * speed * EIGHT, acceleration * EIGHT)
     return Watch(rule, profile, 0 * EIGHT, EIGHT)
 
 
@@ -123,7 +123,7 @@ def test_a_free_motor_is_never_stopped(
 @given(st.integers(0, 7), st.integers(300, 3900), st.floats(0.0, 0.9), st.booleans())
 def test_a_blocked_motor_stops_all_soon(motor: int, speed: int, when: float, back: bool) -> None:
     direction = -EIGHT if back else EIGHT
-    profile = Profile.plan(1500 * EIGHT, speed * EIGHT, 13_000 * EIGHT)
+    profile = Profile.plan(1500 * EIGHT, FINE * speed * EIGHT, 13_000 * EIGHT)
     w = Watch(RULE, profile, 2000 * EIGHT, direction)
     blocked = int(when * profile.total[0])
     lag = int(RULE.guards.lag[0])
@@ -154,7 +154,9 @@ def test_a_slow_motor_is_judged_over_a_longer_window() -> None:
 
 
 def test_backstop_tracking_sees_a_resting_motor_that_is_pushed() -> None:
-    profile = Profile.plan(np.array([1000, 0, 0, 0, 0, 0, 0, 0]), 500 * EIGHT, 13_000 * EIGHT)
+    profile = Profile.plan(
+        np.array([1000, 0, 0, 0, 0, 0, 0, 0]), FINE * 500 * EIGHT, 13_000 * EIGHT
+    )
     behind, ahead = int(RULE.guards.behind[4]), int(RULE.guards.ahead[4])
     for pushed, stops in [(ahead, False), (ahead + 1, True), (-behind, False), (-behind - 1, True)]:
         w = Watch(RULE, profile, 0 * EIGHT, EIGHT)
@@ -176,8 +178,8 @@ def test_the_tracking_guards_widen_with_the_speed(back: bool) -> None:
     generous = replace(RULE.guards, slack=200 * EIGHT)
     direction = -EIGHT if back else EIGHT
     for distance, top in [(2000, 3000), (75, 1000)]:
-        profile = Profile.plan(distance * EIGHT, 3000 * EIGHT, 13_334 * EIGHT)
-        assert (abs(profile.fastest - top) <= 2).all()
+        profile = Profile.plan(distance * EIGHT, FINE * 3000 * EIGHT, 13_334 * EIGHT)
+        assert (abs(profile.fastest - top * FINE) <= 2 * FINE).all()
         doubt = top * LAG_DOUBT // SECOND
         middle = int(profile.total[0]) // 2 + int(generous.lag[0])
         for sign, most in [(-1, RULE.guards.behind[0] + doubt), (1, RULE.guards.ahead[0] + doubt)]:
@@ -250,7 +252,7 @@ def test_the_ratio_is_zero_where_no_travel_was_expected() -> None:
 
 def test_the_printed_rule_stops_a_ramped_free_move() -> None:
     """The first window is a ramp; that is why our rule compares with the profile."""
-    profile = Profile.plan(1000 * EIGHT, 1000 * EIGHT, 13_000 * EIGHT)
+    profile = Profile.plan(1000 * EIGHT, FINE * 1000 * EIGHT, 13_000 * EIGHT)
     first = profile.position(PAPER_PERIOD) // FINE
     middle = profile.position(3 * PAPER_PERIOD) // FINE - profile.position(2 * PAPER_PERIOD) // FINE
     assert is_slow_as_printed(first, 1000 * EIGHT, PAPER_PERIOD).all()

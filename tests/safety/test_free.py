@@ -114,7 +114,7 @@ def test_a_loaded_motor_at_rest_is_expected_to_rest(rule: FreeRule) -> None:
     sag = 600 * EIGHT
     for offset in (500, 600, 700):
         loading = Loading(offset * EIGHT, sag, sag, 18_000 * EIGHT)
-        still = Profile.plan(0 * EIGHT, EIGHT, 13_000 * EIGHT)
+        still = Profile.plan(0 * EIGHT, FINE * EIGHT, 13_000 * EIGHT)
         watch = rule.watch(still, 0 * EIGHT, EIGHT, loading)
         for time in range(20_000, 400_000, 20_000):
             assert watch.look(0 * EIGHT, time) is None
@@ -143,7 +143,7 @@ def test_every_number_fits_into_32_bits(seed: int) -> None:
     servo = FreeServo.of(load_servo("xl330-m288-t"), loads(iphonoid(), iphonoid().neutral).inertia)
     x, v = np.zeros(8, dtype=np.int64), np.zeros(8, dtype=np.int64)
     distance = rng.integers(0, 4096, 8)
-    profile = Profile.plan(distance, rng.integers(1, 3912, 8), 13_038 * EIGHT)
+    profile = Profile.plan(distance, FINE * rng.integers(1, 3912, 8), 13_038 * EIGHT)
     sag, most = rng.integers(-2600, 2600, 8), rng.integers(1000, 18_200, 8)
     before, time = rng.integers(-3000, 3000, 8), 0
     offset = before.copy()

@@ -18,7 +18,7 @@ accelerations = st.integers(1000, 32_000)
 
 
 def one(distance: int, speed: int, acceleration: int) -> Profile:
-    return Profile.plan(*(np.array([value]) for value in (distance, speed, acceleration)))
+    return Profile.plan(*(np.array([value]) for value in (distance, speed * FINE, acceleration)))
 
 
 @given(counts, speeds, accelerations)
@@ -83,7 +83,7 @@ def test_all_motors_arrive_together(seed: int, duration: float, share: float) ->
     assert np.all(move.speeds <= ROBOT.servo.max_speed)
     distance = np.abs(to_steps(ROBOT, end) - to_steps(ROBOT, start))
     ramp = np.full(8, round(ROBOT.servo.acceleration / STEP))
-    profile = Profile.plan(distance, np.maximum(to_steps(ROBOT, move.speeds), 1), ramp)
+    profile = Profile.plan(distance, np.maximum(to_steps(ROBOT, move.speeds), 1) * FINE, ramp)
     if distance.max() > 0:
         most = int(distance.argmax())
         v, a = move.speeds[most], ROBOT.servo.acceleration

@@ -35,7 +35,7 @@ from miburi.card.link import (
     Result,
     encode,
 )
-from miburi.card.report import PHASES, UNREADY, motors_of, stop_of, window_of
+from miburi.card.report import PHASES, motors_of, stop_of, unready, window_of
 from miburi.card.settings import CardSettings, General, JointSettings, check_encoder, refusal
 from miburi.errors import BodyError
 from miburi.robot import JOINTS, Robot
@@ -390,8 +390,7 @@ class Card:
                 phase = PHASES[detail[0]]
                 raise BodyError(f"The card is {phase}; it does not take {kind.name.lower()} now.")
             case Result.SERVO:
-                motor = f"{JOINTS[detail[0]]}: " if detail[0] < len(JOINTS) else "The "
-                raise BodyError(f"{motor}{UNREADY[Reason(detail[1])]}. Then try again.")
+                raise BodyError(unready(detail, self._settings))
             case Result.RANGE:
                 raise _OutOfRangeError(kind, detail[0])
             case Result.SETTINGS:

@@ -25,7 +25,7 @@ __all__ = [
     "encode",
 ]
 
-VERSION = 3
+VERSION = 4
 #: The kind of an answer is that of its request plus this.
 ANSWER = 0x80
 _MAX_FRAME = 128
@@ -75,6 +75,10 @@ class Reason(IntEnum):
     FAULTY = 6
     HOT = 7
     LOW_VOLTAGE = 8
+    ASTRAY = 9
+    MISNAMED = 10
+    RESTARTED = 11
+    OUTSIDE = 12
 
 
 class FrameError(MiburiError):

@@ -1,26 +1,30 @@
 """Translate a card's report into the terms of a body: phase, stop, window and motors."""
 
+import struct
+
 import numpy as np
 
 from miburi.bodies.base import Motor, Motors
 from miburi.card.link import Reason, Report
-from miburi.card.settings import CardSettings
+from miburi.card.settings import STEPS_PER_TURN, CardSettings
 from miburi.robot import JOINTS
 from miburi.safety.contact import Contact, Sign, Window
 from miburi.safety.profile import FINE
 from miburi.safety.stop import Phase, Stop, StopReason
 
-__all__ = ["PHASES", "UNREADY", "motors_of", "stop_of", "window_of"]
+__all__ = ["PHASES", "motors_of", "stop_of", "unready", "window_of"]
 
 #: The card's phases, by their numbers.
 PHASES = (Phase.IDLE, Phase.MOVING, Phase.STOPPED, Phase.RETURNING)
 #: Messages for what keeps a card from a release, with what to do about it.
-UNREADY = {
+_UNREADY = {
     Reason.SILENT: "servo does not answer; check its plug, its id and the supply",
     Reason.DEAF: "servo does not take orders; switch the servos off and on",
     Reason.FAULTY: "servo reported a hardware error and was restarted; let it cool",
     Reason.HOT: "servo is too hot; let it cool",
     Reason.LOW_VOLTAGE: "supply voltage is too low; use a stronger supply or thicker wires",
+    Reason.ASTRAY: "servo reports a place where it cannot be; check its cable and magnet",
+    Reason.MISNAMED: "servo answers with another's id; give it its own (calibrate --ids)",
 }
 _REASONS = {
     Reason.STARTED: StopReason.CARD_STARTED,
@@ -31,6 +35,9 @@ _REASONS = {
     Reason.FAULTY: StopReason.SERVO_FAULTY,
     Reason.HOT: StopReason.SERVO_HOT,
     Reason.LOW_VOLTAGE: StopReason.LOW_VOLTAGE,
+    Reason.ASTRAY: StopReason.SERVO_ASTRAY,
+    Reason.MISNAMED: StopReason.SERVO_MISNAMED,
+    Reason.RESTARTED: StopReason.SERVO_RESTARTED,
 }
 _SIGNS = (Sign.SPEED, Sign.TRACKING, Sign.ARRIVAL)
 
@@ -62,6 +69,26 @@ def window_of(report: Report, settings: CardSettings) -> Window | None:
         for value in (contact.measured, contact.expected, with_slack, contact.length)
     )
     return Window(measured, expected, granted, judged, length)
+
+
+def unready(detail: bytes, settings: CardSettings) -> str:
+    """Say why the card refused a release; ``detail``: motor, reason, and place of a joint."""
+    if detail[0] >= len(JOINTS):
+        return f"The {_UNREADY[Reason(detail[1])]}. Then try again."
+    name, joint = JOINTS[detail[0]], settings.joints[detail[0]]
+    if detail[1] != Reason.OUTSIDE:
+        return f"{name}: {_UNREADY[Reason(detail[1])]}. Then try again."
+    (place,) = struct.unpack_from("<h", detail, 2)
+    # The servo counts within a turn: a joint just across its seam is one turn away on paper.
+    place = min(
+        (place + turn * STEPS_PER_TURN for turn in (-1, 0, 1)),
+        key=lambda place: max(joint.min - place, place - joint.max),
+    )
+    here, low, high = (steps * 360 / STEPS_PER_TURN for steps in (place, joint.min, joint.max))
+    return (
+        f"{name} stands at {here:.1f}°, outside its limits of {low:.1f}° to {high:.1f}°. Turn it "
+        "back by hand, limp or with the supply off (Card.relax). Then try again."
+    )
 
 
 def motors_of(report: Report | None, settings: CardSettings) -> Motors:

@@ -25,6 +25,7 @@ __all__ = [
     "HOTTEST",
     "LOWEST",
     "MILLIAMPERES_PER_NM",
+    "SEAM",
     "STEPS_PER_TURN",
     "CardSettings",
     "General",
@@ -44,10 +45,12 @@ MILLIAMPERES_PER_NM = 1470 / 0.52
 HOTTEST, LOWEST = 65, 42
 #: Encoder steps in a turn of the XL330 servos that a card drives; as in ``settings.h``.
 STEPS_PER_TURN = 4096
+#: Steps that a joint's range keeps from the seam between two turns; as in ``settings.h``.
+SEAM = 100
 #: The servo's middle position.
 _MIDDLE = STEPS_PER_TURN // 2
 #: Least and greatest value that the card accepts (``settings.h``), and the unit. The card also
-#: refuses a joint range that crosses the servo's seam.
+#: refuses a joint range that comes near the servo's seam.
 ALLOWED = {
     "period": (20_000, 200_000, "µs"),
     "ratio": (8000, 10_000, "parts of 10 000"),
@@ -83,8 +86,11 @@ def check_encoder(robot: Robot) -> None:
 
 
 def real_speed(speed: int) -> int:
-    """Round a speed, steps/s, to what an XL330 can do: whole units of 0.229 turns/min."""
-    return (max((speed * 1000 + 7816) // 15_633, 1) * 15_633 + 500) // 1000
+    """Round a speed, steps/s, to what an XL330 can do; in 1/256 steps/s.
+
+    The servo counts in units of 0.229 turns/min.
+    """
+    return (max((speed * 1000 + 7816) // 15_633, 1) * 400_207 + 50) // 100
 
 
 def real_acceleration(acceleration: int) -> int:
@@ -265,8 +271,9 @@ def refusal(settings: CardSettings, piece: int, index: int) -> str:
         joint = settings.joints[piece]
         return (
             f"The card refuses {JOINTS[piece]}: its range from {joint.min} to {joint.max} steps "
-            f"about its zero at {joint.zero} crosses the servo's seam between 4095 and 0. Mount "
-            "the horn a quarter turn further, and find the zero again."
+            f"about its zero at {joint.zero} crosses, or comes within {SEAM} steps of the servo's "
+            "seam between 4095 and 0. Mount the horn a quarter turn further, and find the zero "
+            "again."
         )
     joint_range = (settings.joints[piece].min, settings.joints[piece].max) if of_joint else (0, 0)
     low, high = ALLOWED[name][:2] if name in ALLOWED else joint_range

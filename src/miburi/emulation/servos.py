@@ -191,6 +191,10 @@ class Servo:
         Answers, but takes no orders.
     delay
         Extra µs before each answer.
+    lie
+        Turns the place where the shaft is into what is read, both in steps.
+    alias
+        The id with which it answers, where that is another's.
     segment, before
         The trajectory, None with torque off; and the one before it.
     """
@@ -200,6 +204,8 @@ class Servo:
     dead: bool = False
     deaf: bool = False
     delay: float = 0.0
+    lie: Callable[[int], int] = lambda place: place
+    alias: int | None = None
     segment: Segment | None = None
     before: Segment | None = None
     _heard: float = 0.0
@@ -252,7 +258,8 @@ class Servo:
         if address + count > _SIZE:
             return self._error(_RANGE_ERROR), b""
         self.set("speed", round(self.shaft.speed(self, time) / SPEED_UNIT))
-        self.set("position", round(self.shaft.position(self, time) + self.shaft.noise()))
+        place = round(self.shaft.position(self, time) + self.shaft.noise())
+        self.set("position", self.lie(place))
         return self._error(0), bytes(self.table[address : address + count])
 
     def write(self, address: int, data: bytes, time: float) -> int:
@@ -366,7 +373,8 @@ class Bus:
 
     def _say(self, one: Servo, error: int, data: bytes, time: float) -> tuple[float, bytes]:
         start = time + 2 * one.get("return_delay") + one.delay
-        return start, packet(one.get("id"), STATUS, bytes((error,)) + data)
+        servo = one.get("id") if one.alias is None else one.alias
+        return start, packet(servo, STATUS, bytes((error,)) + data)
 
     def _sync_read(self, parameters: bytes, time: float) -> list[tuple[float, bytes]]:
         if len(parameters) < 5:

@@ -300,7 +300,7 @@ class Watch:
 
 def lag_doubt(profile: Profile) -> Steps:
     """Return how far each motor travels in ``LAG_DOUBT`` at its top speed, (8,) in 1/256 steps."""
-    return profile.fastest * FINE * LAG_DOUBT // SECOND
+    return profile.fastest * LAG_DOUBT // SECOND
 
 
 def worst(sign: Sign, suspects: Flags, window: Window) -> Contact:

@@ -59,7 +59,7 @@ def demand(robot: Robot, start: Steps, origin: Steps, profile: Profile, directio
     goal = origin + direction * profile.distance
     poses = np.multiply([origin, (origin + goal) / 2, goal], step, dtype=np.float64)
     gravity, inertia = loads(robot, poses)
-    fastest = np.where(profile.distance > 0, profile.fastest, 0) * step
+    fastest = np.where(profile.distance > 0, profile.fastest, 0) * step / FINE
     # A motor that rests must hold out while the others ramp.
     needed = required_torque(
         servo, fastest, robot.servo.acceleration, np.abs(gravity).max(axis=0), inertia.max(axis=0)

@@ -67,7 +67,7 @@ class _PrintedWatch(Watch):
         moved = travel - self._measured
         self._measured = travel
         # A motor with nowhere to go has been sent no speed.
-        sent = np.where(self.profile.distance > 0, self.profile.speed, 0)
+        sent = np.where(self.profile.distance > 0, self.profile.speed // FINE, 0)
         slow = is_slow_as_printed(moved // FINE, sent, self.rule.period, self.rule.ratio)
         due = sent * FINE * self.rule.period // SECOND
         length = np.full_like(due, self.rule.period)

@@ -34,8 +34,8 @@ class Profile:
     """Ramped motion of n motors from rest to rest: speed up, cruise, slow down.
 
     All values are (n,) int64: distances in steps, never negative (the direction is separate),
-    speeds in steps/s, accelerations in steps/s², times in µs since the start. A motor that does
-    not get far enough to reach its cruising speed only speeds up and slows down: a triangle.
+    speeds in 1/256 steps/s, accelerations in steps/s², times in µs since the start. A motor that
+    does not get far enough to reach its cruising speed only speeds up and slows down: a triangle.
     """
 
     distance: Steps
@@ -47,7 +47,7 @@ class Profile:
     @classmethod
     def plan(cls, distance: Steps, speed: Steps, acceleration: Steps) -> "Profile":
         """Compute ramp and total time; speeds and accelerations must be at least 1."""
-        full_ramp = speed * SECOND // acceleration
+        full_ramp = speed * SECOND // (acceleration * FINE)
         # The ramp of a triangle is √(d/a); a motion is a triangle if that is the shorter ramp.
         short_ramp = np.array(
             [
@@ -58,14 +58,16 @@ class Profile:
         )
         ramp = np.minimum(full_ramp, short_ramp)
         total = np.where(
-            short_ramp < full_ramp, 2 * short_ramp, distance * SECOND // speed + full_ramp
+            short_ramp < full_ramp,
+            2 * short_ramp,
+            distance * FINE * SECOND // speed + full_ramp,
         )
         return cls(distance, speed, acceleration, ramp, total)
 
     @property
     def fastest(self) -> Steps:
-        """The largest speed that each motor reaches, (n,) steps/s; in a triangle, at its tip."""
-        fastest: Steps = np.minimum(self.speed, self.acceleration * self.ramp // SECOND)
+        """The top speed that each motor reaches, (n,) 1/256 steps/s; a triangle's is at its tip."""
+        fastest: Steps = np.minimum(self.speed, self.acceleration * self.ramp * FINE // SECOND)
         return fastest
 
     def position(self, time: Steps | int) -> Steps:
@@ -79,7 +81,7 @@ class Profile:
         falling = (
             self.distance * FINE - self.acceleration * to_go * to_go * (FINE // 2) // SECOND**2
         )
-        cruising = self.speed * (2 * t - self.ramp) * (FINE // 2) // SECOND
+        cruising = self.speed * (2 * t - self.ramp) // (2 * SECOND)
         return np.where(t < self.ramp, rising, np.where(left <= self.ramp, falling, cruising))
 
 
@@ -92,5 +94,5 @@ def plan_profile(robot: Robot, origin: Steps, goal: Steps, speeds: Steps) -> tup
     """
     distance = goal - origin
     ramp = np.full_like(distance, round(robot.servo.acceleration / robot.servo.step))
-    profile = Profile.plan(np.abs(distance), np.maximum(speeds, 1), ramp)
+    profile = Profile.plan(np.abs(distance), np.maximum(speeds, 1) * FINE, ramp)
     return profile, np.where(distance < 0, -1, 1)

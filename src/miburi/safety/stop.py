@@ -27,6 +27,9 @@ class StopReason(StrEnum):
     SERVO_FAULTY = "servo_faulty"
     SERVO_HOT = "servo_hot"
     LOW_VOLTAGE = "low_voltage"
+    SERVO_ASTRAY = "servo_astray"
+    SERVO_MISNAMED = "servo_misnamed"
+    SERVO_RESTARTED = "servo_restarted"
 
     @property
     def spoken(self) -> str:

@@ -1,0 +1,60 @@
+// Where the motors are believed to be. A servo's reading may be wrong with a good CRC: what cannot
+// be, for the time that has passed, is not believed.
+//
+// Positions are the servo's own, in steps; times µs.
+#pragma once
+
+#include "contact.h"
+
+namespace miburi {
+
+const int32_t JERK = 48;            // steps that play, noise and a knock may add
+const int64_t LONGEST_GAP = 60000;  // µs; a longer silence allows no further way
+const int32_t FARTHEST = 1L << 20;  // an XL330 counts no further, in either direction
+const uint8_t BAD_READING = 2;      // what a reading that cannot be adds to the doubt …
+const uint8_t TOO_DOUBTFUL = 4;     // … and how much is too much: two in a row, or every other
+const uint8_t SETTLED = 3;          // readings that agree on another place while nothing may move
+const uint8_t FIRST = 2;            // readings that agree on the first place of all
+
+struct Place {
+  int32_t steps;  // believed
+  int64_t time;   // of the reading
+  bool known;
+  uint8_t doubt;
+  int32_t strange;   // the latest reading that was not believed
+  uint8_t agreeing;  // how many such in a row agree
+};
+
+inline int32_t reach(int64_t time, uint16_t speed) {
+  const int32_t gap = static_cast<int32_t>(time < LONGEST_GAP ? time : LONGEST_GAP);
+  return JERK + ((gap >> 10) * speed >> 10);  // 2^20 µs is a second, nearly: a division takes long
+}
+
+// Takes a reading in; true when it is believed: no motor is faster than `fastest` steps/s. While nothing may move (`still`) a place on which
+// some readings agree is taken for the new one: somebody has turned a limp joint.
+inline bool believe(Place& place, int32_t reading, int64_t time, uint16_t fastest,
+                    bool still) {
+  reading = reading > FARTHEST ? FARTHEST : reading < -FARTHEST ? -FARTHEST : reading;
+  const int32_t may = reach(time - place.time, fastest);
+  bool believed = place.known && distance_between(reading, place.steps) <= may;
+  if (believed) {
+    place.doubt = static_cast<uint8_t>(place.doubt ? place.doubt - 1 : 0);
+  } else {
+    const bool agrees = place.agreeing && distance_between(reading, place.strange) <= JERK;
+    place.agreeing = static_cast<uint8_t>(agrees ? place.agreeing + 1 : 1);
+    place.strange = reading;
+    if (place.known && place.doubt < TOO_DOUBTFUL) {
+      place.doubt = static_cast<uint8_t>(place.doubt + BAD_READING);
+    }
+    believed = place.known ? still && place.agreeing >= SETTLED : place.agreeing >= FIRST;
+  }
+  if (believed) {
+    place.steps = reading;
+    place.time = time;
+    place.known = true;
+    place.agreeing = 0;
+  }
+  return believed;
+}
+
+}  // namespace miburi

@@ -1,0 +1,225 @@
+"""A servo that says what cannot be is named, and no arm is thrown: on the real binary."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.firmware.rig import Rig
+
+from miburi.card.settings import SEAM
+from miburi.emulation.servos import Servo
+from miburi.errors import BodyError
+from miburi.robot import JOINTS
+from miburi.safety.move import Move
+from miburi.safety.stop import Phase, StopReason
+
+TURN = 4096
+#: Steps from its shaft to which a stop may send a servo: a lie that could be true by the time that
+#: has passed (``places.h``: 204 in 40 ms), sag and way back (``controller.h``: 16 and 48).
+NEAR = 320
+
+
+class Orders:
+    """Remembers what every servo is told, and how far from its shaft that is."""
+
+    def __init__(self, rig: Rig) -> None:
+        self.rig, self.wrong = rig, list[str]()
+        for motor, servo in enumerate(rig.servos):
+            self._watch(motor, servo)
+
+    def _watch(self, motor: int, servo: Servo) -> None:
+        write, joint = servo.write, self.rig.settings.joints[motor]
+        general = self.rig.settings.general
+        fastest, softly = general.max_speed, general.hold_current
+
+        def written(address: int, data: bytes, time: float) -> int:
+            error = write(address, data, time)
+            if address <= 116 < address + len(data) and servo.segment is not None:
+                goal, speed = servo.get("goal_position"), servo.segment.speed
+                angle = (goal - joint.zero) * joint.direction
+                if not joint.min <= angle <= joint.max:
+                    self.wrong.append(f"{JOINTS[motor]}: {angle} is outside its limits")
+                if not 0 < speed <= fastest + 8:
+                    self.wrong.append(f"{JOINTS[motor]}: goes at {speed} steps/s")
+                far = abs(goal - servo.shaft.place) > NEAR
+                if far and servo.get("goal_current") == softly:
+                    self.wrong.append(
+                        f"{JOINTS[motor]}: a stop sends it from {servo.shaft.place:.0f} to {goal}"
+                    )
+            return error
+
+        servo.write = written  # type: ignore[method-assign]
+
+
+def lies(rig: Rig, motor: int) -> dict[str, Callable[[int], int]]:
+    other = rig.servos[(motor + 3) % 8]
+    frozen = round(rig.servos[motor].shaft.place)
+    return {
+        "0": lambda _: 0,
+        "largest": lambda _: 2**31 - 1,
+        "smallest": lambda _: -(2**31),
+        "a turn more": lambda place: place + TURN,
+        "a turn less": lambda place: place - TURN,
+        "another's": lambda _: round(other.shaft.place),
+        "frozen": lambda _: frozen,
+    }
+
+
+def begin(rig: Rig, phase: Phase, motor: int) -> None:
+    """Bring the body into a phase, with the motor in motion where others are."""
+    angles = rig.robot.neutral.copy()
+    angles[[0, 1, 2, 3, 4, 5, 6, 7]] += [0.6, 0.8, 0.5, 0.3, 0.8, -0.5, -0.3, 0.2]
+    angles = np.clip(angles, rig.robot.lower, rig.robot.upper)
+    if phase is Phase.IDLE:
+        return
+    rig.body.move(Move(angles, np.full(8, 1.0)))
+    rig.run(0.3)
+    if phase is not Phase.MOVING:
+        rig.body.stop()
+        rig.run(0.1)
+    if phase is Phase.RETURNING:
+        rig.body.release()
+        rig.run(0.1)
+
+
+@pytest.mark.parametrize("motor", range(8))
+def test_a_lying_reading_throws_no_arm_and_is_named(firmware: Path, motor: int) -> None:
+    """Every kind of lie, at every phase."""
+    rig = Rig(firmware, twin=False)
+    orders = Orders(rig)
+    for phase in (Phase.IDLE, Phase.MOVING, Phase.STOPPED, Phase.RETURNING):
+        for kind in lies(rig, motor):
+            begin(rig, phase, motor)
+            assert rig.body.state.phase is phase
+            servo, tale = rig.servos[motor], lies(rig, motor)[kind]
+            servo.lie = tale
+            far = abs(tale(round(servo.shaft.place)) - servo.shaft.place) > 500
+            rig.run(0.3 if far or phase is Phase.IDLE else 1.5)
+            state, what = rig.body.state, f"{kind}, {phase}"
+            if far:
+                assert state.phase is Phase.STOPPED, what
+            if far and phase is not Phase.STOPPED:
+                assert state.stop.reason is StopReason.SERVO_ASTRAY, what
+                assert state.stop.motor == JOINTS[motor], what
+            if phase is Phase.STOPPED and far and kind != "another's":
+                with pytest.raises(BodyError, match=JOINTS[motor]):
+                    rig.body.release()
+            assert rig.settle() in (Phase.IDLE, Phase.STOPPED)
+            assert rig.at_rest(), what
+            servo.lie = lambda place: place
+            rig.run(0.2)
+            assert not orders.wrong, (what, orders.wrong)
+            if rig.body.state.phase is Phase.STOPPED:
+                rig.body.wake()
+            elif phase is not Phase.IDLE:
+                rig.body.stop()
+                rig.body.wake()
+    rig.close()
+
+
+@pytest.mark.parametrize("phase", [Phase.IDLE, Phase.MOVING])
+def test_one_reading_that_cannot_be_is_passed_over(rig: Rig, phase: Phase) -> None:
+    begin(rig, phase, 1)
+    told = iter([5000])
+    rig.servos[1].lie = lambda place: next(told, place)
+    rig.run(0.2)
+    assert next(told, None) is None
+    assert rig.settle() is Phase.IDLE
+
+
+def test_a_limp_joint_that_is_turned_by_hand_is_believed(rig: Rig) -> None:
+    rig.body.stop()
+    rig.body.relax()
+    rig.run(0.1)
+    rig.servos[0].shaft.place += 300
+    rig.run(0.2)
+    neutral = rig.settings.joints[0].neutral
+    assert abs(rig.body.report.positions[0] - neutral) > 290
+    rig.body.wake()
+
+
+@pytest.mark.parametrize("alias", [1, 8])
+def test_a_servo_that_answers_with_anothers_id_is_named(rig: Rig, alias: int) -> None:
+    orders = Orders(rig)
+    begin(rig, Phase.MOVING, 3)
+    rig.servos[3].alias = alias
+    rig.run(0.3)
+    stop = rig.body.state.stop
+    assert (stop.reason, stop.motor) == (StopReason.SERVO_MISNAMED, JOINTS[3])
+    assert not orders.wrong
+    with pytest.raises(BodyError, match=f"{JOINTS[3]}: servo "):
+        rig.body.release()
+    rig.servos[3].alias = None
+    rig.run(0.2)
+    rig.body.wake()
+
+
+@pytest.mark.parametrize("phase", [Phase.IDLE, Phase.MOVING])
+def test_a_servo_that_restarted_within_a_moment_is_named(rig: Rig, phase: Phase) -> None:
+    """At rest nothing but its torque tells, as after a move that is too short for the rule."""
+    begin(rig, phase, 4)
+    rig.servos[7].power_up()
+    rig.run(0.3 if phase is Phase.IDLE else 2.0)
+    stop = rig.body.state.stop
+    assert stop is not None
+    assert (stop.reason, stop.motor) == (StopReason.SERVO_RESTARTED, JOINTS[7])
+    rig.body.wake()
+    assert rig.servos[7].get("torque_enable") == 1
+
+
+@pytest.mark.parametrize(("beyond", "sign"), [(100, 1), (100, -1), (400, 1)])
+def test_a_joint_outside_its_limits_is_refused_with_its_angle(
+    rig: Rig, beyond: int, sign: int
+) -> None:
+    joint, servo = rig.settings.joints[2], rig.servos[2]
+    rig.body.stop()
+    rig.body.relax()
+    end = joint.max if sign > 0 else joint.min
+    outside = end + sign * beyond
+    servo.shaft.place = joint.zero + joint.direction * outside
+    rig.run(0.2)
+    angle = outside * 360 / TURN
+    with pytest.raises(BodyError, match=rf"right_elbow stands at {angle:.1f}°, outside .* by hand"):
+        rig.body.release()
+    assert servo.get("torque_enable") == 0
+    servo.shaft.place = joint.zero + joint.direction * (end + sign * 6)  # it lies a little beyond
+    rig.run(0.2)
+    rig.body.wake()
+
+
+def test_a_joint_across_the_servos_seam_is_not_turned_the_long_way(rig: Rig) -> None:
+    """Beyond a limit that is near the seam, a servo that starts counts from the other side."""
+    joint, servo = rig.settings.joints[2], rig.servos[2]
+    rig.body.stop()
+    rig.body.relax()
+    near = TURN - 1 - SEAM - joint.direction * joint.max
+    joints = list(rig.settings.joints)
+    joints[2] = replace(joint, zero=near)
+    rig.body.configure(replace(rig.settings, joints=tuple(joints)))
+    servo.shaft.place = near + joint.direction * joint.max + 112 - TURN
+    rig.run(0.2)
+    before = servo.shaft.place
+    assert before < 20
+    angle = (joint.max + 112) * 360 / TURN
+    with pytest.raises(BodyError, match=rf"right_elbow stands at {angle:.1f}°"):
+        rig.body.wake()
+    assert servo.shaft.place == before
+
+
+@pytest.mark.parametrize("end", ["min", "max"])
+def test_no_range_comes_near_the_servos_seam(rig: Rig, end: str) -> None:
+    joint = rig.settings.joints[2]
+    last = SEAM - joint.min if end == "min" else TURN - 1 - SEAM - joint.max
+    beyond = -1 if end == "min" else 1
+    rig.body.stop()
+    for zero in (last, last + beyond):
+        joints = list(rig.settings.joints)
+        joints[2] = replace(joint, zero=zero)
+        settings = replace(rig.settings, joints=tuple(joints))
+        if zero == last:
+            rig.body.configure(settings)
+        else:
+            with pytest.raises(BodyError, match="right_elbow: .* within 100 steps .* seam"):
+                rig.body.configure(settings)
