@@ -171,6 +171,11 @@ unsigned mega_waiting(mega_t *m, int port) {
 }
 unsigned mega_dropped(mega_t *m, int port) { return m->ports[port].dropped; }
 
+/* Bits a second at which an UART speaks. */
+unsigned mega_baud(mega_t *m, int port) {
+  return (unsigned)(m->avr->frequency * 10 / byte_time(&m->ports[port]));
+}
+
 /* The reset button. */
 void mega_reset(mega_t *m) {
   for (int i = 0; i < UARTS; i++) {

@@ -48,7 +48,7 @@ class Body {
 
   int64_t time() const { return time_; }  // of the latest reading
   const Table& table() const { return table_; }
-  bool stored() { return memory_.has(table_); }
+  Stored stored() { return memory_.has(table_); }
 
   // --- orders: each is carried out, or refused with a reason and its details in `out` ----------
 

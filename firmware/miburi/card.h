@@ -111,7 +111,8 @@ class Card {
     uint8_t bytes[TABLE_SIZE];
     body_.table().write(bytes);
     out.put(LINK_VERSION, 1).put(FIRMWARE[0], 1).put(FIRMWARE[1], 1).put(FIRMWARE[2], 1);
-    out.put(MOTORS, 1).put(body_.table().complete(), 1).put(body_.stored(), 1);
+    out.put(MOTORS, 1).put(body_.table().complete(), 1);
+    out.put(static_cast<uint8_t>(body_.stored()), 1);
     out.put(crc16(bytes, TABLE_SIZE), 2);
     return Result::ok;
   }

@@ -1,4 +1,4 @@
-// The settings in EEPROM: the CRC of the table first, then the table.
+// The settings in EEPROM: a mark and the layout's number, the CRC of the table, then the table.
 //
 // `Io` gives eeprom_ready(), eeprom_read(address), eeprom_write(address, byte).
 #pragma once
@@ -6,6 +6,8 @@
 #include "settings.h"
 
 namespace miburi {
+
+enum class Stored : uint8_t { no, yes, other_layout };
 
 template <class Io>
 class Memory {
@@ -18,8 +20,9 @@ class Memory {
     for (uint8_t i = 0; i < SIZE; i++) {
       bytes[i] = io_.eeprom_read(i);
     }
-    if (u16_at(bytes) == (crc16(bytes + 2, TABLE_SIZE) ^ SALT)) {
-      table.read(bytes + 2);
+    if (bytes[0] == MARK && bytes[1] == LAYOUT &&
+        u16_at(bytes + 2) == (crc16(bytes + HEAD, TABLE_SIZE) ^ SALT)) {
+      table.read(bytes + HEAD);
     }
   }
 
@@ -35,26 +38,35 @@ class Memory {
     }
   }
 
-  bool has(const Table& table) {
+  // Whether it holds this table, or what another version of the firmware saved.
+  Stored has(const Table& table) {
     uint8_t bytes[SIZE];
     image(table, bytes);
+    if (io_.eeprom_read(0) == MARK && io_.eeprom_read(1) != LAYOUT) {
+      return Stored::other_layout;
+    }
     for (uint8_t i = 0; i < SIZE; i++) {
       if (io_.eeprom_read(i) != bytes[i]) {
-        return false;
+        return Stored::no;
       }
     }
-    return true;
+    return Stored::yes;
   }
 
  private:
-  static const uint8_t SIZE = TABLE_SIZE + 2;
+  static const uint8_t MARK = 0x4d;
+  static const uint8_t LAYOUT = 2;  // of the table; another for every change to it
+  static const uint8_t HEAD = 4;
+  static const uint8_t SIZE = TABLE_SIZE + HEAD;
   static const uint16_t SALT = 0x4d31;
 
   static void image(const Table& table, uint8_t* bytes) {
-    table.write(bytes + 2);
-    const uint16_t crc = crc16(bytes + 2, TABLE_SIZE) ^ SALT;
-    bytes[0] = static_cast<uint8_t>(crc);
-    bytes[1] = static_cast<uint8_t>(crc >> 8);
+    table.write(bytes + HEAD);
+    const uint16_t crc = crc16(bytes + HEAD, TABLE_SIZE) ^ SALT;
+    bytes[0] = MARK;
+    bytes[1] = LAYOUT;
+    bytes[2] = static_cast<uint8_t>(crc);
+    bytes[3] = static_cast<uint8_t>(crc >> 8);
   }
 
   Io& io_;

@@ -168,18 +168,31 @@ class Xl330 {
     answered(id, 0);
   }
 
-  // Gives the only servo on the bus, new or not, an id and our bus speed.
+  // Gives the only servo on the bus, new or not, an id and our bus speed. It may have one of them
+  // already: what was broken off is taken up again.
   bool identify(uint8_t old_id, uint8_t new_id) {
     const uint32_t speeds[] = {FACTORY_SPEED, BUS_SPEED};
-    for (uint8_t i = 0; i < 2; i++) {
-      io_.bus_speed(speeds[i]);
-      if (write(old_id, TORQUE_ENABLE, 0) && (old_id == new_id || write(old_id, ID, new_id))) {
-        write(new_id, BAUD_RATE, ONE_MBPS);
+    const uint8_t ids[] = {old_id, new_id};
+    patience_ = LONG_PATIENCE;
+    for (uint8_t i = 0; i < 4; i++) {
+      const uint8_t id = ids[i % 2];
+      io_.bus_speed(speeds[i / 2]);
+      if (read(id, ID, 1) || read(id, ID, 1)) {
+        // Written to its EEPROM, it may answer late or not at all: what it then is counts.
+        write(id, TORQUE_ENABLE, 0);
+        if (id != new_id && !write(id, ID, new_id)) {
+          write(id, ID, new_id);
+        }
+        if (!write(new_id, BAUD_RATE, ONE_MBPS)) {
+          write(new_id, BAUD_RATE, ONE_MBPS);
+        }
         break;
       }
     }
     io_.bus_speed(BUS_SPEED);
-    return set_mode(new_id);
+    const bool done = set_mode(new_id);
+    patience_ = PATIENCE;
+    return done;
   }
 
  private:
@@ -201,6 +214,7 @@ class Xl330 {
   static const uint8_t CURRENT_AND_POSITION = 5;
   static const uint16_t PATIENCE = 2000;  // µs of silence after which no answer will come
   static const uint16_t LONGEST = 12000;  // µs that listening may take on a noisy bus
+  static const uint16_t LONG_PATIENCE = 36000;  // the same after a write to EEPROM
 
   static uint16_t speed_units(uint16_t speed) {
     const uint32_t units = (speed * 1000UL + 7816) / 15633;
@@ -236,7 +250,8 @@ class Xl330 {
         heard_at_ = io_.micros();
       }
       const uint32_t time = io_.micros();
-      if (received_ == sizeof buffer_ || time - heard_at_ > PATIENCE || time - since_ > LONGEST) {
+      if (received_ == sizeof buffer_ || time - heard_at_ > patience_ ||
+          time - since_ > LONGEST + patience_) {
         return false;
       }
       if (received_ < enough) {
@@ -340,6 +355,7 @@ class Xl330 {
   uint32_t heard_at_ = 0;  // when the latest byte came
   Answer answers_[MOTORS];
   Answer answer_;
+  uint16_t patience_ = PATIENCE;
   bool stranger_ = false;  // the servo asked last answered with another id
   uint8_t misnamed_ = 0;
 };

@@ -10,6 +10,7 @@ import pytest
 from tests.firmware.rig import Rig
 
 from miburi.bodies import Motor
+from miburi.card.card import Card
 from miburi.card.link import FrameKind
 from miburi.card.settings import ALLOWED, CardSettings, JointSettings
 from miburi.emulation.servos import Servo
@@ -410,12 +411,36 @@ def test_a_repeated_frame_is_obeyed_once(rig: Rig) -> None:
     assert rig.body._sequence == sequence + 1
 
 
-def test_identify_gives_a_new_servo_its_id(firmware: Path) -> None:
+@pytest.mark.parametrize(("number", "baud"), [(1, 1), (7, 1), (1, 3), (7, 3)])
+@pytest.mark.parametrize("late", [0.0, 20_000.0])
+def test_identify_gives_a_new_servo_its_id(
+    firmware: Path, number: int, baud: int, late: float
+) -> None:
+    """As from the factory, or half-done: with the new id or speed already; however late it is."""
     rig = Rig(firmware, wake=False, twin=False)
-    fresh = Servo.new(1)
+    fresh = Servo.new(number)
+    fresh.set("baud", baud)
+    fresh.delay = late
     rig.bus.servos[:] = [fresh]
     rig.body.identify(1, 7)
     assert (fresh.get("id"), fresh.get("baud"), fresh.get("operating_mode")) == (7, 3, 5)
-    with pytest.raises(BodyError, match="does not answer"):
+    before = rig.body.report.time
+    with pytest.raises(BodyError, match="servo does not answer"):
         rig.body.identify(3, 4)
+    rig.run(0.1)
+    assert rig.body.report.time > before  # so long a wait did not wake the watchdog
     rig.close()
+
+
+def test_settings_of_another_layout_are_noticed(rig: Rig) -> None:
+    rig.body.stop()
+    rig.body.save()
+    other = bytearray(rig.line.mega.eeprom)
+    other[1] += 1
+    rig.line.mega.eeprom = bytes(other)
+    rig.line.mega.reset()
+    again = Card(lambda: rig.line, rig.robot)
+    with pytest.raises(BodyError, match=r"another version of the firmware.* card load"):
+        again.wake()
+    again.configure(rig.settings)  # as `miburi card load` and `calibrate` do
+    again.wake()

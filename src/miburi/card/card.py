@@ -62,6 +62,8 @@ _LOOK = 0.1
 #: Number of reports over which velocities are measured: 60 ms.
 _VELOCITY_REPORTS = 4
 _SETTINGS_PIECE = len(JOINTS)
+#: How a card says that its settings are stored, or others, which it cannot read (``memory.h``).
+_STORED, _OTHER_LAYOUT = 1, 2
 
 
 class Card:
@@ -106,6 +108,8 @@ class Card:
         self.goals: tuple[int, ...] = ()
         self.move_began = 0
         self._connected = self._fresh = False
+        #: The card's EEPROM has settings that another version of the firmware saved.
+        self._unreadable = self._guessed = False
         self._settings = settings or CardSettings.of(self._robot)
         #: A function that is called with every report, for recorders and tests.
         self.on_report: Callable[[Report], None] = lambda _: None
@@ -203,6 +207,12 @@ class Card:
                 "The card cannot be reached. Check its cable and power; Miburi looks for it every "
                 "second. It stays stopped until you release it."
             )
+        if self._guessed:
+            raise BodyError(
+                "The card's settings were saved by another version of the firmware, and it cannot "
+                "read them: it does not know how its servos are mounted. Load its calibration "
+                "(miburi card load), or calibrate it again (miburi card calibrate --zeros)."
+            )
         answer = self._ask(FrameKind.RELEASE)
         self._own_stop = None
         self.goals = tuple(joint.neutral for joint in self._settings.joints)
@@ -251,7 +261,7 @@ class Card:
             with suppress(BodyError):
                 self._send(self._settings)
             raise
-        self._settings = settings
+        self._settings, self._guessed = settings, False
 
     def _send(self, settings: CardSettings) -> None:
         pieces: list[JointSettings | General] = [*settings.joints, settings.general]
@@ -326,6 +336,7 @@ class Card:
         self._settings = wanted
         if crc != wanted.crc or not complete:
             self.configure(wanted)
+        self._guessed = self._unreadable and not complete and self._requested_settings is None
         self._ask(FrameKind.STATUS, struct.pack("<H", _REPORT_PERIOD))
         self._fresh = self._connected = True
         self._heard = self._line.now()
@@ -346,13 +357,14 @@ class Card:
         """Return the check sum of the card's settings, and whether they are complete and stored."""
         answer = self._ask(FrameKind.HELLO)
         version, *_, motors, complete, stored, crc = struct.unpack("<7BH", answer)
+        self._unreadable = stored == _OTHER_LAYOUT
         if version != VERSION or motors != len(JOINTS):
             raise BodyError(
                 f"The card's firmware speaks version {version} of the link and has {motors} "
                 f"motors; {VERSION} and {len(JOINTS)} are needed. Upload the firmware of this "
                 "Miburi (miburi card upload)."
             )
-        return crc, bool(complete), bool(stored)
+        return crc, bool(complete), stored == _STORED
 
     def _ask(self, kind: FrameKind, payload: bytes = b"", patience: float = _PATIENCE) -> bytes:
         """Send a request until the card answers; return the answer, or raise the error in it."""

@@ -72,7 +72,13 @@ class Mega:
         lib = self._lib = ctypes.CDLL(str(library))
         lib.mega_new.restype = lib.mega_cycle.restype = ctypes.c_void_p
         lib.mega_cycle.restype = ctypes.c_uint64
-        for function in (lib.mega_run, lib.mega_input, lib.mega_output, lib.mega_waiting):
+        for function in (
+            lib.mega_run,
+            lib.mega_input,
+            lib.mega_output,
+            lib.mega_waiting,
+            lib.mega_baud,
+        ):
             function.restype = ctypes.c_uint
         handle = lib.mega_new(str(elf).encode())
         if not handle:
@@ -105,6 +111,10 @@ class Mega:
     def waiting(self, port: int) -> int:
         """Return the number of bytes that are still on their way to a serial port."""
         return int(self._lib.mega_waiting(self._mega, port))
+
+    def baud(self, port: int) -> int:
+        """Bits a second at which a serial port speaks."""
+        return int(self._lib.mega_baud(self._mega, port))
 
     def dropped(self, port: int) -> int:
         """Return the number of bytes that the card lost because it did not read them in time."""
@@ -185,7 +195,7 @@ class EmulatedCard:
             if self._world is not None:
                 self._world.advance(now)
             if burst:
-                for start, data in self.bus.answer(self.mega.take(_BUS), now):
+                for start, data in self.bus.answer(self.mega.take(_BUS), now, self.mega.baud(_BUS)):
                     self.mega.give(_BUS, data, start)
             self._output += self.mega.take(_HOST)
 

@@ -16,6 +16,7 @@ from miburi.card.link import crc16
 
 __all__ = [
     "ACCELERATION_UNIT",
+    "BAUDS",
     "BROADCAST",
     "MODEL",
     "PING",
@@ -67,6 +68,9 @@ _EEPROM_END = 64
 _READ_ONLY = (126, 147)
 _ACCESS_ERROR, _INSTRUCTION_ERROR, _RANGE_ERROR = 0x07, 0x02, 0x04
 _ALERT = 0x80
+#: Bits a second by the register's value, and by which part two that understand each other differ.
+BAUDS = (9_600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000)
+_BAUD_TOLERANCE = 0.03
 #: A packet that pauses for longer, in µs, is not completed.
 _PAUSE = 2_000
 #: What one unit of the servo's speed and acceleration is, in steps/s and steps/s².
@@ -341,10 +345,11 @@ class Bus:
         self.spoil: Callable[[bytes], bytes] = lambda data: data
         self.instructions = 0
         self._byte = 1e7 / baud
+        self._alive: list[Servo] = []
         self._begun, self._last = b"", 0.0
 
-    def answer(self, data: bytes, time: float) -> list[tuple[float, bytes]]:
-        """Let the servos hear a burst of bytes that ended at ``time``.
+    def answer(self, data: bytes, time: float, baud: int = 1_000_000) -> list[tuple[float, bytes]]:
+        """Let the servos of this speed hear a burst of bytes that ended at ``time``.
 
         Returns
         -------
@@ -358,7 +363,11 @@ class Bus:
             if instruction == STATUS:
                 continue
             self.instructions += 1
-            alive = [one for one in self.servos if not one.dead]
+            alive = self._alive = [
+                one
+                for one in self.servos
+                if not one.dead and abs(BAUDS[one.get("baud")] / baud - 1) < _BAUD_TOLERANCE
+            ]
             for one in alive:
                 one.heard(time)
             if instruction == SYNC_READ:
@@ -380,7 +389,7 @@ class Bus:
         if len(parameters) < 5:
             return []
         address, count = struct.unpack_from("<HH", parameters)
-        by_id = {one.get("id"): one for one in self.servos if not one.dead}
+        by_id = {one.get("id"): one for one in self._alive}
         answers = []
         for servo in parameters[4:]:
             one = by_id.get(servo)
@@ -396,7 +405,7 @@ class Bus:
         if len(parameters) < 4:
             return
         address, count = struct.unpack_from("<HH", parameters)
-        by_id = {one.get("id"): one for one in self.servos if not one.dead}
+        by_id = {one.get("id"): one for one in self._alive}
         for at in range(4, len(parameters) - count, count + 1):
             one = by_id.get(parameters[at])
             if one is not None:
