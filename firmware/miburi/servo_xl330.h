@@ -251,7 +251,7 @@ class Xl330 {
       }
       const uint32_t time = io_.micros();
       if (received_ == sizeof buffer_ || time - heard_at_ > patience_ ||
-          time - since_ > LONGEST + patience_) {
+          time - since_ > static_cast<uint32_t>(LONGEST) + patience_) {
         return false;
       }
       if (received_ < enough) {

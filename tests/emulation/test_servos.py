@@ -68,8 +68,11 @@ def test_sdk_reads_values_that_need_byte_stuffing(port: Port) -> None:
         port.bus.servos[0].shaft.place = place
         value, result, error = sdk.read4ByteTxRx(port, 1, 132)
         assert (value & 0xFFFFFFFF, result, error) == (place & 0xFFFFFFFF, COMM_SUCCESS, 0)
-        assert sdk.write4ByteTxRx(port, 1, 116, place & 0xFFFFFFFF) == (COMM_SUCCESS, 0)
-        assert port.bus.servos[0].get("goal_position") == place
+        far = 6 if abs(place) > 1_048_575 else 0  # a limit error: not even in many turns
+        port.bus.servos[0].set("operating_mode", 5)
+        assert sdk.write4ByteTxRx(port, 1, 116, place & 0xFFFFFFFF) == (COMM_SUCCESS, far)
+        if not far:
+            assert port.bus.servos[0].get("goal_position") == place
 
 
 def test_sdk_syncs(port: Port) -> None:
@@ -117,3 +120,55 @@ def test_bus_watchdog_stops_a_servo_that_hears_nothing() -> None:
     assert servo.write(116, bytes(4), 3e6) == 4  # refused until the watchdog is cleared
     assert servo.write(98, bytes(1), 3e6) == 0
     assert servo.write(116, bytes(4), 3e6) == 0
+
+
+@pytest.mark.parametrize(
+    ("address", "value", "error"),
+    [
+        *[(address, b"\1", 7) for address in (6, 70, 122, 14, 150)],
+        (0, b"\1\0", 7),
+        *[(64, b"\2", 4), (11, b"\x09", 4), (8, b"\x63", 4), (9, b"\xff", 4), (7, b"\xfd", 4)],
+        (102, (5000).to_bytes(2, "little"), 6),
+        (116, (4096).to_bytes(4, "little"), 6),
+        (116, b"\0\0", 5),
+        (116, (4095).to_bytes(4, "little"), 0),
+    ],
+)
+def test_what_a_servo_does_not_take_it_refuses_as_the_manual_says(
+    port: Port, address: int, value: bytes, error: int
+) -> None:
+    sdk = PacketHandler(2.0)
+    before = bytes(port.bus.servos[0].table)
+    said = sdk.writeTxRx(port, 1, address, len(value), list(value))
+    assert said == (COMM_SUCCESS, error)
+    assert (bytes(port.bus.servos[0].table) == before) == bool(error)
+
+
+def test_the_table_begins_with_the_manuals_values_and_gains_are_lost_with_the_power(
+    port: Port,
+) -> None:
+    sdk = PacketHandler(2.0)
+    for address, value in {36: 885, 38: 1750, 76: 1600, 78: 180, 84: 400, 168: 208}.items():
+        assert sdk.read2ByteTxRx(port, 1, address) == (value, COMM_SUCCESS, 0)
+    assert sdk.write2ByteTxRx(port, 1, 84, 3200) == (COMM_SUCCESS, 0)
+    assert sdk.reboot(port, 1)[0] == COMM_SUCCESS
+    assert sdk.read2ByteTxRx(port, 1, 84)[0] == 400
+
+
+def test_a_servo_that_shut_down_gets_torque_only_after_a_reboot(port: Port) -> None:
+    sdk = PacketHandler(2.0)
+    port.bus.servos[0].fail(32)
+    assert sdk.write1ByteTxRx(port, 1, 64, 1) == (COMM_SUCCESS, 0x87)
+    assert sdk.read1ByteTxRx(port, 1, 64)[0] == 0
+    sdk.reboot(port, 1)
+    assert sdk.write1ByteTxRx(port, 1, 64, 1) == (COMM_SUCCESS, 0)
+
+
+@pytest.mark.parametrize("level", [0, 1, 2])
+def test_a_servo_answers_what_its_status_level_says(port: Port, level: int) -> None:
+    sdk = PacketHandler(2.0)
+    port.bus.servos[0].set("status_return_level", level)
+    assert sdk.ping(port, 1)[1] == COMM_SUCCESS
+    assert (sdk.read1ByteTxRx(port, 1, 64)[1] == COMM_SUCCESS) == (level >= 1)
+    assert (sdk.write1ByteTxRx(port, 1, 65, 1)[0] == COMM_SUCCESS) == (level >= 2)
+    assert port.bus.servos[0].get("led") == 1

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from math import sqrt
 
 from miburi.card.link import crc16
+from miburi.emulation.control_table import EEPROM_END, REGISTERS, SIZE, Register
 
 __all__ = [
     "ACCELERATION_UNIT",
@@ -26,7 +27,6 @@ __all__ = [
     "STATUS",
     "SYNC_READ",
     "SYNC_WRITE",
-    "TABLE",
     "WRITE",
     "Bus",
     "Segment",
@@ -42,35 +42,17 @@ SYNC_READ, SYNC_WRITE = 0x82, 0x83
 BROADCAST = 0xFE
 _HEADER = b"\xff\xff\xfd\x00"
 
-#: The control table's entries that the emulation gives a meaning: address and format.
-TABLE = {
-    "model": (0, "<H"),
-    "firmware": (6, "<B"),
-    "id": (7, "<B"),
-    "baud": (8, "<B"),
-    "return_delay": (9, "<B"),
-    "drive_mode": (10, "<B"),
-    "operating_mode": (11, "<B"),
-    "torque_enable": (64, "<B"),
-    "hardware_error": (70, "<B"),
-    "bus_watchdog": (98, "<b"),
-    "goal_current": (102, "<h"),
-    "profile_acceleration": (108, "<I"),
-    "profile_speed": (112, "<I"),
-    "goal_position": (116, "<i"),
-    "speed": (128, "<i"),
-    "position": (132, "<i"),
-    "voltage": (144, "<H"),
-    "temperature": (146, "<B"),
-}
-_SIZE = 147
-_EEPROM_END = 64
-_READ_ONLY = (126, 147)
-_ACCESS_ERROR, _INSTRUCTION_ERROR, _RANGE_ERROR = 0x07, 0x02, 0x04
+#: Errors of a status packet (protocol 2.0).
+_INSTRUCTION_ERROR, _RANGE_ERROR, _LENGTH_ERROR = 0x02, 0x04, 0x05
+_LIMIT_ERROR, _ACCESS_ERROR = 0x06, 0x07
+#: Operating modes that exist, and those in which goals are places within one turn, or many.
+_MODES, _POSITION, _TURNS = (0, 1, 3, 4, 5, 16), 3, 1_048_575
 _ALERT = 0x80
 #: Bits a second by the register's value, and by which part two that understand each other differ.
 BAUDS = (9_600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000)
 _BAUD_TOLERANCE = 0.03
+#: Read-only registers that count to both sides of 0, and the watchdog, which says −1 when it bit.
+_SIGNED = ("bus_watchdog", "pwm", "current", "speed", "position", "velocity_trajectory")
 #: A packet that pauses for longer, in µs, is not completed.
 _PAUSE = 2_000
 #: What one unit of the servo's speed and acceleration is, in steps/s and steps/s².
@@ -204,7 +186,7 @@ class Servo:
     """
 
     shaft: Shaft
-    table: bytearray = field(default_factory=lambda: bytearray(_SIZE))
+    table: bytearray = field(default_factory=lambda: bytearray(SIZE))
     dead: bool = False
     deaf: bool = False
     delay: float = 0.0
@@ -218,33 +200,30 @@ class Servo:
     def new(cls, servo: int, position: float = 2048.0, shaft: Shaft | None = None) -> "Servo":
         """Return a servo that has been given an id, and is otherwise as from the factory."""
         made = cls(shaft or Shaft(position))
-        made.set("model", MODEL)
-        made.set("firmware", 45)
+        for name, register in REGISTERS.items():
+            made.set(name, register.default)
         made.set("id", servo)
         made.set("baud", 3)
-        made.set("return_delay", 250)
-        made.set("operating_mode", 3)
-        made.power_up()
         return made
 
     def get(self, name: str) -> int:
         """Return an entry of the control table."""
-        address, form = TABLE[name]
-        value: int = struct.unpack_from(form, self.table, address)[0]
-        return value
+        at = REGISTERS[name]
+        signed = at.low < 0 or name in _SIGNED
+        data = self.table[at.address : at.address + at.size]
+        return int.from_bytes(data, "little", signed=signed)
 
     def set(self, name: str, value: int) -> None:
         """Set an entry of the control table, past all protection."""
-        address, form = TABLE[name]
-        struct.pack_into(form, self.table, address, value)
+        at = REGISTERS[name]
+        data = (value % (1 << 8 * at.size)).to_bytes(at.size, "little")
+        self.table[at.address : at.address + at.size] = data
 
     def power_up(self) -> None:
         """Forget all but the EEPROM, as after a loss of power."""
-        self.table[_EEPROM_END:] = bytes(_SIZE - _EEPROM_END)
-        self.table[68] = 2
-        self.set("goal_current", 1750)
-        self.set("voltage", 50)
-        self.set("temperature", 35)
+        for name, register in REGISTERS.items():
+            if register.address >= EEPROM_END:
+                self.set(name, register.default)
         self.segment = self.before = None
 
     def setpoint(self, time: float) -> float | None:
@@ -259,7 +238,7 @@ class Servo:
 
     def read(self, address: int, count: int, time: float) -> tuple[int, bytes]:
         """Return the error and the bytes of the control table."""
-        if address + count > _SIZE:
+        if address + count > SIZE:
             return self._error(_RANGE_ERROR), b""
         self.set("speed", round(self.shaft.speed(self, time) / SPEED_UNIT))
         place = round(self.shaft.position(self, time) + self.shaft.noise())
@@ -269,21 +248,56 @@ class Servo:
     def write(self, address: int, data: bytes, time: float) -> int:
         """Write to the control table; return the error."""
         end = address + len(data)
-        goals = TABLE["goal_current"][0] < end and address < _READ_ONLY[0]
-        if end > _SIZE or end > _READ_ONLY[0]:
-            return self._error(_RANGE_ERROR if end > _SIZE else _ACCESS_ERROR)
-        if address < _EEPROM_END and self.get("torque_enable"):
-            return self._error(_ACCESS_ERROR)
-        if goals and self.get("bus_watchdog") == -1:
-            return self._error(_RANGE_ERROR)
+        goals = REGISTERS["goal_pwm"].address < end and address < REGISTERS["realtime_tick"].address
+        error = self._refusal(address, data)
+        if not error and goals and self.get("bus_watchdog") == -1:
+            error = _RANGE_ERROR
+        if error:
+            return self._error(error)
         if self.deaf:
             return self._error(0)
-        if address <= TABLE["torque_enable"][0] < end:
-            self._set_torque(bool(data[TABLE["torque_enable"][0] - address]), time)
+        torque = REGISTERS["torque_enable"].address
+        if address <= torque < end:
+            self._set_torque(bool(data[torque - address]), time)
         self.table[address:end] = data
-        if goals and end > TABLE["goal_position"][0] and self.segment is not None:
+        if goals and end > REGISTERS["goal_position"].address and self.segment is not None:
             self._go(time)
         return self._error(0)
+
+    def _refusal(self, address: int, data: bytes) -> int:
+        """Return the error for which the servo does not take a write; 0 if it does."""
+        end, known = address + len(data), 0
+        for name, at in REGISTERS.items():
+            last = at.address + at.size
+            if last <= address or end <= at.address:
+                continue
+            known += at.size
+            if not at.writable or (at.address < EEPROM_END and self.get("torque_enable")):
+                return _ACCESS_ERROR
+            if at.address < address or end < last:
+                return _LENGTH_ERROR
+            start = at.address - address
+            value = int.from_bytes(data[start : start + at.size], "little", signed=at.low < 0)
+            error = self._refused_value(name, at, value)
+            if error:
+                return error
+        return 0 if known == len(data) else _ACCESS_ERROR
+
+    def _refused_value(self, name: str, at: Register, value: int) -> int:
+        if not at.low <= value <= at.high or (name == "operating_mode" and value not in _MODES):
+            return _RANGE_ERROR
+        if at.limit and abs(value) > self.get(at.limit):
+            return _LIMIT_ERROR
+        if name == "goal_position" and not self._may_go_to(value):
+            return _LIMIT_ERROR
+        # After a shutdown, only a reboot gives torque back.
+        shut = name == "torque_enable" and value and self.get("hardware_error")
+        return _ACCESS_ERROR if shut else 0
+
+    def _may_go_to(self, goal: int) -> bool:
+        if self.get("operating_mode") == _POSITION:
+            return self.get("min_position_limit") <= goal <= self.get("max_position_limit")
+        return abs(goal) <= _TURNS
 
     def fail(self, error: int) -> None:
         """Report a hardware error (4 overheating, 32 overload, …) and take torque off."""
@@ -433,8 +447,8 @@ class Bus:
             error = 0
         else:
             error = _INSTRUCTION_ERROR
-        return (
-            []
-            if servo == BROADCAST and instruction != PING
-            else [self._say(one, error, data, time)]
-        )
+        # Status return level: 0 answers pings alone, 1 reads too, 2 all.
+        least = {PING: 0, READ: 1}.get(instruction, 2)
+        if one.get("status_return_level") < least or (servo == BROADCAST and instruction != PING):
+            return []
+        return [self._say(one, error, data, time)]
