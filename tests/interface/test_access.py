@@ -14,6 +14,7 @@ from miburi.interface.access import (
     LARGEST,
     RATE,
     SOCKETS,
+    STOP,
     WRONG_BURST,
     Allowance,
     Gate,
@@ -49,6 +50,7 @@ def ask(
     path: str = "/api/v1/state",
     *,
     kind: str = "http",
+    method: str = "GET",
     body: Iterable[bytes] = (b"",),
     **headers: str,
 ) -> tuple[Any, str]:
@@ -57,6 +59,7 @@ def ask(
     scope = {
         "type": kind,
         "path": path,
+        "method": method,
         "client": ("127.0.0.1", 5000),
         "headers": [(k.replace("_", "-").encode(), v.encode()) for k, v in headers.items()],
     }
@@ -158,6 +161,39 @@ def test_too_many_requests_are_refused_and_come_back() -> None:
     assert ask(gate, "/static/face.js")[0] == 200
     clock.now = 1.0
     assert [ask(gate)[0] for _ in range(int(RATE) + 1)] == [200] * int(RATE) + [429]
+
+
+@pytest.mark.parametrize("token", [None, TOKEN])
+def test_stop_is_never_refused_to_who_may_use_the_partner(token: str | None) -> None:
+    gate = Gate(behind, token, Clock())
+    mine = {"authorization": f"Bearer {token}"} if token else {}
+    while ask(gate, **mine)[0] == 200:
+        pass
+    while token and ask(gate, authorization="Bearer wrong")[0] != 429:
+        pass
+    assert {ask(gate, STOP, method="POST", **mine)[0] for _ in range(1000)} == {200}
+    assert ask(gate, STOP, method="POST", content_length=str(LARGEST + 1), **mine)[0] == 200
+    assert ask(gate, STOP, **mine)[0] == 429  # a page elsewhere can send no POST of ours, but GETs
+    assert ask(gate, STOP, method="POST", origin="https://evil.example", **mine)[0] == 403
+    if token:
+        assert ask(gate, STOP, method="POST")[0] == 401
+
+
+@pytest.mark.parametrize("kind", ["http", "websocket"])
+@pytest.mark.parametrize("site", ["cross-site", "same-site"])
+def test_what_a_page_elsewhere_asks_for_without_an_origin_is_refused(kind: str, site: str) -> None:
+    status, words = ask(Gate(behind), kind=kind, sec_fetch_site=site)
+    assert status in (403, "websocket.close")
+    assert "other sites" in words
+    for ours in ("same-origin", "none"):
+        assert ask(Gate(behind), sec_fetch_site=ours)[0] == 200
+
+
+def test_who_is_refused_takes_nothing_from_who_may_come_in() -> None:
+    gate = Gate(behind, clock=Clock())
+    for _ in range(2 * int(BURST)):
+        assert ask(gate, sec_fetch_site="cross-site")[0] == 403
+    assert ask(gate)[0] == 200
 
 
 def test_large_requests_are_refused_whether_they_say_so_or_not() -> None:

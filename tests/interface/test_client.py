@@ -1,4 +1,7 @@
+import asyncio
+import threading
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -101,6 +104,30 @@ def test_a_wrong_address_is_said(tmp_path: Path) -> None:
         pytest.raises(ConnectionLostError, match="miburi run"),
     ):
         nobody.stop()
+
+
+def test_stop_has_a_connection_of_its_own() -> None:
+    """However many threads of a program wait for answers, its Stop does not."""
+    busy, over = threading.Semaphore(0), threading.Event()
+    app = FastAPI()
+
+    @app.get("/api/v1/gestures")
+    async def gestures() -> list[str]:
+        busy.release()
+        while not over.is_set():
+            await asyncio.sleep(0)
+        return []
+
+    @app.post("/api/v1/stop", status_code=204)
+    async def stop() -> None:
+        over.set()
+
+    with serving(app) as url, miburi.connect(url) as partner, ThreadPoolExecutor(110) as pool:
+        asked = [pool.submit(partner.gestures) for _ in range(110)]
+        for _ in range(100):  # as many connections as the client opens
+            busy.acquire()
+        partner.stop()
+        assert [one.result() for one in asked] == [[]] * 110
 
 
 def test_the_token_opens_the_door(live: Runner) -> None:

@@ -97,6 +97,22 @@ def test_a_flood_holds_up_its_sender_alone(server: Server) -> None:
         assert server.runner.snapshot.state.serial - serial < 50
 
 
+def test_stop_overtakes_the_flood_of_its_own_sender(server: Server) -> None:
+    with connect(address(server)) as flood:
+        serial = server.runner.snapshot.state.serial
+        for _ in range(500):
+            flood.send(json.dumps({"do": "stimulus", "feeling": "fear", "strength": 0.0}))
+        flood.send(json.dumps({"do": "release"}))
+        flood.send(json.dumps({"do": "stop"}))
+        heard = ""
+        while '"phase":"stopped"' not in heard:
+            heard += str(flood.recv(timeout=10))
+        assert server.runner.snapshot.state.serial - serial < 50
+        assert "too many commands" in heard
+        server.runner.pause(True).result(5)
+        assert server.runner.snapshot.state.phase == "stopped"
+
+
 BAD = [
     "", "x", "[]", "null", "{}", '{"do":1}', '{"do":"dance"}', '{"do":"rate","rate":0}',
     '{"do":"rate","rate":1e999}', '{"do":"rate","rate":NaN}', '{"do":"stop","now":1}',

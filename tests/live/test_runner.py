@@ -7,8 +7,9 @@ from tests.fixtures.live import block, run, until
 from miburi.errors import BodyError, InputError
 from miburi.feelings import FEELINGS, EmotionalModel, Expression, Stimulus
 from miburi.live.archive import Archive
+from miburi.live.commands import WAITING, BusyError
 from miburi.live.recording import read
-from miburi.live.runner import QUEUE, STEP, BusyError, Runner
+from miburi.live.runner import STEP, Runner
 from miburi.live.state import State
 from miburi.robot import JOINTS, Robot
 from miburi.safety.contact import PAPER_RATIO
@@ -125,12 +126,33 @@ def test_a_refused_command_is_its_askers_matter_alone(runner: Runner) -> None:
 
 
 def test_only_so_many_commands_wait(runner: Runner) -> None:
-    for _ in range(QUEUE):
+    for _ in range(WAITING):
         runner.stimulate(Stimulus("fear", 0.1))
     with pytest.raises(BusyError):
         runner.stimulate(Stimulus("fear", 0.1))
     runner.tick()
     runner.stimulate(Stimulus("fear", 0.1))
+
+
+def test_stop_is_taken_however_many_commands_wait_and_runs_first(runner: Runner) -> None:
+    runner.stop()
+    run(runner, 1.0)
+    release = runner.release()
+    for _ in range(WAITING - 1):
+        runner.stimulate(Stimulus("fear", 0.1))
+    stops = {id(runner.stop()) for _ in range(10_000)}
+    assert len(stops) == 1  # a flood of Stops takes no memory
+    runner.tick()
+    assert runner.snapshot.state.phase == "stopped"
+    with pytest.raises(BodyError, match="Stop has been pressed since"):
+        release.result(0)
+    assert {state.phase for state in run(runner, 1.0)} == {"stopped"}
+
+
+def test_who_gives_up_waiting_takes_no_stop_back(runner: Runner) -> None:
+    runner.stop().cancel()
+    runner.tick()
+    assert runner.snapshot.state.phase == "stopped"
 
 
 def test_the_hand_never_jumps(runner: Runner) -> None:

@@ -28,6 +28,7 @@ __all__ = [
     "PAIRING",
     "RATE",
     "SOCKETS",
+    "STOP",
     "WRONG_BURST",
     "WRONG_RATE",
     "Allowance",
@@ -42,6 +43,8 @@ __all__ = [
 COOKIE = "miburi_token"
 #: The only path that answers without a token.
 PAIRING = "/pair"
+#: What no limit holds up, for those who may use the partner.
+STOP = "/api/v1/stop"
 #: The largest body of a request, and the largest message on a WebSocket, bytes.
 LARGEST = 65_536
 #: Requests to the interface a second and at once, from one address.
@@ -175,15 +178,12 @@ class Gate:
     def _check(self, scope: Scope) -> None:
         headers = {name: value.decode("latin-1") for name, value in scope["headers"]}
         who = (scope.get("client") or ("?", 0))[0]
-        host = headers.get(b"host", "")
-        if self._token is None and not is_loopback(urlsplit(f"//{host}").hostname or ""):
-            raise RefusedError(
-                403, "this server answers to localhost only; start it with --host to open it."
-            )
-        origin = headers.get(b"origin")
-        if origin is not None and urlsplit(origin).netloc != host:
-            raise RefusedError(403, "requests from other sites' pages are refused.")
+        self._check_site(headers)
         path = scope["path"]
+        if self._token is not None and path != PAIRING:
+            self._check_token(headers, who, self._token)
+        if path == STOP and scope.get("method") == "POST":
+            return
         limited = path.startswith("/api") or path == PAIRING
         if limited and not self._requests.take(who):
             raise RefusedError(429, f"too many requests; at most {RATE:g} a second, please.")
@@ -191,8 +191,19 @@ class Gate:
             raise RefusedError(503, f"{SOCKETS} connections are open already; close one.")
         if int_or(headers.get(b"content-length"), 0) > LARGEST:
             raise RefusedError(413, f"a request may have {LARGEST} bytes at most.")
-        if self._token is not None and path != PAIRING:
-            self._check_token(headers, who, self._token)
+
+    def _check_site(self, headers: dict[bytes, str]) -> None:
+        """Refuse what a page of another site has sent, and names that only point here."""
+        host = headers.get(b"host", "")
+        if self._token is None and not is_loopback(urlsplit(f"//{host}").hostname or ""):
+            raise RefusedError(
+                403, "this server answers to localhost only; start it with --host to open it."
+            )
+        origin = headers.get(b"origin")
+        # A browser names no origin where a page shows an image or a script of ours, but the site.
+        foreign = headers.get(b"sec-fetch-site", "none") not in ("same-origin", "none")
+        if foreign or (origin is not None and urlsplit(origin).netloc != host):
+            raise RefusedError(403, "requests from other sites' pages are refused.")
 
     def _check_token(self, headers: dict[bytes, str], who: str, token: str) -> None:
         given = _given(headers)

@@ -34,7 +34,8 @@ from miburi.interface.wire import (
     WhyOut,
 )
 from miburi.live.bodies import KINDS
-from miburi.live.runner import BusyError, Runner
+from miburi.live.commands import BusyError
+from miburi.live.runner import Runner
 from miburi.live.state import Entry, MotorsOut, Sample, State
 from miburi.robot import JOINTS
 from miburi.robot.mjcf import HAND_AWAY, HAND_SIZE

@@ -64,9 +64,8 @@ class RemotePartner:
             raise InputError(f"a partner's address starts with http:// or https://, got {url!r}.")
         self._url = url.rstrip("/")
         self._headers = {"Authorization": f"Bearer {token}"} if token else {}
-        self._http = httpx.Client(
-            base_url=self._url + "/api/v1", headers=self._headers, timeout=_PATIENCE
-        )
+        self._http = self._open()
+        self._stop = self._open()  # Stop waits for no other thread's answer
 
     def __enter__(self) -> Self:
         return self
@@ -82,6 +81,7 @@ class RemotePartner:
     def close(self) -> None:
         """Close the connection."""
         self._http.close()
+        self._stop.close()
 
     @property
     def state(self) -> State:
@@ -145,7 +145,7 @@ class RemotePartner:
 
     def stop(self) -> None:
         """Stop all motors until :meth:`release`."""
-        self._post("/stop")
+        self._ask("POST", "/stop", by=self._stop)
 
     def release(self) -> None:
         """Let a stopped body go back to neutral, then continue."""
@@ -222,9 +222,16 @@ class RemotePartner:
     def _post(self, path: str, content: object = None) -> None:
         self._ask("POST", path, content)
 
-    def _ask(self, method: str, path: str, content: object = None) -> httpx.Response:
+    def _open(self) -> httpx.Client:
+        return httpx.Client(
+            base_url=self._url + "/api/v1", headers=self._headers, timeout=_PATIENCE
+        )
+
+    def _ask(
+        self, method: str, path: str, content: object = None, by: httpx.Client | None = None
+    ) -> httpx.Response:
         try:
-            response = self._http.request(method, path, json=content)
+            response = (by or self._http).request(method, path, json=content)
         except httpx.HTTPError as error:
             raise ConnectionLostError(
                 f"{self._url} does not answer ({error}); is `miburi run` running there?"

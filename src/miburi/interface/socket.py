@@ -1,7 +1,8 @@
 """The WebSocket ``/api/v1/live``: states at a chosen rate out, small commands in.
 
 Each viewer has tasks of its own and reads the latest snapshot when it is its time: a slow viewer
-misses states, a dead one is dropped, and neither the partner nor other viewers wait.
+misses states, a dead one is dropped, and neither the partner nor other viewers wait. Stop waits
+for nothing that the same viewer has sent before it, and makes it void.
 """
 
 import asyncio
@@ -16,6 +17,7 @@ from miburi.errors import MiburiError
 from miburi.feelings import Stimulus
 from miburi.interface.api import done, move_hand
 from miburi.interface.wire import HandIn, Message, StimulusIn
+from miburi.live.commands import BusyError
 from miburi.live.runner import Runner
 
 __all__ = [
@@ -37,6 +39,8 @@ PATIENCE = 5.0
 MISTAKES = 20
 #: The largest message, in characters.
 LARGEST = 2_000
+#: So many of a viewer's commands may wait; more are left out.
+_WAITING = 64
 _POLICY, _BYE = 1008, 1001
 
 
@@ -99,10 +103,13 @@ class _Viewer:
         self._period = 1 / rate
         self._sending = asyncio.Lock()
         self._mistakes = 0
+        self._commands: asyncio.Queue[str | None] = asyncio.Queue(_WAITING)
+        self._left_out = False
 
     async def serve(self) -> None:
         """Send and receive until either side has had enough."""
-        tasks = [asyncio.create_task(self._send_states()), asyncio.create_task(self._listen())]
+        works = (self._send_states(), self._listen(), self._obey_all())
+        tasks = [asyncio.create_task(work) for work in works]
         try:
             await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
         finally:
@@ -130,12 +137,29 @@ class _Viewer:
             await self._socket.send_text(text)
 
     async def _listen(self) -> None:
-        while self._mistakes <= MISTAKES:
+        """Take messages in as they come: a Stop at once, others in their turn."""
+        while True:
             message = await self._socket.receive()
             if message["type"] == "websocket.disconnect":
                 return
+            text = message.get("text")
+            if _is_stop(text):
+                self._runner.stop()
+                while not self._commands.empty():  # a release among them would undo it
+                    self._commands.get_nowait()
             try:
-                await self._obey(message.get("text"))
+                self._commands.put_nowait(text)
+            except asyncio.QueueFull:
+                self._left_out = True
+
+    async def _obey_all(self) -> None:
+        while self._mistakes <= MISTAKES:
+            text = await self._commands.get()
+            try:
+                if self._left_out:
+                    self._left_out = False
+                    raise BusyError("too many commands at once; some were left out.")
+                await self._obey(text)
             except (ValidationError, MiburiError, ValueError) as error:
                 self._mistakes += not isinstance(error, MiburiError)
                 await self._send(TypeAdapter(dict).dump_json({"refused": _words(error)}).decode())
@@ -152,11 +176,20 @@ class _Viewer:
                 stimulus = Stimulus(wish.feeling, wish.strength, wish.source)
                 await done(self._runner.stimulate(stimulus))
             case StopMessage():
-                await done(self._runner.stop())
+                pass  # it was obeyed when it came
             case ReleaseMessage():
                 await done(self._runner.release())
             case RateMessage() as wish:
                 self._period = 1 / wish.rate
+
+
+def _is_stop(text: str | None) -> bool:
+    """Whether a message is a Stop; all else is looked at in its turn."""
+    if text is None or len(text) > LARGEST or "stop" not in text:
+        return False
+    with suppress(ValidationError, ValueError):
+        return isinstance(_MESSAGE.validate_json(text), StopMessage)
+    return False
 
 
 def _words(error: Exception) -> str:

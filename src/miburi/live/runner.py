@@ -1,27 +1,26 @@
 """The one clock of a live partner.
 
-A thread paces the partner's deterministic steps. Commands come in through a bounded queue and
-run between two steps; viewers read the latest snapshot, which is never changed, and so cannot
-make the loop wait.
+A thread paces the partner's deterministic steps. Commands run between two steps, Stop before all
+others (:mod:`miburi.live.commands`); viewers read the latest snapshot, which is never changed, and
+so cannot make the loop wait.
 """
 
-import queue
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
 from concurrent.futures import Future
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
 from miburi.bodies import Body
-from miburi.errors import BodyError, InputError, MiburiError
+from miburi.errors import BodyError, InputError
 from miburi.feelings import TEMPERAMENTS, Expression, FeelingModel, Stimulus, shipped_temperament
 from miburi.gestures import KeyPose, Repertoire, shipped_repertoire
 from miburi.live.archive import Archive
 from miburi.live.bodies import make_body
+from miburi.live.commands import Commands
 from miburi.live.observer import Observer
 from miburi.live.recording import step_messages
 from miburi.live.state import Entry, MotorsOut, RecordingEnd, Sample, State, StopOut
@@ -30,7 +29,7 @@ from miburi.robot import Array, Robot
 from miburi.safety.contact import Rule
 from miburi.senses import Impression, stimuli
 
-__all__ = ["QUEUE", "STEP", "BusyError", "Command", "Result", "Runner", "Snapshot"]
+__all__ = ["STEP", "Runner", "Snapshot"]
 
 #: The loop's period in s; the encoders are read twice in it.
 STEP = 0.02
@@ -38,17 +37,12 @@ STEP = 0.02
 _PATIENCE = 0.2
 #: A live partner answers sooner than the one of the experiment (ours), s.
 _PERIOD = 0.5
-#: Commands that may wait for the next step.
-QUEUE = 256
 #: The hand goes where it was asked to at no more than this speed, m/s (ours): it cannot jump
 #: into the robot.
 _HAND_SPEED = 1.2
 _LOG, _SAMPLES = 300, 1200
 _STEPS_PER_SAMPLE = 5
 _STEPS_PER_MOTORS = 50
-
-Result = TypeVar("Result")
-Command = Callable[[], Any]
 
 
 class Snapshot:
@@ -61,10 +55,6 @@ class Snapshot:
     def json(self) -> str:
         """The state as JSON."""
         return self.state.model_dump_json()
-
-
-class BusyError(MiburiError):
-    """More commands are waiting than the loop takes."""
 
 
 class Runner:
@@ -110,7 +100,7 @@ class Runner:
         self._own_temperament = feelings.temperament
         self._seed = seed
         self._rule = rule
-        self._commands: queue.Queue[tuple[Command, Future[Any]]] = queue.Queue(QUEUE)
+        self._commands = Commands(self._stop)
         self._thread: threading.Thread | None = None
         self._ending = threading.Event()
         self._patience = 0.0
@@ -167,7 +157,7 @@ class Runner:
 
     def stimulate(self, stimulus: Stimulus) -> Future[None]:
         """Let the partner feel something."""
-        return self._call(lambda: self._feel(stimulus))
+        return self._commands.ask(lambda: self._feel(stimulus))
 
     def take(self, impression: Impression) -> Future[tuple[Stimulus, ...]]:
         """Let the partner take what somebody showed, as its temperament does; the log says why."""
@@ -178,7 +168,7 @@ class Runner:
                 self._feel(stimulus, impression.reason)
             return felt
 
-        return self._call(run)
+        return self._commands.ask(run)
 
     def perform(self, expression: Expression, poses: list[KeyPose] | None = None) -> Future[None]:
         """Perform a gesture once; refused while the partner rests."""
@@ -188,15 +178,11 @@ class Runner:
                 raise BodyError("the partner is paused; resume it first.")
             self._partner.perform(expression, poses)
 
-        return self._call(run)
+        return self._commands.ask(run)
 
     def stop(self) -> Future[None]:
-        """Stop the body until :meth:`release`."""
-
-        def run() -> None:
-            self._partner.stop()
-
-        return self._call(run)
+        """Stop the body until :meth:`release`; never refused, and before any other command."""
+        return self._commands.stop()
 
     def release(self) -> Future[None]:
         """Let a stopped body go back to neutral, and go on."""
@@ -205,7 +191,7 @@ class Runner:
             self._partner.release()
             self._note("released")
 
-        return self._call(run)
+        return self._commands.ask_unless_stopped(run)
 
     def pause(self, paused: bool) -> Future[None]:
         """Rest at neutral, or go on."""
@@ -219,7 +205,7 @@ class Runner:
                     self._partner.resume()
                 self._note("paused" if paused else "resumed")
 
-        return self._call(run)
+        return self._commands.ask(run)
 
     def hand(self, position: Array | None, along: Array) -> Future[None]:
         """Let the simulated human hand go somewhere, or away (None).
@@ -243,7 +229,7 @@ class Runner:
                 body.remove_hand()
             self._hand_goal = position
 
-        return self._call(run)
+        return self._commands.ask(run)
 
     def temperament(self, name: str) -> Future[None]:
         """Go on with another of the :attr:`temperaments`."""
@@ -254,11 +240,11 @@ class Runner:
             self._feelings.temperament = chosen
             self._note("temperament", name=name)
 
-        return self._call(run)
+        return self._commands.ask(run)
 
     def feelings(self) -> Future[dict[str, Any]]:
         """Return the state of the feelings, as :meth:`FeelingModel.save` does."""
-        return self._call(self._feelings.save)
+        return self._commands.ask(self._feelings.save)
 
     def use(self, name: str, port: str | None = None) -> Future[None]:
         """Move another body from now on; it is made in the caller's thread.
@@ -280,13 +266,13 @@ class Runner:
             self._use(name, port, body)
             self._note("body", name=name)
 
-        return self._call(run)
+        return self._commands.ask(run)
 
     # The loop.
 
     def tick(self) -> None:
         """Run the waiting commands, then let one step pass."""
-        self._run_commands()
+        self._commands.run()
         self._move_hand()
         events: list[Event] = []
         try:
@@ -349,15 +335,8 @@ class Runner:
                 self.slow_steps += 1
                 due = time.monotonic()
 
-    def _call(self, command: Callable[[], Result]) -> Future[Result]:
-        future: Future[Result] = Future()
-        try:
-            self._commands.put_nowait((command, future))
-        except queue.Full:
-            raise BusyError(
-                f"{QUEUE} commands are waiting already; ask again in a moment."
-            ) from None
-        return future
+    def _stop(self) -> None:
+        self._partner.stop()
 
     def _feel(self, stimulus: Stimulus, why: str | None = None) -> None:
         self._feelings.stimulate(stimulus)
@@ -368,19 +347,6 @@ class Runner:
             source=stimulus.source,
             detail=why,
         )
-
-    def _run_commands(self) -> None:
-        for _ in range(QUEUE):
-            try:
-                command, future = self._commands.get_nowait()
-            except queue.Empty:
-                return
-            if not future.set_running_or_notify_cancel():
-                continue
-            try:
-                future.set_result(command())
-            except Exception as error:  # it is the asker's, not the loop's
-                future.set_exception(error)
 
     def _use(self, name: str, port: str | None, body: Body) -> None:
         self._partner = Partner(

@@ -19,7 +19,8 @@ from miburi import ik
 from miburi.errors import InputError, OutputError
 from miburi.feelings import FEELINGS, EmotionalModel, Stimulus, Temperament
 from miburi.gestures import Repertoire
-from miburi.interface.access import LARGEST, Gate, is_loopback, kept_token
+from miburi.interface.access import Gate, is_loopback, kept_token
+from miburi.interface.http import configure
 from miburi.live.archive import Archive
 from miburi.live.bodies import KINDS
 from miburi.live.memory import keep, remember, remembered
@@ -154,16 +155,7 @@ def serve(wish: Wish) -> None:
 
 
 def _run(app: Gate, listener: socket.socket, ready: object, host: str) -> None:
-    config = uvicorn.Config(
-        app,
-        log_level="warning",
-        lifespan="on",
-        ws="websockets-sansio",
-        ws_max_size=LARGEST,
-        timeout_graceful_shutdown=2,
-        server_header=False,
-    )
-    server = _Server(config)
+    server = _Server(configure(app))
     threading.Thread(
         target=_when_started, args=(server, ready, _url(listener, host)), daemon=True
     ).start()

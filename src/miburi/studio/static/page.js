@@ -1,5 +1,5 @@
 // On every page: Stop and Release by button and by keyboard, and a word when something is refused.
-import { ask, listen } from "/static/live.js";
+import { ask, listen, send } from "/static/live.js";
 
 export function say(words) {
   let box = document.getElementById("said");
@@ -15,6 +15,8 @@ export function say(words) {
 }
 
 async function wish(path) {
+  // A browser opens six connections to a server: where others hold them, the socket is open already.
+  if (path === "/stop") send({ do: "stop" });
   const refusal = await ask(path);
   if (refusal) say(refusal);
 }

@@ -1,0 +1,100 @@
+"""What others ask of the loop: commands wait here until the loop runs them between two steps.
+
+Any thread may ask; the loop alone calls :meth:`Commands.run`. Stop has a lane of its own: it is
+taken however many commands wait, it runs before them, and nobody can take it back.
+"""
+
+import queue
+import threading
+from collections.abc import Callable
+from concurrent.futures import Future
+from typing import Any, TypeVar
+
+from miburi.errors import BodyError, MiburiError
+
+__all__ = ["WAITING", "BusyError", "Command", "Commands", "Result"]
+
+#: Commands that may wait for the next step.
+WAITING = 256
+
+Result = TypeVar("Result")
+Command = Callable[[], Any]
+
+
+class BusyError(MiburiError):
+    """More commands are waiting than the loop takes."""
+
+
+class Commands:
+    """The commands that wait.
+
+    Parameters
+    ----------
+    stop
+        Stops the body.
+    """
+
+    def __init__(self, stop: Callable[[], None]) -> None:
+        self._stop = stop
+        self._waiting: queue.Queue[tuple[Command, Future[Any]]] = queue.Queue(WAITING)
+        self._lock = threading.Lock()
+        self._next_stop: Future[None] | None = None
+        self._stops = 0
+
+    def ask(self, command: Callable[[], Result]) -> Future[Result]:
+        """Let the loop run a command; its result or its error comes with the future.
+
+        Raises
+        ------
+        BusyError
+            Too many are waiting.
+        """
+        future: Future[Result] = Future()
+        try:
+            self._waiting.put_nowait((command, future))
+        except queue.Full:
+            raise BusyError(
+                f"{WAITING} commands are waiting already; ask again in a moment."
+            ) from None
+        return future
+
+    def ask_unless_stopped(self, command: Callable[[], Result]) -> Future[Result]:
+        """Let the loop run a command that a Stop which comes in before it makes void."""
+        stops = self._stops
+
+        def run() -> Result:
+            if self._stops != stops:
+                raise BodyError("Stop has been pressed since; release the body again to go on.")
+            return command()
+
+        return self.ask(run)
+
+    def stop(self) -> Future[None]:
+        """Stop the body before anything else is done; all who ask until then share one future."""
+        with self._lock:
+            if self._next_stop is None:
+                self._next_stop = Future()
+                self._next_stop.set_running_or_notify_cancel()  # it cannot be cancelled any more
+                self._stops += 1
+            return self._next_stop
+
+    def run(self) -> None:
+        """Stop if somebody has asked for it, then run what waits."""
+        with self._lock:
+            stop, self._next_stop = self._next_stop, None
+        if stop is not None:
+            _finish(self._stop, stop)
+        for _ in range(WAITING):
+            try:
+                command, future = self._waiting.get_nowait()
+            except queue.Empty:
+                return
+            if future.set_running_or_notify_cancel():
+                _finish(command, future)
+
+
+def _finish(command: Command, future: Future[Any]) -> None:
+    try:
+        future.set_result(command())
+    except Exception as error:  # it is the asker's, not the loop's
+        future.set_exception(error)
