@@ -273,3 +273,20 @@ def test_closing_brings_the_body_home(live: Runner) -> None:
     live.close()
     np.testing.assert_allclose(live.snapshot.state.angles, live.robot.neutral, atol=0.03)
     assert live.snapshot.state.phase == "idle"
+
+
+@pytest.mark.parametrize("ending", [False, True])
+def test_closing_leaves_a_stopped_body_where_it_is(live: Runner, ending: bool) -> None:
+    live.stimulate(Stimulus("thrill", 1.0)).result(5)
+    while live.snapshot.state.extent < 0.02:
+        pass
+    if ending:
+        live.stop()  # and nobody has waited for it
+    else:
+        live.stop().result(5)
+    stopped = live.snapshot.state.angles
+    live.close()
+    state = live.snapshot.state
+    assert (state.phase, state.held, live.at_home) == ("stopped", True, False)
+    np.testing.assert_allclose(state.angles, stopped, atol=0.1)
+    assert np.abs(np.subtract(state.angles, live.robot.neutral)).max() > 0.05

@@ -217,15 +217,31 @@ def test_rest_brings_the_body_home(robot: Robot) -> None:
     assert len(body.moves) == count
 
 
-def test_rest_ends_a_stop(robot: Robot) -> None:
+def test_rest_ends_a_contact_stop_after_its_pause(robot: Robot) -> None:
     body = PaperBody(robot)
     partner = Partner(body, happy())
     run(partner, 0.1)
-    partner.stop()
+    body.touch()
     run(partner, 0.1)
     partner.rest()
-    run(partner, 2.0)
+    run(partner, FIRST_PAUSE + 2.0)
     assert partner.at_rest
+
+
+@pytest.mark.parametrize("contact", [False, True])
+def test_rest_leaves_a_body_that_somebody_stopped_where_it_is(robot: Robot, contact: bool) -> None:
+    body = PaperBody(robot)
+    partner = Partner(body, happy())
+    run(partner, 0.1)
+    if contact:
+        body.touch()
+        run(partner, 0.1)
+    partner.stop()
+    partner.rest()
+    assert of(Released, run(partner, 60.0)) == []
+    assert body.phase is Phase.STOPPED
+    assert partner.held
+    assert not partner.at_rest
 
 
 def test_one_remark_moves_the_body_a_little(robot: Robot) -> None:

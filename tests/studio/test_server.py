@@ -177,6 +177,16 @@ def test_ctrl_c_is_a_good_end(tmp_path: Path) -> None:
     assert (tmp_path / "recordings" / "miburi-0001.mcap").read_bytes().endswith(b"\x89MCAP0\r\n")
 
 
+def test_ctrl_c_leaves_a_stopped_body_where_it_is(tmp_path: Path) -> None:
+    process = awake(tmp_path)
+    assert process.stdout is not None
+    assert httpx.post(address(process.stdout.readline()) + "/api/v1/stop").status_code == 204
+    process.send_signal(signal.SIGINT)
+    said, errors = process.communicate(timeout=30)
+    assert (process.returncode, errors) == (0, "")
+    assert said.startswith("Good-bye. The body was stopped and stays where it is, softly held; ")
+
+
 def test_a_recording_of_a_killed_program_is_read_up_to_its_last_second(tmp_path: Path) -> None:
     process = awake(tmp_path)
     assert process.stdout is not None

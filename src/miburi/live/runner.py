@@ -136,6 +136,11 @@ class Runner:
         return self._at_home
 
     @property
+    def held(self) -> bool:
+        """Whether somebody has stopped the body, and nobody has released it."""
+        return self._partner.held
+
+    @property
     def body(self) -> Body:
         """The body that moves now."""
         return self._partner.body
@@ -306,7 +311,10 @@ class Runner:
         self._thread.start()
 
     def close(self, patience: float = 6.0) -> None:
-        """Bring the body home in at most ``patience`` s, end recording, and stop the thread."""
+        """Bring the body home in at most ``patience`` s, end recording, and stop the thread.
+
+        A body that somebody stopped stays where it is.
+        """
         if self._thread is not None:
             self._patience = patience
             self._ending.set()
@@ -320,13 +328,13 @@ class Runner:
         due = time.monotonic()
         give_up = None
         while True:
-            if self._ending.is_set():
-                if give_up is None:
-                    give_up = time.monotonic() + self._patience
-                    self._partner.rest()
-                if self._partner.at_rest or time.monotonic() > give_up:
-                    return
+            if self._ending.is_set() and give_up is None:
+                give_up = time.monotonic() + self._patience
+                self._partner.rest()
             self.tick()
+            over = give_up is not None and time.monotonic() > give_up
+            if give_up is not None and (over or self._partner.at_rest or self._partner.held):
+                return
             due += STEP
             ahead = due - time.monotonic()
             if ahead > 0:

@@ -40,8 +40,6 @@ __all__ = [
 
 #: The shortest time of the last move, back to neutral, s (ours).
 HOMECOMING = 1.5
-#: Stops that a resting partner ends by itself; the others wait for a person to mend the fault.
-_ENDED_BY_US = (StopReason.CONTACT, StopReason.ASKED)
 #: The choice among gestures draws from its own stream of random numbers.
 _CHOICES = 1
 
@@ -169,13 +167,16 @@ class Partner:
         return self._resting and home and self.body.state.phase is Phase.IDLE
 
     def rest(self) -> None:
-        """Start no more gestures; after the present move, go to neutral and stay there."""
+        """Start no more gestures; after the present move, go to neutral and stay there.
+
+        This releases no body that somebody stopped.
+        """
         self._resting = True
 
     def pause(self) -> None:
         """Go to neutral after the present move and wait there for :meth:`resume`.
 
-        Unlike :meth:`rest`, this does not release a body that somebody stopped.
+        This releases no body that somebody stopped.
         """
         self._paused = True
 
@@ -239,8 +240,6 @@ class Partner:
     def _while_stopped(self, state: BodyState) -> Iterator[Event]:
         if state.stop is not None and self._recovery.notice(state.stop):
             yield from self._take_in(state.stop, state.time)
-        if self._resting and state.stop is not None and state.stop.reason in _ENDED_BY_US:
-            self._recovery.hurry(state.time)
         if self._recovery.is_due(state.time):
             try:
                 self.release()

@@ -40,10 +40,6 @@ class Recovery:
         """Plan no release: somebody asked for the stop, or something failed."""
         self._release_at = None
 
-    def hurry(self, time: float) -> None:
-        """Release the body after its pause, or now if it has none, even if a person holds it."""
-        self._release_at, self.held = self._release_at or time, False
-
     def is_due(self, time: float) -> bool:
         """Whether to release the body now."""
         return self._release_at is not None and time >= self._release_at and not self.held

@@ -86,6 +86,8 @@ def own_folder() -> Path:
 def serve(wish: Wish) -> None:
     """Run the live partner and its server until SIGINT or SIGTERM; then bring the body home.
 
+    A body that somebody stopped stays where it is.
+
     Raises
     ------
     InputError
@@ -261,9 +263,14 @@ def _keep(path: Path, feelings: EmotionalModel) -> bool:
 
 def _say_good_bye(runner: Runner, folder: Path, *, kept: bool) -> None:
     """Say in one line how the partner was left."""
-    home = "rests at neutral" if runner.at_home else "could not be brought to neutral; look at it"
+    if runner.held:
+        how = "was stopped and stays where it is, softly held"
+    elif runner.at_home:
+        how = "rests at neutral"
+    else:
+        how = "could not be brought to neutral; look at it"
     remembers = f"; what it feels is kept in {folder}" if kept else ""
-    print(f"Good-bye. The body {home}{remembers}.", flush=True)
+    print(f"Good-bye. The body {how}{remembers}.", flush=True)
 
 
 def _announce(url: str, token: str | None, headless: bool) -> None:
