@@ -78,6 +78,55 @@ def test_a_hand_in_the_way_is_explained(runner: Runner) -> None:
     assert until(runner, lambda state: state.phase == "idle").hand_out is False
 
 
+def test_a_release_at_once_after_a_contact_invents_no_contacts(runner: Runner) -> None:
+    block(runner)
+    runner.hand(None, np.array([0.0, 0.0, 1.0]))
+    mood = runner.snapshot.state.mood
+    for _ in range(round(6.0 / STEP)):
+        if runner.snapshot.state.phase == "stopped":
+            runner.release(by_person=True)
+        runner.tick()
+    assert kinds(runner).count("stopped") == 1
+    np.testing.assert_allclose(runner.snapshot.state.mood, mood, rtol=0.1)
+
+
+def test_who_asks_for_a_release_too_early_waits_until_the_body_rests(runner: Runner) -> None:
+    stop = block(runner).stop
+    assert stop is not None
+    runner.hand(None, np.array([0.0, 0.0, 1.0]))
+    release = runner.release(by_person=True)
+    given_up = runner.release(by_person=True)
+    run(runner, 0.1)
+    assert not release.done()
+    given_up.cancel()
+    state = until(runner, lambda state: state.phase == "returning", 2.0)
+    release.result(0)
+    assert 0.25 < state.time - stop.time < 0.9
+
+
+def test_stop_makes_a_release_that_waits_void(runner: Runner) -> None:
+    block(runner)
+    release = runner.release(by_person=True)
+    run(runner, 0.1)
+    runner.stop()
+    assert {state.phase for state in run(runner, 3.0)} == {"stopped"}
+    with pytest.raises(BodyError, match="Stop has been pressed since"):
+        release.result(0)
+
+
+def test_only_a_person_may_cut_the_pause_after_a_contact_short(runner: Runner) -> None:
+    block(runner)
+    run(runner, 0.5)
+    refused = runner.release()
+    runner.tick()
+    with pytest.raises(BodyError, match=r"in 0\.5 s"):
+        refused.result(0)
+    asked = runner.release(by_person=True)
+    runner.tick()
+    asked.result(0)
+    assert runner.snapshot.state.phase == "returning"
+
+
 def test_stop_during_a_contact_stop_holds_until_release(runner: Runner) -> None:
     block(runner)
     runner.stop()
@@ -227,7 +276,7 @@ def test_after_a_contact_gestures_are_smaller(runner: Runner) -> None:
     runner.hand(None, np.array([0.0, 0.0, 1.0]))
     runner.stop()
     runner.tick()
-    runner.release()
+    runner.release(by_person=True)
     until(runner, lambda state: state.phase == "idle")
     assert widest() < 0.92 * before
 

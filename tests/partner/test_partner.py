@@ -1,5 +1,6 @@
 """The loop: the paper's flow from feeling to body and back."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from miburi.partner import (
     Partner,
     Released,
     Stopped,
+    UnsettledError,
 )
 from miburi.partner.recovery import FIRST_PAUSE, LONGEST_PAUSE
 from miburi.robot import Robot, load_robot
@@ -341,6 +343,44 @@ def test_what_failed_waits_for_a_person(robot: Robot, ending: bool) -> None:
     assert body.phase is Phase.STOPPED
     partner.release()
     assert body.phase is Phase.RETURNING
+
+
+def test_the_pause_holds_for_everyone_but_a_person(robot: Robot) -> None:
+    body = PaperBody(robot)
+    partner = Partner(body, happy())
+    run(partner, 0.1)
+    for pause in (1.0, 2.0, 4.0):
+        body.touch()
+        run(partner, 0.5)
+        with pytest.raises(BodyError, match=rf"in {pause - 0.5:.1f} s"):
+            partner.release()
+        run(partner, pause)
+    body.touch()
+    run(partner, 0.5)
+    partner.release(by_person=True)
+    assert body.phase is Phase.RETURNING
+
+
+@pytest.mark.parametrize("by_person", [False, True])
+def test_a_body_that_still_moves_is_not_released(
+    robot: Robot, monkeypatch: pytest.MonkeyPatch, by_person: bool
+) -> None:
+    """Neither at a wish nor, once the pause is over, by itself."""
+    body = PaperBody(robot)
+    partner = Partner(body, happy())
+    run(partner, 0.1)
+    body.touch()
+    pushed = BodyState(0.0, body.state.angles, np.full(8, 0.2), Phase.STOPPED, body.stopped)
+    with monkeypatch.context() as patch:
+        moving = property(lambda body: replace(pushed, time=body.time))
+        patch.setattr(PaperBody, "state", moving)
+        assert of(Released, run(partner, 20.0)) == []
+        with pytest.raises(UnsettledError, match="rest"):
+            partner.release(by_person=by_person)
+    run(partner, 0.1)
+    with pytest.raises(UnsettledError):
+        partner.release(by_person=by_person)
+    assert len(of(Released, run(partner, 0.2))) == 1
 
 
 def test_a_body_that_is_not_ready_is_asked_again(

@@ -171,7 +171,7 @@ def _asking(router: APIRouter, runner: Runner) -> None:
 
     @router.post("/release", status_code=_NOTHING, responses=_REFUSED)
     async def release() -> None:
-        """Let a stopped body go back to neutral, and go on."""
+        """Let a stopped body go back to neutral, and go on; refused in a contact's pause."""
         await done(runner.release())
 
     @router.post("/pause", status_code=_NOTHING, responses=_REFUSED)

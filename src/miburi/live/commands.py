@@ -8,9 +8,11 @@ import queue
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future
+from contextlib import suppress
 from typing import Any, TypeVar
 
 from miburi.errors import BodyError, MiburiError
+from miburi.partner import UnsettledError
 
 __all__ = ["WAITING", "BusyError", "Command", "Commands", "Result"]
 
@@ -40,6 +42,7 @@ class Commands:
         self._lock = threading.Lock()
         self._next_stop: Future[None] | None = None
         self._stops = 0
+        self._early: list[tuple[Command, Future[Any]]] = []
 
     def ask(self, command: Callable[[], Result]) -> Future[Result]:
         """Let the loop run a command; its result or its error comes with the future.
@@ -79,22 +82,35 @@ class Commands:
             return self._next_stop
 
     def run(self) -> None:
-        """Stop if somebody has asked for it, then run what waits."""
+        """Stop if somebody has asked for it, then run what waits.
+
+        A command that the body is not settled for is tried again at the next call.
+        """
         with self._lock:
             stop, self._next_stop = self._next_stop, None
         if stop is not None:
-            _finish(self._stop, stop)
-        for _ in range(WAITING):
+            _run(self._stop, stop)
+        waiting, self._early = self._early, []
+        with suppress(queue.Empty):
+            waiting += [self._waiting.get_nowait() for _ in range(self._waiting.qsize())]
+        for command, future in waiting:
+            if future.cancelled():
+                continue
             try:
-                command, future = self._waiting.get_nowait()
-            except queue.Empty:
-                return
-            if future.set_running_or_notify_cancel():
-                _finish(command, future)
+                _run(command, future)
+            except UnsettledError:
+                self._early.append((command, future))
 
 
-def _finish(command: Command, future: Future[Any]) -> None:
+def _run(command: Command, future: Future[Any]) -> None:
+    """Run a command; its error is the asker's, not the loop's."""
     try:
-        future.set_result(command())
-    except Exception as error:  # it is the asker's, not the loop's
-        future.set_exception(error)
+        result = command()
+    except UnsettledError:
+        raise
+    except Exception as error:
+        if future.running() or future.set_running_or_notify_cancel():
+            future.set_exception(error)
+    else:
+        if future.running() or future.set_running_or_notify_cancel():
+            future.set_result(result)

@@ -189,11 +189,15 @@ class Runner:
         """Stop the body until :meth:`release`; never refused, and before any other command."""
         return self._commands.stop()
 
-    def release(self) -> Future[None]:
-        """Let a stopped body go back to neutral, and go on."""
+    def release(self, *, by_person: bool = False) -> Future[None]:
+        """Let a stopped body go back to neutral as soon as it has come to rest, and go on.
+
+        It is refused during the pause after a contact, but to a person who looks at the body
+        (``by_person``).
+        """
 
         def run() -> None:
-            self._partner.release()
+            self._partner.release(by_person=by_person)
             self._note("released")
 
         return self._commands.ask_unless_stopped(run)

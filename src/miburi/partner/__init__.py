@@ -10,6 +10,7 @@ from miburi.partner.loop import (
     Solve,
     Stopped,
 )
+from miburi.partner.recovery import UnsettledError
 
 __all__ = [
     "Event",
@@ -20,4 +21,5 @@ __all__ = [
     "Released",
     "Solve",
     "Stopped",
+    "UnsettledError",
 ]

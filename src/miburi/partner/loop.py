@@ -213,14 +213,24 @@ class Partner:
         self.body.stop()
         self._recovery.held = True
 
-    def release(self) -> None:
+    def release(self, *, by_person: bool = False) -> None:
         """Let a stopped body go back to neutral, then continue.
+
+        Parameters
+        ----------
+        by_person
+            Whether a person looks at the body and asks for it: only then may the pause after a
+            contact be cut short.
 
         Raises
         ------
+        UnsettledError
+            The body has not come to rest yet.
         BodyError
-            The body is not stopped.
+            The body is not stopped, or pauses after a contact.
         """
+        if self.body.state.phase is Phase.STOPPED:
+            self._recovery.check(self.body.state, by_person=by_person)
         self.body.release()
         self._recovery.forget_release()
         self._angles = np.array(self.body.robot.neutral)
@@ -240,6 +250,7 @@ class Partner:
     def _while_stopped(self, state: BodyState) -> Iterator[Event]:
         if state.stop is not None and self._recovery.notice(state.stop):
             yield from self._take_in(state.stop, state.time)
+        self._recovery.look(state)
         if self._recovery.is_due(state.time):
             try:
                 self.release()

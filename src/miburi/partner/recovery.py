@@ -1,18 +1,39 @@
-"""Decide when a stopped body may go back to neutral by itself.
+"""Decide when a stopped body may go back to neutral.
 
 A :class:`Recovery` is told of stops and gestures, and answers whether the body is to be released.
 
-- After a contact: after a pause. The pause doubles with each encounter until a gesture goes
-  through without one.
+- Always: only after it has come to rest. The contact rule would take the rest of the old motion,
+  and of the loads that swing out, for a new contact.
+- After a contact: by itself, after a pause. The pause doubles with each encounter until a gesture
+  goes through without one.
 - After any other stop, and while a person holds the body: only when a person releases it.
 """
 
+import numpy as np
+
+from miburi.bodies import BodyState
+from miburi.errors import BodyError
 from miburi.safety.stop import Stop
 
-__all__ = ["FIRST_PAUSE", "LONGEST_PAUSE", "Recovery"]
+__all__ = [
+    "FIRST_PAUSE",
+    "LONGEST_PAUSE",
+    "REST_SPEED",
+    "REST_TIME",
+    "Recovery",
+    "UnsettledError",
+]
 
 #: Seconds from a contact stop to the release: the first pause, and the longest (ours).
 FIRST_PAUSE, LONGEST_PAUSE = 1.0, 16.0
+#: A body is at rest when no motor has been faster than this, rad/s, for so long, s (ours): two
+#: encoder steps in the window over which velocities are measured, and longer than a stopped
+#: motor waits before it yields.
+REST_SPEED, REST_TIME = 0.1, 0.25
+
+
+class UnsettledError(BodyError):
+    """The stopped body has not come to rest yet; it can be released a moment later."""
 
 
 class Recovery:
@@ -23,26 +44,58 @@ class Recovery:
         self.held = False
         self._encounters = 0
         self._release_at: float | None = None
+        self._pause_ends = self._moved_at = 0.0
         self._stop: Stop | None = None
 
     def notice(self, stop: Stop) -> bool:
         """Remember a stop; return whether it is a new one."""
         new, self._stop = stop != self._stop, stop
+        if new:
+            self._moved_at = stop.time
         return new
 
     def after_contact(self, time: float) -> None:
         """Plan to release the body after a pause."""
         pause = min(FIRST_PAUSE * 2**self._encounters, LONGEST_PAUSE)
-        self._release_at = time + pause
+        self._release_at = self._pause_ends = time + pause
         self._encounters += 1
+
+    def look(self, state: BodyState) -> None:
+        """See whether the stopped body moves."""
+        if np.abs(state.velocities).max() > REST_SPEED:
+            self._moved_at = state.time
+
+    def check(self, state: BodyState, *, by_person: bool) -> None:
+        """Refuse a release that comes too early.
+
+        Raises
+        ------
+        UnsettledError
+            The body has not come to rest.
+        BodyError
+            The pause after a contact is not over; a person may cut it short.
+        """
+        left = self._pause_ends - state.time
+        if left > 0 and not by_person:
+            raise BodyError(
+                f"the body has met something and pauses; it can be released in {left:.1f} s."
+            )
+        if state.stop != self._stop or not self._is_settled(state.time):
+            raise UnsettledError(
+                "the stopped body has not come to rest yet; release it in a moment."
+            )
+
+    def _is_settled(self, time: float) -> bool:
+        return time - self._moved_at >= REST_TIME - 1e-9
 
     def wait_for_a_person(self) -> None:
         """Plan no release: somebody asked for the stop, or something failed."""
-        self._release_at = None
+        self._release_at, self._pause_ends = None, 0.0
 
     def is_due(self, time: float) -> bool:
         """Whether to release the body now."""
-        return self._release_at is not None and time >= self._release_at and not self.held
+        planned = self._release_at is not None and time >= self._release_at
+        return planned and not self.held and self._is_settled(time)
 
     def retry(self, time: float) -> None:
         """Plan another release, because the body was not ready."""
@@ -50,7 +103,7 @@ class Recovery:
 
     def forget_release(self) -> None:
         """Plan no release any more, because the body has been released."""
-        self._release_at, self.held = None, False
+        self._release_at, self._pause_ends, self.held = None, 0.0, False
 
     def forget_stop(self) -> None:
         """Forget the stop, because it is over."""

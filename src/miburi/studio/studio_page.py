@@ -119,7 +119,7 @@ class _Studio:
             )
             button("◐", say["dark"]).on("click", js_handler=_TOGGLE_DARK)
             release = button(say["release"], say["release_hint"], "release-button", "R")
-            release.props('data-ask="/release" aria-keyshortcuts="R"')
+            release.props('aria-keyshortcuts="R"').on("click", self._release)
             stop = button(say["stop"], say["stop_hint"], "stop-button", "Esc")
             stop.props('data-ask="/stop" aria-keyshortcuts="Escape"')
 
@@ -219,6 +219,10 @@ class _Studio:
                 ui.html(f'<div class="qr">{qr_svg(url)}</div>', sanitize=False)
                 ui.label(say["scan"])
         return dialog
+
+    async def _release(self) -> None:
+        # A person at this button sees the body, and need not wait for the pause after a contact.
+        await attempt(self._runner.release(by_person=True))
 
     async def _toggle_pause(self) -> None:
         await attempt(self._runner.pause(not self._runner.snapshot.state.paused))

@@ -30,7 +30,9 @@ document.addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.altKey || event.metaKey || event.repeat) return;
   const typing = event.target.closest?.("input:not([type=range]), textarea, [contenteditable]");
   if (event.key === "Escape") wish("/stop");
-  else if (event.key.toLowerCase() === "r" && !typing) wish("/release");
+  else if (event.key.toLowerCase() === "r" && !typing) {
+    document.querySelector(".release-button, #release")?.click();
+  }
 });
 
 listen((state, connected) => {
