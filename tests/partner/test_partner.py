@@ -1,5 +1,6 @@
 """The loop: the paper's flow from feeling to body and back."""
 
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,8 +9,10 @@ import pytest
 
 from miburi import gestures
 from miburi.bodies import BodyState
+from miburi.bodies.simulated import Simulated
 from miburi.errors import BodyError
 from miburi.feelings import FEELINGS, EmotionalModel, Expression, Stimulus
+from miburi.feelings.catalogue import FeelingName
 from miburi.partner import (
     Event,
     GestureEnded,
@@ -21,7 +24,7 @@ from miburi.partner import (
     UnsettledError,
 )
 from miburi.partner.recovery import FIRST_PAUSE, LONGEST_PAUSE
-from miburi.robot import Robot, load_robot
+from miburi.robot import Robot, forward, load_robot
 from miburi.safety.move import Move
 from miburi.safety.stop import Phase, Stop, StopReason
 
@@ -359,6 +362,35 @@ def test_the_pause_holds_for_everyone_but_a_person(robot: Robot) -> None:
     run(partner, 0.5)
     partner.release(by_person=True)
     assert body.phase is Phase.RETURNING
+
+
+@pytest.mark.parametrize(("feeling", "step"), [("surprise", 15), ("thrill", 40)])
+def test_a_release_at_once_after_a_contact_invents_no_contacts(
+    robot: Robot, feeling: FeelingName, step: int
+) -> None:
+    def begin() -> tuple[Partner, Simulated]:
+        feelings, body = EmotionalModel(), Simulated(robot)
+        feelings.set_state(mood=dict.fromkeys(FEELINGS, 0.5))
+        partner = Partner(body, feelings, period=0.5)
+        partner.perform(Expression(feeling, 1.0))
+        return partner, body
+
+    partner, body = begin()
+    run(partner, (step + 1) * 0.02)
+    place = forward(robot, body.state.angles)[:3]
+    partner, body = begin()
+    body.place_hand(place, np.array([1.0, 0.0, 0.0]))
+    while body.phase is not Phase.STOPPED:
+        partner.step(0.02)
+    body.remove_hand()
+    events = []
+    for _ in range(300):
+        events += partner.step(0.02)
+        if body.phase is Phase.STOPPED:
+            with suppress(UnsettledError):
+                partner.release(by_person=True)
+    assert of(Stopped, events) == []
+    assert partner.feelings.mood.max() > 0.35
 
 
 @pytest.mark.parametrize("by_person", [False, True])

@@ -185,6 +185,12 @@ class Body(Protocol):
     def stop(self) -> None:
         """Stop all motors and hold softly until released."""
 
+    def halt(self) -> None:
+        """Stop what would move on while nobody steps the body.
+
+        Any thread may call it while another is at the body; it waits for no answer.
+        """
+
     def release(self) -> None:
         """End a stop: go back to neutral, slowly; the contact rule stays on.
 

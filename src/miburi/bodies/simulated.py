@@ -121,6 +121,9 @@ class Simulated:
         """Stop all motors and hold softly until released."""
         self._controller.stop(self.encoders, self._clock)
 
+    def halt(self) -> None:
+        """Do nothing: its time stands while nobody steps it."""
+
     def release(self) -> None:
         """End a stop; see :meth:`miburi.bodies.Body.release`."""
         self._controller.release(self.encoders, self._clock)

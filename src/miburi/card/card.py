@@ -191,6 +191,11 @@ class Card:
             self._ask(FrameKind.STOP)
             self._await_phase()
 
+    def halt(self) -> None:
+        """Send a stop, and wait for no answer; see :meth:`miburi.bodies.Body.halt`."""
+        with suppress(OSError):
+            self._line.write(encode(Frame(Kind.STOP, 0)))  # no request of ours has the number 0
+
     def release(self) -> None:
         """End a stop; see :meth:`miburi.bodies.Body.release`. Torque comes on if it was off.
 

@@ -122,12 +122,12 @@ class _Viewer:
             await asyncio.wait_for(self._socket.close(code), 1.0)
 
     async def _send_states(self) -> None:
-        last = 0
+        last = None
         due = time.monotonic()
         while True:
             snapshot = self._runner.snapshot
-            if snapshot.state.serial != last:
-                last = snapshot.state.serial
+            if snapshot is not last:
+                last = snapshot
                 await self._send(snapshot.json)
             due = max(due + self._period, time.monotonic())
             await asyncio.sleep(due - time.monotonic())  # until this viewer's next state is due

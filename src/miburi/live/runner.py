@@ -8,12 +8,13 @@ so cannot make the loop wait.
 import threading
 import time
 from collections import deque
+from collections.abc import Callable
 from concurrent.futures import Future
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from miburi import ik
 from miburi.bodies import Body
 from miburi.errors import BodyError, InputError
 from miburi.feelings import TEMPERAMENTS, Expression, FeelingModel, Stimulus, shipped_temperament
@@ -23,13 +24,14 @@ from miburi.live.bodies import make_body
 from miburi.live.commands import Commands
 from miburi.live.observer import Observer
 from miburi.live.recording import step_messages
-from miburi.live.state import Entry, MotorsOut, RecordingEnd, Sample, State, StopOut
+from miburi.live.state import Entry, MotorsOut, RecordingEnd, Sample, Snapshot, State, StopOut
+from miburi.live.watchdog import Watchdog
 from miburi.partner import Event, GestureStarted, Partner, Released, Stopped
-from miburi.robot import Array, Robot
+from miburi.robot import Array, Robot, forward
 from miburi.safety.contact import Rule
 from miburi.senses import Impression, stimuli
 
-__all__ = ["STEP", "Runner", "Snapshot"]
+__all__ = ["STEP", "Runner"]
 
 #: The loop's period in s; the encoders are read twice in it.
 STEP = 0.02
@@ -40,21 +42,11 @@ _PERIOD = 0.5
 #: The hand goes where it was asked to at no more than this speed, m/s (ours): it cannot jump
 #: into the robot.
 _HAND_SPEED = 1.2
+#: Steps in a row that may fail before the loop is given up: a second.
+_FAILURES = 50
 _LOG, _SAMPLES = 300, 1200
 _STEPS_PER_SAMPLE = 5
 _STEPS_PER_MOTORS = 50
-
-
-class Snapshot:
-    """One state, and its JSON, which is written once however many viewers there are."""
-
-    def __init__(self, state: State) -> None:
-        self.state = state
-
-    @cached_property
-    def json(self) -> str:
-        """The state as JSON."""
-        return self.state.model_dump_json()
 
 
 class Runner:
@@ -102,7 +94,14 @@ class Runner:
         self._rule = rule
         self._commands = Commands(self._stop)
         self._thread: threading.Thread | None = None
-        self._ending = threading.Event()
+        self._ending, self._over = threading.Event(), threading.Event()
+        self._watchdog = Watchdog(STEP, self._halt, lambda: self._give_up("hangs"))
+        self._was_late = False
+        self._snapshot: Snapshot
+        self._failures = 0
+        self._on_failure: Callable[[], None] = lambda: None
+        #: Why the loop had to be given up; None while it lives.
+        self.failure: str | None = None
         self._patience = 0.0
         self._log: deque[Entry] = deque(maxlen=_LOG)
         self._samples: deque[Sample] = deque(maxlen=_SAMPLES)
@@ -281,6 +280,9 @@ class Runner:
 
     def tick(self) -> None:
         """Run the waiting commands, then let one step pass."""
+        if self._was_late:
+            self._was_late = False
+            self._partner.halt()
         self._commands.run()
         self._move_hand()
         events: list[Event] = []
@@ -309,10 +311,21 @@ class Runner:
             self._excuse(error)
             self._look_at_the_least()
 
-    def start(self) -> None:
-        """Start the thread that paces the steps."""
+    def start(self, on_failure: Callable[[], None] = lambda: None) -> None:
+        """Start the thread that paces the steps, and the watchdog's.
+
+        ``on_failure`` is called once, from any thread, when the loop had to be given up; then
+        :attr:`failure` says why.
+        """
+        # A solver that is still to be compiled would hold up the loop, and Stop with it, for 20 s.
+        neutral = self.robot.neutral
+        ik.solve(self.robot, forward(self.robot, neutral), start=neutral)
+        self._on_failure = on_failure
+        self._watchdog.beat()
         self._thread = threading.Thread(target=self._pace, name="partner", daemon=True)
         self._thread.start()
+        watch = threading.Thread(target=self._watchdog.watch, args=(self._over,), daemon=True)
+        watch.start()
 
     def close(self, patience: float = 6.0) -> None:
         """Bring the body home in at most ``patience`` s, end recording, and stop the thread.
@@ -322,8 +335,12 @@ class Runner:
         if self._thread is not None:
             self._patience = patience
             self._ending.set()
-            self._thread.join()
-            self._thread = None
+            self._thread.join(None if self.failure is None else 1.0)
+            self._over.set()
+        if self.failure is not None:
+            self.recordings.end()
+            return  # the body was stopped; whoever hangs at it must not hang us
+        self._thread = None
         self.recordings.end()
         self._at_home = self._partner.at_rest
         self._let_go()
@@ -335,7 +352,14 @@ class Runner:
             if self._ending.is_set() and give_up is None:
                 give_up = time.monotonic() + self._patience
                 self._partner.rest()
-            self.tick()
+            self._watchdog.beat()
+            try:
+                self.tick()
+                self._failures = 0
+            except Exception as error:
+                self._fail(error)
+            if self.failure is not None:
+                return
             over = give_up is not None and time.monotonic() > give_up
             if give_up is not None and (over or self._partner.at_rest or self._partner.held):
                 return
@@ -346,6 +370,24 @@ class Runner:
             elif ahead < -_PATIENCE:
                 self.slow_steps += 1
                 due = time.monotonic()
+
+    def _fail(self, error: Exception) -> None:
+        """Stop the body, and begin anew with the next step; give up when all of them fail."""
+        self._halt()
+        self._excuse(error, "loop_failed")
+        self._failures += 1
+        if self._failures >= _FAILURES:
+            self._give_up(f"fails at every step ({type(error).__name__}: {error})")
+
+    def _halt(self) -> None:
+        """Stop the body without the loop, and show it to everybody; any thread may call this."""
+        self._was_late = True
+        self._partner.body.halt()
+        self._snapshot = self._snapshot.halted()
+
+    def _give_up(self, why: str) -> None:
+        self.failure = f"the partner's loop {why}; the body has been stopped where it was."
+        self._on_failure()
 
     def _stop(self) -> None:
         self._partner.stop()
@@ -428,11 +470,11 @@ class Runner:
         felt = self._feelings if sampled else None
         self.recordings.write(lambda: step_messages(self._partner.body.state, felt, events))
 
-    def _excuse(self, error: Exception) -> None:
-        """Note that what only looks on has failed; what repeats is noted once."""
+    def _excuse(self, error: Exception, kind: str = "trouble") -> None:
+        """Note that what only looks on, or the loop, has failed; what repeats is noted once."""
         name = f"{type(error).__name__}: {error}"
-        if not any(entry.kind == "trouble" and entry.name == name for entry in self._log):
-            self._note("trouble", name=name)
+        if not any(entry.kind == kind and entry.name == name for entry in self._log):
+            self._note(kind, name=name)
 
     def _move_hand(self) -> None:
         """Bring the hand nearer to where it was asked to, never faster than a person's."""

@@ -1,5 +1,6 @@
 """The state of a live partner, as pydantic models that every viewer gets as JSON."""
 
+from functools import cached_property
 from typing import Annotated, Literal
 
 from pydantic import BaseModel, Field
@@ -21,6 +22,7 @@ __all__ = [
     "RuleOut",
     "Sample",
     "Share",
+    "Snapshot",
     "State",
     "StopOut",
 ]
@@ -135,7 +137,7 @@ class Entry(BaseModel):
     kind: Literal[
         "stimulus", "gesture", "stopped", "released", "body", "paused", "resumed", "temperament",
         "recording", "recorded", "recording_ended", "deleted", "refused",
-        "trouble",
+        "trouble", "loop_failed",
     ]  # fmt: skip
     feeling: str | None = None
     mood: float | None = None
@@ -183,3 +185,24 @@ class MotorsOut(BaseModel):
     lowest: float | None = Field(description="A lower supply stops the body, V.")
     rule: RuleOut
     motors: list[MotorOut]
+
+
+class Snapshot:
+    """One state, and its JSON, which is written once however many viewers there are."""
+
+    def __init__(self, state: State) -> None:
+        self.state = state
+
+    @cached_property
+    def json(self) -> str:
+        """The state as JSON."""
+        return self.state.model_dump_json()
+
+    def halted(self) -> "Snapshot":
+        """Return this as it is once the body was stopped because the loop was late."""
+        if self.state.phase == "stopped":
+            return self
+        none = dict.fromkeys(("motor", "sign", "ratio", "moved", "due", "measured", "expected"))
+        now = {"time": self.state.time, "reason": StopReason.LOOP_LATE, "force": None, "part": None}
+        stop = StopOut.model_validate(none | now | {"mood_before": 0.0, "mood_after": 0.0})
+        return Snapshot(self.state.model_copy(update={"phase": "stopped", "stop": stop}))

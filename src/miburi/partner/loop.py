@@ -12,7 +12,7 @@ lowers the mood by 20 %, waits, and lets the body go back to neutral (Section 4)
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -213,6 +213,12 @@ class Partner:
         self.body.stop()
         self._recovery.held = True
 
+    def halt(self) -> None:
+        """Stop the body because nobody could look after it; it goes on after a pause."""
+        if self.body.state.phase is not Phase.STOPPED:
+            self.body.stop()
+            self._recovery.halted = True
+
     def release(self, *, by_person: bool = False) -> None:
         """Let a stopped body go back to neutral, then continue.
 
@@ -263,11 +269,15 @@ class Partner:
         """Break off the gesture because of a new stop; lower the mood if it was a contact."""
         shown = self.expression or self.feelings.express()
         before = self._mood_of(shown)
-        if stop.reason == StopReason.CONTACT:
+        if self._recovery.halted and stop.reason is StopReason.ASKED:
+            stop = replace(stop, reason=StopReason.LOOP_LATE)
+            self._recovery.pause(time)
+        elif stop.reason == StopReason.CONTACT:
             self.feelings.contact()
-            self._recovery.after_contact(time)
+            self._recovery.pause(time)
         else:
             self._recovery.wait_for_a_person()
+        self._recovery.halted = False
         yield Stopped(time, stop, before, self._mood_of(shown))
         yield from self._end(time, complete=False)
 

@@ -42,6 +42,8 @@ class Recovery:
     def __init__(self) -> None:
         #: Whether a person has stopped the body.
         self.held = False
+        #: Whether the partner itself has stopped it, and the stop is still to be taken in.
+        self.halted = False
         self._encounters = 0
         self._release_at: float | None = None
         self._pause_ends = self._moved_at = 0.0
@@ -54,8 +56,8 @@ class Recovery:
             self._moved_at = stop.time
         return new
 
-    def after_contact(self, time: float) -> None:
-        """Plan to release the body after a pause."""
+    def pause(self, time: float) -> None:
+        """Plan to release the body after a pause, which is longer with each in a row."""
         pause = min(FIRST_PAUSE * 2**self._encounters, LONGEST_PAUSE)
         self._release_at = self._pause_ends = time + pause
         self._encounters += 1
@@ -78,7 +80,7 @@ class Recovery:
         left = self._pause_ends - state.time
         if left > 0 and not by_person:
             raise BodyError(
-                f"the body has met something and pauses; it can be released in {left:.1f} s."
+                f"the body pauses after it was stopped; it can be released in {left:.1f} s."
             )
         if state.stop != self._stop or not self._is_settled(state.time):
             raise UnsettledError(

@@ -30,6 +30,7 @@ class StopReason(StrEnum):
     SERVO_ASTRAY = "servo_astray"
     SERVO_MISNAMED = "servo_misnamed"
     SERVO_RESTARTED = "servo_restarted"
+    LOOP_LATE = "loop_late"
 
     @property
     def spoken(self) -> str:

@@ -67,7 +67,9 @@ def why(state: State, words: Words) -> tuple[str, str]:
         return contact, say["held" if state.held else "waits"]
     if stop.reason is StopReason.ASKED:
         return say["asked"], say["held"]
-    return say["failed"].format(reason=words["reason"][stop.reason]), say["held"]
+    waits = stop.reason is StopReason.LOOP_LATE and not state.held
+    failed = say["failed"].format(reason=words["reason"][stop.reason])
+    return failed, say["waits" if waits else "held"]
 
 
 def why_ended(reason: EndReason, detail: str | None, words: Words) -> str:

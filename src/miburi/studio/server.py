@@ -15,8 +15,7 @@ from types import FrameType
 
 import uvicorn
 
-from miburi import ik
-from miburi.errors import InputError, OutputError
+from miburi.errors import BodyError, InputError, OutputError
 from miburi.feelings import FEELINGS, EmotionalModel, Stimulus, Temperament
 from miburi.gestures import Repertoire
 from miburi.interface.access import Gate, is_loopback, kept_token
@@ -25,7 +24,7 @@ from miburi.live.archive import Archive
 from miburi.live.bodies import KINDS
 from miburi.live.memory import keep, remember, remembered
 from miburi.live.runner import Runner
-from miburi.robot import Robot, forward
+from miburi.robot import Robot
 from miburi.safety.contact import Rule
 from miburi.studio.words import FALLBACK, words
 
@@ -119,8 +118,6 @@ def serve(wish: Wish) -> None:
             feelings.set_state(mood=FIRST_MOOD)
         feelings.stimulate(GREETING)
         robot = wish.robot
-        # A solver that is still to be compiled would hold up the loop, and Stop with it, for 20 s.
-        ik.solve(robot, forward(robot, robot.neutral), start=robot.neutral)
         runner = Runner(
             robot,
             feelings,
@@ -135,7 +132,7 @@ def serve(wish: Wish) -> None:
         if stop is not None:
             why = words(FALLBACK)["reason"][stop.reason]
             print(f"The body is stopped: {why}. Make room, then release it in the studio.")
-        runner.start()
+        runner.start(on_failure=lambda: signal.raise_signal(signal.SIGTERM))
         ending = threading.Event()
         keeper = threading.Thread(
             target=keep, args=(memory, runner.feelings, ending.wait), daemon=True
@@ -153,7 +150,11 @@ def serve(wish: Wish) -> None:
             runner.close()
             if not wish.forget:
                 keeper.join()
-            _say_good_bye(runner, folder, kept=not wish.forget and _keep(memory, feelings))
+            kept_now = not wish.forget and _keep(memory, feelings)
+            if runner.failure is None:
+                _say_good_bye(runner, folder, kept=kept_now)
+        if runner.failure is not None:
+            raise BodyError(runner.failure)
 
 
 def _run(app: Gate, listener: socket.socket, ready: object, host: str) -> None:

@@ -1,0 +1,60 @@
+"""The watchdog: sees from outside the loop that the loop is late, and has the body stopped.
+
+The loop calls :meth:`Watchdog.beat` at every step; a thread of its own calls
+:meth:`Watchdog.look`. What happens then must not need the loop.
+"""
+
+import threading
+import time
+from collections.abc import Callable
+
+__all__ = ["DEAD", "LATE", "Watchdog"]
+
+#: s without a step after which the body is stopped, and after which the loop is given up (ours).
+LATE, DEAD = 0.25, 10.0
+_LOOK = 0.05
+
+
+class Watchdog:
+    """Waits for the beats of a loop.
+
+    Parameters
+    ----------
+    period
+        Of the beats, s.
+    late, dead
+        Called once when a beat is so much too late; a beat that comes after all ends lateness.
+    clock
+        Gives s.
+    """
+
+    def __init__(
+        self,
+        period: float,
+        late: Callable[[], None],
+        dead: Callable[[], None],
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._period, self._late, self._dead, self._clock = period, late, dead, clock
+        self._beat = clock()
+        self._is_late = self._is_dead = False
+
+    def beat(self) -> None:
+        """Take in that the loop is alive."""
+        self._beat = self._clock()
+        self._is_late = False
+
+    def look(self) -> None:
+        """See how late the loop is."""
+        behind = self._clock() - self._beat - self._period
+        if behind > LATE and not self._is_late:
+            self._is_late = True
+            self._late()
+        if behind > DEAD and not self._is_dead:
+            self._is_dead = True
+            self._dead()
+
+    def watch(self, over: threading.Event) -> None:
+        """Look until it is over; for a thread of its own."""
+        while not over.wait(_LOOK):
+            self.look()
