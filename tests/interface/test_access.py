@@ -139,6 +139,12 @@ def test_with_the_token_all_does(headers: dict[str, str]) -> None:
     assert ask(gate, kind="websocket", **headers)[0] == "websocket.accept"
 
 
+@pytest.mark.parametrize("cookie", ["a b=c; ", "{x}=1; ", 'a="; ', "=; ", "é=1; ", "bad[]=1; "])
+def test_a_foreign_cookie_locks_nobody_out(cookie: str) -> None:
+    for text in (f"{cookie}miburi_token={TOKEN}", f"miburi_token={TOKEN}; {cookie}"):
+        assert ask(Gate(behind, TOKEN), cookie=text)[0] == 200
+
+
 def test_the_pairing_page_needs_none() -> None:
     assert ask(Gate(behind, TOKEN), "/pair")[0] == 200
 

@@ -11,11 +11,9 @@ import time
 from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from http.cookies import CookieError, SimpleCookie
 from ipaddress import ip_address
 from pathlib import Path
-from typing import Any
-from urllib.parse import urlsplit
+from urllib.parse import SplitResult, urlsplit
 
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
@@ -195,21 +193,21 @@ class Gate:
     def _check_site(self, headers: dict[bytes, str]) -> None:
         """Refuse what a page of another site has sent, and names that only point here."""
         host = headers.get(b"host", "")
-        if self._token is None and not is_loopback(urlsplit(f"//{host}").hostname or ""):
+        if self._token is None and not is_loopback(_split(f"//{host}").hostname or ""):
             raise RefusedError(
                 403, "this server answers to localhost only; start it with --host to open it."
             )
         origin = headers.get(b"origin")
         # A browser names no origin where a page shows an image or a script of ours, but the site.
         foreign = headers.get(b"sec-fetch-site", "none") not in ("same-origin", "none")
-        if foreign or (origin is not None and urlsplit(origin).netloc != host):
+        if foreign or (origin is not None and _split(origin).netloc != host):
             raise RefusedError(403, "requests from other sites' pages are refused.")
 
     def _check_token(self, headers: dict[bytes, str], who: str, token: str) -> None:
         given = _given(headers)
-        if given is not None and same(given, token):
+        if any(same(one, token) for one in given):
             return
-        if given is not None and not self._wrong.take(who):
+        if given and not self._wrong.take(who):
             raise RefusedError(429, "too many wrong tokens; wait a minute.")
         raise RefusedError(
             401,
@@ -231,6 +229,9 @@ class Gate:
 
         async def guarded(message: Message) -> None:
             nonlocal began
+            if received > LARGEST and not began:
+                # Whoever reads the body may have taken our refusal for a mistake in it.
+                raise RefusedError(413, f"a request may have {LARGEST} bytes at most.")
             if message["type"] == "http.response.start":
                 began = True
                 message = {**message, "headers": [*message["headers"], *_HEADERS]}
@@ -253,16 +254,23 @@ def int_or(text: str | None, otherwise: int) -> int:
     return int(text) if text is not None and text.isascii() and text.isdigit() else otherwise
 
 
-def _given(headers: dict[bytes, str]) -> str | None:
-    """Return the token that a request brings, from its header or its cookie."""
+def _given(headers: dict[bytes, str]) -> list[str]:
+    """Return the tokens that a request brings, in its header or in cookies of our name.
+
+    Other cookies of this host are others' matter: whatever stands in them, ours is found.
+    """
     scheme, _, value = headers.get(b"authorization", "").partition(" ")
     if scheme.lower() == "bearer" and value:
-        return value.strip()
+        return [value.strip()]
+    pairs = (pair.strip().partition("=") for pair in headers.get(b"cookie", "").split(";"))
+    return [value.strip('"') for name, _, value in pairs if name == COOKIE]
+
+
+def _split(url: str) -> SplitResult:
     try:
-        cookie: Any = SimpleCookie(headers.get(b"cookie", "")).get(COOKIE)
-    except CookieError:
-        return None
-    return cookie.value if cookie is not None else None
+        return urlsplit(url)
+    except ValueError:
+        raise RefusedError(403, "the host or the origin is not a name.") from None
 
 
 async def _refuse(scope: Scope, receive: Receive, send: Send, refused: RefusedError) -> None:
