@@ -12,6 +12,7 @@ import pytest
 from miburi.interface.access import (
     BURST,
     LARGEST,
+    PAGE_BURST,
     RATE,
     SOCKETS,
     STOP,
@@ -202,6 +203,17 @@ def test_who_is_refused_takes_nothing_from_who_may_come_in() -> None:
     assert ask(gate)[0] == 200
 
 
+def test_only_so_many_pages_are_made_and_they_come_back() -> None:
+    """A page costs the server a hundred times what a state does."""
+    clock = Clock()
+    gate = Gate(behind, clock=clock)
+    for path in ("/", "/face"):
+        answers = [ask(gate, path)[0] for _ in range(int(PAGE_BURST) + 5)]
+        assert answers == [200] * int(PAGE_BURST) + [429] * 5
+        assert ask(gate)[0] == 200
+        clock.now += 100.0
+
+
 def test_large_requests_are_refused_whether_they_say_so_or_not() -> None:
     gate = Gate(behind)
     assert ask(gate, content_length=str(LARGEST))[0] == 200
@@ -253,8 +265,23 @@ def test_the_token_is_made_once_and_for_its_owner_alone(tmp_path: Path) -> None:
     assert len(token) >= 32
     assert kept_token(path) == token
     assert stat.S_IMODE(path.stat().st_mode) == 0o600
-    path.write_text("short")
-    assert kept_token(path) not in ("short", token)
+
+
+@pytest.mark.parametrize("content", [b"short", b"\xff\x00" * 40, b"x" * 40 + b"\n" + b"y" * 40])
+def test_a_token_that_is_none_is_made_anew(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "token"
+    path.write_bytes(content)
+    token = kept_token(path)
+    assert token.encode() not in content
+    assert kept_token(path) == token
+
+
+def test_a_token_that_others_could_read_is_made_anew(tmp_path: Path) -> None:
+    path = tmp_path / "token"
+    token = kept_token(path)
+    path.chmod(0o644)
+    assert kept_token(path) != token
+    assert stat.S_IMODE(path.stat().st_mode) == 0o600
 
 
 @pytest.mark.parametrize(

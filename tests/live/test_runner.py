@@ -297,6 +297,18 @@ def test_a_command_that_the_body_refuses_does_not_end_the_loop(
     until(runner, lambda state: state.phase == "moving")
 
 
+@pytest.mark.parametrize("port", ["/etc/passwd", "/nowhere", "/dev/ptmx", "socket://localhost:1"])
+def test_only_ports_that_the_system_lists_are_opened(runner: Runner, port: str) -> None:
+    with pytest.raises(InputError, match="no serial port that this computer lists"):
+        runner.use("card", port)
+
+
+def test_a_port_that_was_named_at_the_start_may_be_used_again(runner: Runner) -> None:
+    runner.ports.add("/dev/no-such-port")
+    with pytest.raises(BodyError, match="cannot be reached"):
+        runner.use("card", "/dev/no-such-port")
+
+
 def test_an_unknown_body_is_refused_in_words(runner: Runner) -> None:
     with pytest.raises(InputError, match="one of simulated"):
         runner.use("marble")

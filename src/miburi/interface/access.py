@@ -6,6 +6,7 @@ everywhere but on the pairing page. Requests from other sites' pages are refused
 
 import hmac
 import json
+import re
 import secrets
 import time
 from collections import OrderedDict
@@ -23,6 +24,8 @@ __all__ = [
     "BURST",
     "COOKIE",
     "LARGEST",
+    "PAGE_BURST",
+    "PAGE_RATE",
     "PAIRING",
     "RATE",
     "SOCKETS",
@@ -47,10 +50,13 @@ STOP = "/api/v1/stop"
 LARGEST = 65_536
 #: Requests to the interface a second and at once, from one address.
 RATE, BURST = 50.0, 150.0
+#: Pages a second and at once, to one address; the server makes each of them anew.
+PAGE_RATE, PAGE_BURST = 1.0, 20.0
 #: Wrong tokens a second and at once, from one address.
 WRONG_RATE, WRONG_BURST = 0.2, 10.0
 #: WebSockets that may be open at the same time.
 SOCKETS = 200
+_PAGES = ("/", "/face")
 _HEADERS = (
     (b"x-content-type-options", b"nosniff"),
     (b"referrer-policy", b"no-referrer"),
@@ -73,7 +79,9 @@ def is_loopback(host: str) -> bool:
 
 
 def kept_token(path: Path) -> str:
-    """Return the token in a file that only its owner can read; made if it is not there.
+    """Return the token in a file that only its owner can read.
+
+    It is made where there is none, and anew where others could read it or it is no token.
 
     Raises
     ------
@@ -81,8 +89,10 @@ def kept_token(path: Path) -> str:
         It can be neither read nor written.
     """
     try:
-        if path.is_file() and len(token := path.read_text().strip()) >= 32:
-            return token
+        if path.is_file() and path.stat().st_mode & 0o077 == 0:
+            token = path.read_text(errors="replace").strip()
+            if re.fullmatch(r"[A-Za-z0-9_-]{32,}", token):
+                return token
         path.parent.mkdir(parents=True, exist_ok=True)
         path.unlink(missing_ok=True)
         path.touch(mode=0o600)
@@ -151,6 +161,7 @@ class Gate:
         self._app = app
         self._token = token
         self._requests = Allowance(RATE, BURST, clock)
+        self._pages = Allowance(PAGE_RATE, PAGE_BURST, clock)
         self._wrong = Allowance(WRONG_RATE, WRONG_BURST, clock)
         self._sockets = 0
 
@@ -185,6 +196,8 @@ class Gate:
         limited = path.startswith("/api") or path == PAIRING
         if limited and not self._requests.take(who):
             raise RefusedError(429, f"too many requests; at most {RATE:g} a second, please.")
+        if path in _PAGES and not self._pages.take(who):
+            raise RefusedError(429, "too many pages at once; wait a moment.")
         if scope["type"] == "websocket" and self._sockets >= SOCKETS:
             raise RefusedError(503, f"{SOCKETS} connections are open already; close one.")
         if int_or(headers.get(b"content-length"), 0) > LARGEST:

@@ -3,13 +3,15 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from serial.tools.list_ports import comports
+
 from miburi.bodies.base import Body
 from miburi.emulation.card import is_built
 from miburi.errors import InputError
 from miburi.robot import Robot
 from miburi.safety.contact import Rule
 
-__all__ = ["KINDS", "BodyKind", "make_body"]
+__all__ = ["KINDS", "BodyKind", "check_port", "make_body"]
 
 
 @dataclass(frozen=True)
@@ -67,6 +69,21 @@ KINDS = {
         BodyKind("card", _card, needs_port=True),
     )
 }
+
+
+def check_port(port: str) -> None:
+    """Refuse what is no serial port: whoever asks over the net must not have any file opened.
+
+    Raises
+    ------
+    InputError
+        The system does not list it.
+    """
+    if port not in {one.device for one in comports()}:
+        raise InputError(
+            f"{port!r} is no serial port that this computer lists; `miburi card list` does. "
+            "Another one must be named when the program is started (--serial)."
+        )
 
 
 def make_body(name: str, robot: Robot, port: str | None = None, rule: Rule | None = None) -> Body:

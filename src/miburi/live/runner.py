@@ -20,7 +20,7 @@ from miburi.errors import BodyError, InputError
 from miburi.feelings import TEMPERAMENTS, Expression, FeelingModel, Stimulus, shipped_temperament
 from miburi.gestures import KeyPose, Repertoire, shipped_repertoire
 from miburi.live.archive import Archive
-from miburi.live.bodies import make_body
+from miburi.live.bodies import check_port, make_body
 from miburi.live.commands import Commands
 from miburi.live.observer import Observer
 from miburi.live.recording import step_messages
@@ -88,6 +88,8 @@ class Runner:
         self.repertoire = repertoire or shipped_repertoire()
         self.recordings = recordings
         self.slow_steps = 0
+        #: Ports that may be opened besides those that the system lists.
+        self.ports = {port} if port else set[str]()
         self._feelings = feelings
         self._own_temperament = feelings.temperament
         self._seed = seed
@@ -267,6 +269,8 @@ class Runner:
                 f"the card at {port} is this body already; one that was lost is found again by "
                 "itself."
             )
+        if port is not None and port not in self.ports:
+            check_port(port)
         body = make_body(name, self.robot, port, self._rule)
 
         def run() -> None:
