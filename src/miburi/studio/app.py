@@ -2,9 +2,11 @@
 
 from pathlib import Path
 
-from fastapi import FastAPI
+from fastapi import APIRouter, FastAPI, Request
+from fastapi.responses import JSONResponse
 from fastapi.staticfiles import StaticFiles
 from nicegui import ui
+from starlette.routing import Match
 
 from miburi.interface.api import make_api
 from miburi.interface.pairing import pairing_router
@@ -34,6 +36,7 @@ def make_app(runner: Runner, addresses: list[str], token: str | None) -> FastAPI
     app.include_router(live_router(runner))
     app.include_router(pairing_router(token))
     app.mount("/static", StaticFiles(directory=HERE / "static"), name="static")
+    app.include_router(_nothing(app))
     add_face_page(app)
     add_studio_page(runner, addresses, token)
     ui.run_with(
@@ -47,3 +50,19 @@ def make_app(runner: Runner, addresses: list[str], token: str | None) -> FastAPI
         tailwind=False,
     )
     return app
+
+
+def _nothing(app: FastAPI) -> APIRouter:
+    """Return what answers where the interface has nothing: in JSON, not with NiceGUI's page."""
+    router = APIRouter(include_in_schema=False)
+    methods = ["GET", "POST", "PUT", "PATCH", "DELETE"]
+
+    @router.api_route("/api", methods=methods)
+    @router.api_route("/api/{path:path}", methods=methods)
+    async def nothing(request: Request) -> JSONResponse:
+        scope = request.scope
+        if any(route.matches(scope)[0] is Match.PARTIAL for route in app.routes):
+            return JSONResponse({"detail": f"{scope['method']} is not for this address."}, 405)
+        return JSONResponse({"detail": "there is nothing at this address."}, 404)
+
+    return router
