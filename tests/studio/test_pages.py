@@ -195,6 +195,25 @@ def test_a_press_is_felt_shown_and_remembered(studio: Page, context: BrowserCont
     expect(face.locator("#now")).to_have_text("happiness")
 
 
+def test_stop_acts_over_an_open_dialog_with_one_press(studio: Page) -> None:
+    face = studio.locator("header .plain-button", has_text="Face")
+    dialog, stop = studio.locator(".q-dialog .card"), studio.locator(".stop-button")
+    close = dialog.get_by_role("button", name="Close")
+    for press, leave in ((stop.click, close.click), (_escape(studio), lambda: None)):
+        face.click()
+        expect(dialog).to_be_visible()
+        press()
+        until(studio, lambda now: now["phase"] == "stopped")
+        leave()
+        expect(dialog).to_be_hidden()
+        studio.locator(".release-button").click()
+        until(studio, lambda now: now["phase"] != "stopped")
+
+
+def _escape(page: Page) -> Callable[[], None]:
+    return lambda: page.keyboard.press("Escape")
+
+
 def test_a_dragged_hand_stops_the_robot_and_release_lets_it_go_on(studio: Page) -> None:
     made_happy(studio)
     studio.get_by_role("button", name="Reach in").click()

@@ -218,6 +218,7 @@ class _Studio:
                 url = pairing_url(self._phones.addresses[0], token, "/face")
                 ui.html(f'<div class="qr">{qr_svg(url)}</div>', sanitize=False)
                 ui.label(say["scan"])
+            button(say["close"], "").on("click", dialog.close)
         return dialog
 
     async def _release(self) -> None:

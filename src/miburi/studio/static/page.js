@@ -24,7 +24,7 @@ async function wish(path) {
 document.addEventListener("click", (event) => {
   const button = event.target.closest("[data-ask]");
   if (button) wish(button.dataset.ask);
-});
+}, true);  // before any dialog can take it
 
 document.addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.altKey || event.metaKey || event.repeat) return;
@@ -33,7 +33,7 @@ document.addEventListener("keydown", (event) => {
   else if (event.key.toLowerCase() === "r" && !typing) {
     document.querySelector(".release-button, #release")?.click();
   }
-});
+}, true);
 
 listen((state, connected) => {
   const root = document.documentElement;
