@@ -22,6 +22,7 @@ from contextlib import suppress
 import numpy as np
 
 from miburi.bodies.base import BodyState, Motors, Touchable
+from miburi.card.answers import NoAnswerError, OutOfRangeError, read_answer
 from miburi.card.line import Line, SerialLine
 from miburi.card.link import (
     ANSWER,
@@ -35,7 +36,7 @@ from miburi.card.link import (
     Result,
     encode,
 )
-from miburi.card.report import PHASES, motors_of, stop_of, unready, window_of
+from miburi.card.report import PHASES, motors_of, stop_of, window_of
 from miburi.card.settings import CardSettings, General, JointSettings, check_encoder, refusal
 from miburi.errors import BodyError
 from miburi.robot import JOINTS, Robot
@@ -194,7 +195,9 @@ class Card:
     def halt(self) -> None:
         """Send a stop, and wait for no answer; see :meth:`miburi.bodies.Body.halt`."""
         with suppress(OSError):
-            self._line.write(encode(Frame(Kind.STOP, 0)))  # no request of ours has the number 0
+            self._line.write(
+                encode(Frame(FrameKind.STOP, 0))
+            )  # no request of ours has the number 0
 
     def release(self) -> None:
         """End a stop; see :meth:`miburi.bodies.Body.release`. Torque comes on if it was off.
@@ -277,7 +280,7 @@ class Card:
                 kind = FrameKind.SETTINGS if isinstance(value, General) else FrameKind.JOINT
                 try:
                     self._ask(kind, index + value.pack())
-                except _OutOfRangeError as error:
+                except OutOfRangeError as error:
                     raise BodyError(refusal(settings, piece, error.index)) from None
             crc, complete, _ = self._hello()
             if complete and crc == settings.crc:
@@ -333,7 +336,7 @@ class Card:
             try:
                 crc, complete, _ = self._hello()
                 break
-            except _NoAnswerError:
+            except NoAnswerError:
                 if self._line.now() >= until:
                     raise
         self._ask(FrameKind.STOP)
@@ -384,41 +387,19 @@ class Card:
                     self._listen(until)
                     for answer in self._answers:
                         if answer.kind == kind + ANSWER and answer.sequence == self._sequence:
-                            return self._result(kind, answer)
+                            return read_answer(kind, answer, self._settings)
                         refused = answer.kind == FrameKind.REFUSED + ANSWER
                         if refused and answer.payload[:1] == bytes((Result.VERSION,)):
-                            return self._result(kind, answer)
+                            return read_answer(kind, answer, self._settings)
                     self._answers.clear()
             except OSError as error:
                 self._lose()
-                raise _NoAnswerError(f"The line to the card is broken: {error}.") from error
+                raise NoAnswerError(f"The line to the card is broken: {error}.") from error
         self._lose()
-        raise _NoAnswerError(
+        raise NoAnswerError(
             "The card does not answer. Check cable and power, and that it has Miburi's firmware "
             "(miburi card upload)."
         )
-
-    def _result(self, kind: FrameKind, answer: Frame) -> bytes:
-        result, detail = answer.payload[0], answer.payload[1:]
-        match result:
-            case Result.OK:
-                return detail
-            case Result.PHASE:
-                phase = PHASES[detail[0]]
-                raise BodyError(f"The card is {phase}; it does not take {kind.name.lower()} now.")
-            case Result.SERVO:
-                raise BodyError(unready(detail, self._settings))
-            case Result.RANGE:
-                raise _OutOfRangeError(kind, detail[0])
-            case Result.SETTINGS:
-                raise BodyError("The card does not have all its settings; connect to it again.")
-            case Result.VERSION:
-                raise BodyError(
-                    f"The card's firmware speaks version {detail[0]} of the link; {VERSION} is "
-                    "needed. Upload the firmware of this Miburi (miburi card upload)."
-                )
-            case _:
-                raise BodyError(f"The card did not understand {kind.name.lower()} ({result}).")
 
     def _listen(self, until: float) -> None:
         """Read what the card sends next, and keep reports and answers. May raise OSError."""
@@ -497,18 +478,3 @@ class Card:
 
     def _time_of(self, micros: int) -> float:
         return micros / SECOND + self._offset
-
-
-class _NoAnswerError(BodyError):
-    """The card did not answer."""
-
-
-class _OutOfRangeError(BodyError):
-    """A value is outside what the card allows."""
-
-    def __init__(self, kind: FrameKind, index: int) -> None:
-        self.index = index
-        motor = JOINTS[index % len(JOINTS)]
-        what = f"the {'goal' if index < len(JOINTS) else 'speed'} of {motor}"
-        named = what if kind is FrameKind.MOVE else f"value {index} of {kind.name.lower()}"
-        super().__init__(f"The card refuses {named}: it is out of range.")

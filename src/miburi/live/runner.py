@@ -12,16 +12,15 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from typing import Any
 
-import numpy as np
-
 from miburi import ik
 from miburi.bodies import Body
-from miburi.errors import BodyError, InputError
+from miburi.errors import BodyError
 from miburi.feelings import TEMPERAMENTS, Expression, FeelingModel, Stimulus, shipped_temperament
 from miburi.gestures import KeyPose, Repertoire, shipped_repertoire
 from miburi.live.archive import Archive
 from miburi.live.bodies import check_port, make_body
 from miburi.live.commands import Commands
+from miburi.live.hand import GuidedHand
 from miburi.live.observer import Observer
 from miburi.live.recording import step_messages
 from miburi.live.state import Entry, MotorsOut, RecordingEnd, Sample, Snapshot, State, StopOut
@@ -39,9 +38,6 @@ STEP = 0.02
 _PATIENCE = 0.2
 #: A live partner answers sooner than the one of the experiment (ours), s.
 _PERIOD = 0.5
-#: The hand goes where it was asked to at no more than this speed, m/s (ours): it cannot jump
-#: into the robot.
-_HAND_SPEED = 1.2
 #: Steps in a row that may fail before the loop is given up: a second.
 _FAILURES = 50
 _LOG, _SAMPLES = 300, 1200
@@ -110,8 +106,7 @@ class Runner:
         self._serial = self._number = 0
         self._paused = self._at_home = False
         self._recording_end: RecordingEnd | None = None
-        self._hand_goal: Array | None = None
-        self._hand_along = np.array([0.0, 0.0, 1.0])
+        self._hand = GuidedHand()
         self._use(body, port, make_body(body, robot, port, rule))
 
     # What viewers read.
@@ -232,12 +227,7 @@ class Runner:
             body = self._partner.body.touchable
             if body is None:
                 raise BodyError("only a simulated body has a hand to move.")
-            if float(np.linalg.norm(along)) < 1e-6:
-                raise InputError("along must have a length.")
-            self._hand_along = along
-            if position is None:
-                body.remove_hand()
-            self._hand_goal = position
+            self._hand.guide(body, position, along)
 
         return self._commands.ask(run)
 
@@ -288,7 +278,7 @@ class Runner:
             self._was_late = False
             self._partner.halt()
         self._commands.run()
-        self._move_hand()
+        self._hand.step(self._partner.body.touchable, STEP)
         events: list[Event] = []
         try:
             events = self._partner.step(STEP)
@@ -412,7 +402,7 @@ class Runner:
         )
         if self._paused:
             self._partner.pause()
-        self._hand_goal = None
+        self._hand = GuidedHand()
         self._observer = Observer(name, port, self._partner, self._feelings)
         self._motors = self._observer.motors()
         self._serial += 1
@@ -432,7 +422,7 @@ class Runner:
             recording=self.recordings.current,
             recording_end=self._recording_end,
             rule=self._motors.rule,
-            hand_out=self._hand_goal is not None,
+            hand_out=self._hand.goal is not None,
             latest=self._number,
         )
         self._snapshot = Snapshot(state)
@@ -479,17 +469,6 @@ class Runner:
         name = f"{type(error).__name__}: {error}"
         if not any(entry.kind == kind and entry.name == name for entry in self._log):
             self._note(kind, name=name)
-
-    def _move_hand(self) -> None:
-        """Bring the hand nearer to where it was asked to, never faster than a person's."""
-        body = self._partner.body.touchable
-        if self._hand_goal is None or body is None:
-            return
-        here = body.configuration[1][:3]
-        way = self._hand_goal - here
-        length = float(np.linalg.norm(way))
-        reach = min(1.0, _HAND_SPEED * STEP / length) if length > 0 else 1.0
-        body.place_hand(here + reach * way, self._hand_along)
 
     def _take(self, event: Event, stopped: StopOut | None) -> None:
         match event:

@@ -1,0 +1,54 @@
+"""What a card answers to a request: the bytes that were asked for, or an error in words."""
+
+from miburi.card.link import VERSION, Frame, FrameKind, Result
+from miburi.card.report import PHASES, unready
+from miburi.card.settings import CardSettings
+from miburi.errors import BodyError
+from miburi.robot import JOINTS
+
+__all__ = ["NoAnswerError", "OutOfRangeError", "read_answer"]
+
+
+class NoAnswerError(BodyError):
+    """The card did not answer."""
+
+
+class OutOfRangeError(BodyError):
+    """A value is outside what the card allows."""
+
+    def __init__(self, kind: FrameKind, index: int) -> None:
+        self.index = index
+        motor = JOINTS[index % len(JOINTS)]
+        what = f"the {'goal' if index < len(JOINTS) else 'speed'} of {motor}"
+        named = what if kind is FrameKind.MOVE else f"value {index} of {kind.name.lower()}"
+        super().__init__(f"The card refuses {named}: it is out of range.")
+
+
+def read_answer(kind: FrameKind, answer: Frame, settings: CardSettings) -> bytes:
+    """Return the payload of the answer to a request of ``kind``.
+
+    Raises
+    ------
+    BodyError
+        The card refused the request; the message says why, and how to mend it.
+    """
+    result, detail = answer.payload[0], answer.payload[1:]
+    match result:
+        case Result.OK:
+            return detail
+        case Result.PHASE:
+            phase = PHASES[detail[0]]
+            raise BodyError(f"The card is {phase}; it does not take {kind.name.lower()} now.")
+        case Result.SERVO:
+            raise BodyError(unready(detail, settings))
+        case Result.RANGE:
+            raise OutOfRangeError(kind, detail[0])
+        case Result.SETTINGS:
+            raise BodyError("The card does not have all its settings; connect to it again.")
+        case Result.VERSION:
+            raise BodyError(
+                f"The card's firmware speaks version {detail[0]} of the link; {VERSION} is "
+                "needed. Upload the firmware of this Miburi (miburi card upload)."
+            )
+        case _:
+            raise BodyError(f"The card did not understand {kind.name.lower()} ({result}).")

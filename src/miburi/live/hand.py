@@ -1,0 +1,51 @@
+"""The simulated human hand of a live partner: it goes where it is asked to, as fast as a person."""
+
+import numpy as np
+
+from miburi.bodies import Touchable
+from miburi.errors import InputError
+from miburi.robot import Array
+
+__all__ = ["FASTEST", "GuidedHand"]
+
+#: The hand's greatest speed, m/s (ours): it cannot jump into the robot.
+FASTEST = 1.2
+
+
+class GuidedHand:
+    """Moves the hand towards its goal, step by step.
+
+    Attributes
+    ----------
+    goal
+        Where the hand goes, (3,) m; None while nobody guides it.
+    """
+
+    def __init__(self) -> None:
+        self.goal: Array | None = None
+        self._along = np.array([0.0, 0.0, 1.0])
+
+    def guide(self, body: Touchable, position: Array | None, along: Array) -> None:
+        """Let the hand go to ``position`` (3,) m, fingers ``along`` (3,); None takes it away.
+
+        Raises
+        ------
+        InputError
+            The direction has no length.
+        """
+        if float(np.linalg.norm(along)) < 1e-6:
+            raise InputError("along must have a length.")
+        self._along = along
+        if position is None:
+            body.remove_hand()
+        self.goal = position
+
+    def step(self, body: Touchable | None, dt: float) -> None:
+        """Let ``dt`` seconds pass; a body that nobody can touch leaves the hand where it is."""
+        if self.goal is None or body is None:
+            return
+        here = body.configuration[1][:3]
+        way = self.goal - here
+        length = float(np.linalg.norm(way))
+        reach = min(1.0, FASTEST * dt / length) if length > 0 else 1.0
+        body.place_hand(here + reach * way, self._along)
