@@ -89,11 +89,11 @@ def ended(runner: Runner) -> Entry:
     return entry
 
 
-def stops_and_is_released_at_once(runner: Runner) -> None:
+def stops_and_is_released_once_it_rests(runner: Runner) -> None:
     runner.stop()
     assert run(runner, STEP)[-1].phase == "stopped"
     runner.release()
-    assert run(runner, STEP)[-1].phase == "returning"
+    until(runner, lambda state: state.phase == "returning", 1.0)
 
 
 @pytest.mark.parametrize("room", [0, 5000, 30_000])
@@ -107,7 +107,7 @@ def test_a_full_disk_ends_the_recording_and_nothing_else(
     assert (entry.name, entry.reason) == ("miburi-0001.mcap", "full")
     assert entry.detail is not None
     assert "No space left" in entry.detail
-    stops_and_is_released_at_once(runner)
+    stops_and_is_released_once_it_rests(runner)
     # Seconds that fitted are there; a file that not even the first fitted into is not.
     kept = runner.recordings.kept()
     assert [one.whole for one in kept] == ([False] if room == 30_000 else [])
@@ -122,7 +122,7 @@ def test_a_disk_that_is_full_at_the_end_is_said(runner: Runner, disk: Choose) ->
     run(runner, 2.0)
     runner.recordings.end()
     assert ended(runner).reason == "full"
-    stops_and_is_released_at_once(runner)
+    stops_and_is_released_once_it_rests(runner)
 
 
 def test_a_slow_disk_holds_up_nothing(runner: Runner, disk: Choose) -> None:
@@ -131,7 +131,7 @@ def test_a_slow_disk_holds_up_nothing(runner: Runner, disk: Choose) -> None:
     runner.recordings.start()
     run(runner, (WAITING + 60) * STEP)
     assert ended(runner).reason == "slow"
-    stops_and_is_released_at_once(runner)
+    stops_and_is_released_once_it_rests(runner)
     before = threading.active_count()
     go_on.set()
     for thread in threading.enumerate():
@@ -169,7 +169,7 @@ def test_what_cannot_be_recorded_ends_the_recording(
         patch.setattr("miburi.live.runner.step_messages", fail)
         entry = ended(runner)
     assert (entry.reason, entry.detail) == ("failed", "ValueError: no such level")
-    stops_and_is_released_at_once(runner)
+    stops_and_is_released_once_it_rests(runner)
     runner.close()
     assert [kept.whole for kept in runner.recordings.kept()] == [True]
 
@@ -186,7 +186,7 @@ def test_an_observer_that_fails_hides_no_stop(
         patch.setattr(Observer, name, fail)
         runner.stimulate(Stimulus("happiness", 0.9))
         until(runner, lambda state: state.phase == "moving")
-        stops_and_is_released_at_once(runner)
+        stops_and_is_released_once_it_rests(runner)
         run(runner, 2.0)
     troubles = [entry.name for entry in runner.log() if entry.kind == "trouble"]
     assert troubles == ["ValueError: cannot see"]

@@ -18,7 +18,7 @@ __all__ = ["CONNECTIONS", "HEADERS", "HEADER_TIME", "configure"]
 #: Bytes that a request's headers may have, and s within which they must have come (ours).
 HEADERS, HEADER_TIME = 16_384, 10.0
 #: Connections that an address may have open, sockets not counted (ours).
-CONNECTIONS = 100
+CONNECTIONS = 200
 _BACKLOG = 2048
 
 
@@ -30,6 +30,7 @@ class _Connection(H11Protocol):
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         super().connection_made(transport)
+        self._since = self.loop.time()
         mine = [
             other
             for other in self.connections
@@ -37,8 +38,8 @@ class _Connection(H11Protocol):
         ]
         silent = [other for other in mine if other._timer is not None]
         if len(mine) > CONNECTIONS:
-            (min(silent, key=lambda other: other._since) if silent else self).transport.abort()
-        self._since = self.loop.time()
+            # Never the new one: it may be a Stop.
+            min(silent or mine, key=lambda other: other._since).transport.abort()
         self._timer = self.loop.call_later(HEADER_TIME, transport.abort)
 
     def data_received(self, data: bytes) -> None:
