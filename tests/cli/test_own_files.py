@@ -95,6 +95,21 @@ def test_trials_of_a_robot_of_ones_own(tall_file: Path) -> None:
     assert json.loads(out.stdout)["free"] == 6
 
 
+def test_the_servo_that_others_identified_moves_freely(tmp_path: Path) -> None:
+    done = miburi("trials", "--free", "12", "--blocked", "6", "--servo", "xl330-m288-t", "--json")
+    assert done.returncode == 0, done.stderr
+    counts = json.loads(done.stdout)
+    assert counts["servo"] == "XL330-M288-T"
+    assert counts["false_stops"] == counts["missed_above_2N"] == 0
+
+
+def test_an_unknown_servo_is_refused_with_those_that_there_are() -> None:
+    done = miburi("experiment", "--servo", "ax-12")
+    assert done.returncode == 2
+    assert "ax-12" in done.stderr
+    assert "xl330-m288-t" in done.stderr
+
+
 def test_a_calibration_of_a_robot_of_ones_own_is_used(tall_file: Path, tmp_path: Path) -> None:
     file = tmp_path / "calibration.toml"
     out = miburi("calibrate", "--robot", tall_file, "--moves", "6", "--out", file)

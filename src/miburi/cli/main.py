@@ -18,6 +18,7 @@ from miburi.cli.options import (
     CalibrationFile,
     GesturesFolder,
     RobotFile,
+    ServoName,
     TemperamentName,
     repertoire_of,
     robot_of,
@@ -135,6 +136,7 @@ def experiment(
     ] = "simulated",
     calibration: CalibrationFile = None,
     robot: RobotFile = None,
+    servo: ServoName = None,
     gestures: GesturesFolder = None,
 ) -> None:
     """Run the paper's experiment (Section 5): happiness, mood 0.9, and a hand in the way."""
@@ -145,8 +147,10 @@ def experiment(
             f"the body must be one of {', '.join(bodies)}, got {body!r}: only a simulation has a "
             "hand to put in the way."
         )
-    description = robot_of(robot)
-    rule = rule_of(description, calibration)
+    if servo is not None and body != "simulated":
+        raise InputError("--servo is for the simulated body; the card's servos cannot be chosen.")
+    description = robot_of(robot, servo)
+    rule = rule_of(description, calibration, servo)
     repertoire = repertoire_of(description, gestures)
     simulation: Body
     if body == "emulated-card":

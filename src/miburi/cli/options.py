@@ -17,6 +17,7 @@ __all__ = [
     "CalibrationFile",
     "GesturesFolder",
     "RobotFile",
+    "ServoName",
     "TemperamentName",
     "gesture_of",
     "repertoire_of",
@@ -41,23 +42,43 @@ CalibrationFile = Annotated[
     Path | None,
     typer.Option("--calibration", help="A file from miburi calibrate or tune.", show_default=False),
 ]
+ServoName = Annotated[
+    str | None,
+    typer.Option(
+        "--servo",
+        help="imagined, xl330-m288-t or a file (….toml); default: the robot's own servo.",
+        show_default=False,
+    ),
+]
 TemperamentName = Annotated[
     str, typer.Option("--temperament", help="default, calm, lively, playful, or a file (….toml).")
 ]
 
 
-def robot_of(file: Path | None) -> "Robot":
-    """Return the robot in a file; by default the iphonoid."""
+def robot_of(file: Path | None, servo: str | None = None) -> "Robot":
+    """Return the robot in a file, by default the iphonoid; with another servo if one is named."""
     from miburi.robot import iphonoid, load_robot
+    from miburi.servos import load_servo
 
-    return iphonoid() if file is None else load_robot(file)
+    robot = iphonoid() if file is None else load_robot(file)
+    return robot if servo is None else robot.with_servo(load_servo(servo))
 
 
-def rule_of(robot: "Robot", file: Path | None) -> "Rule | None":
-    """Return the contact rule in a calibration file; None without a file."""
+def rule_of(robot: "Robot", file: Path | None, servo: str | None = None) -> "Rule | None":
+    """Return the contact rule in a calibration file, or for a servo that the user named.
+
+    The guards of the description do not fit another servo: the rule then compares with what the
+    free servo would have done. None without a file and a servo: the description's own rule.
+    """
     from miburi.calibration.file import read_calibration
 
-    return None if file is None else read_calibration(robot, file).rule
+    if file is not None:
+        return read_calibration(robot, file).rule
+    if servo in (None, "imagined"):
+        return None
+    from miburi.safety.free import FreeRule
+
+    return FreeRule.of(robot)
 
 
 def temperament_of(source: str) -> "Temperament":

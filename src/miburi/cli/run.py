@@ -9,12 +9,14 @@ from miburi.cli.options import (
     CalibrationFile,
     GesturesFolder,
     RobotFile,
+    ServoName,
     TemperamentName,
     repertoire_of,
     robot_of,
     rule_of,
     temperament_of,
 )
+from miburi.errors import InputError
 
 __all__ = ["run"]
 
@@ -31,6 +33,7 @@ def run(
     headless: Annotated[bool, typer.Option("--headless", help="Do not open a browser.")] = False,
     temperament: TemperamentName = "playful",
     robot: RobotFile = None,
+    servo: ServoName = None,
     gestures: GesturesFolder = None,
     calibration: CalibrationFile = None,
     folder: Annotated[
@@ -48,13 +51,15 @@ def run(
     """Wake the live partner and open its studio."""
     from miburi.studio.server import Wish, serve
 
-    description = robot_of(robot)
+    if servo is not None and body != "simulated":
+        raise InputError("--servo is for the simulated body; a card has servos of its own.")
+    description = robot_of(robot, servo)
     serve(
         Wish(
             description,
             repertoire_of(description, gestures),
             temperament_of(temperament),
-            rule_of(description, calibration),
+            rule_of(description, calibration, servo),
             body=body,
             port_of_body=serial,
             host=host,

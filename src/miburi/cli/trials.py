@@ -13,8 +13,10 @@ from miburi.cli.options import (
     CalibrationFile,
     GesturesFolder,
     RobotFile,
+    ServoName,
     repertoire_of,
     robot_of,
+    rule_of,
 )
 from miburi.errors import InputError
 from miburi.ground.cores import available_cores
@@ -50,6 +52,7 @@ def trials(
     ray: Annotated[str | None, typer.Option(help="Address of a Ray cluster to use.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Answer as JSON.")] = False,
     robot: RobotFile = None,
+    servo: ServoName = None,
     gestures: GesturesFolder = None,
 ) -> None:
     """Put simulated people in the robot's way, and count what the contact rule does."""
@@ -57,9 +60,9 @@ def trials(
     from miburi.studies.trials.summary import summarise
 
     workers = workers or available_cores()
-    body = robot_of(robot)
+    body = robot_of(robot, servo)
     repertoire = repertoire_of(body, gestures)
-    plan = _plan(body, repertoire, calibration, rule, servos, seed, free, blocked, workers)
+    plan = _plan(body, repertoire, calibration, rule, servo, servos, seed, free, blocked, workers)
     counts: list[int] = []
     began = perf_counter()
     with _progress() as show:
@@ -73,7 +76,15 @@ def trials(
     rate = (counts[-1] - counts[0]) / (perf_counter() - began)
     summary = summarise(outcomes)
     if as_json:
-        print(json.dumps({**summary.as_json(), "trials_per_second": round(rate, 2)}))
+        print(
+            json.dumps(
+                {
+                    "servo": body.servo.model.name,
+                    **summary.as_json(),
+                    "trials_per_second": round(rate, 2),
+                }
+            )
+        )
         return
     from miburi.studies.trials.report import in_words
 
@@ -89,6 +100,7 @@ def calibrate(
         float, typer.Option(help="Factor on the guards that the servos needed; 1 or more.")
     ] = 1.2,
     robot: RobotFile = None,
+    servo: ServoName = None,
 ) -> None:
     """Measure a robot's simulated servos in free motion, and write their guards."""
     from miburi.calibration.file import write_calibration
@@ -97,7 +109,7 @@ def calibrate(
 
     if not margin >= 1:
         raise InputError(f"--margin must be 1 or more, got {margin}.")
-    body = robot_of(robot)
+    body = robot_of(robot, servo)
     rule = calibrate_rule(body, seed, moves, margin)
     with whole_files(out.parent) as draft:
         note = f"Contact rule of {body.name}: calibrated from {moves} free moves, seed {seed}."
@@ -183,6 +195,7 @@ def _plan(
     repertoire: "Repertoire",
     calibration: Path | None,
     rule_name: str,
+    servo: str | None,
     servos: int,
     seed: int,
     free: int,
@@ -215,7 +228,7 @@ def _plan(
         measured = read_calibration(body, calibration)
         watched = [(measured.robot, measured.rule)]
     else:
-        watched = [(body, Rule.of(body))]
+        watched = [(body, rule_of(body, None, servo) or Rule.of(body))]
     if rule_name == "printed":
         watched = [(one, PrintedRule(rule.guards)) for one, rule in watched]
     return Plan(tuple(watched), seed, free, blocked, repertoire)

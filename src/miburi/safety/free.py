@@ -13,12 +13,31 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from miburi.robot import Robot
+from miburi.robot.guards import Guards, in_whole_units
 from miburi.robot.loads import loads
 from miburi.safety.contact import UNLOADED, Loading, Rule, Watch
 from miburi.safety.profile import FINE, Profile, Steps
 from miburi.servos.free import STEP, FreeServo, advance
 
-__all__ = ["FreeRule"]
+__all__ = ["GUARDS", "FreeRule"]
+
+_STEP = 2 * np.pi / 4096
+
+
+def _each(waist: float, others: float) -> list[float]:
+    return [waist] + [others] * 7
+
+
+#: The guards of servos that nobody has calibrated, s and rad: the least with which no free move of
+#: 1,000 was stopped (``bench/servos/rules.py``; ours). The waist's inertia varies with the pose.
+GUARDS = Guards(
+    lag=_each(0.0055, 0.0055),
+    slack=_each(16 * _STEP, 10 * _STEP),
+    least=_each(8 * _STEP, 8 * _STEP),
+    behind=_each(18 * _STEP, 14 * _STEP),
+    ahead=_each(18 * _STEP, 14 * _STEP),
+    arrival=_each(18 * _STEP, 14 * _STEP),
+)
 
 
 @dataclass(frozen=True)
@@ -33,10 +52,10 @@ class FreeRule(Rule):
 
     @classmethod
     def of(cls, robot: Robot) -> "FreeRule":
-        """Return the rule with the guards of the robot's servo."""
+        """Return the rule for a robot whose servos nobody has calibrated."""
         middle = loads(robot, (robot.lower + robot.upper) / 2)
         servo = FreeServo.of(robot.servo.model, middle.inertia)
-        return cls(Rule.of(robot).guards, servo=servo)
+        return cls(in_whole_units(GUARDS, robot.servo.step), servo=servo)
 
     def watch(
         self, profile: Profile, start: Steps, direction: Steps, loading: Loading = UNLOADED
