@@ -1,6 +1,6 @@
 """Targets to solve for: reachable, out of reach, and the hard ones that tests and benchmark share.
 
-Run it to write ``tests/ik/targets.json`` anew (two minutes).
+Run it to write ``targets.json`` and ``far_targets.json`` in ``tests/ik`` anew (two minutes).
 """
 
 import json
@@ -12,10 +12,11 @@ from waist_search import optimum
 
 from miburi import ik
 from miburi.robot import forward, iphonoid
-from miburi.robot.geometry import shoulders
+from miburi.robot.geometry import arm_reach, shoulders
 
 ROBOT = iphonoid()
 FILE = Path(__file__).parents[2] / "tests" / "ik" / "targets.json"
+FAR_FILE = FILE.with_name("far_targets.json")
 
 
 def reachable(count, seed=0):
@@ -36,17 +37,39 @@ def out_of_reach(count, seed=0, stretch=1.2):
     return targets
 
 
+#: name → (least and greatest distance from a reachable target in m, how many extremities)
+BEYOND = {
+    f"{name}, {'all' if limbs == 3 else 'one'}": (least, most, limbs)
+    for name, least, most in (("near", 0.002, 0.05), ("far", 0.05, 1.0), ("gross", 1.0, 100.0))
+    for limbs in (1, 3)
+}
+
+
+def beyond(name, count, seed=0, robot=ROBOT):
+    """Reachable targets with one extremity or all moved away, in any direction."""
+    least, most, limbs = BEYOND[name]
+    generator = np.random.default_rng(seed)
+    poses = generator.uniform(robot.lower, robot.upper, (count, 8))
+    targets = forward(robot, poses).reshape(count, 3, 3)
+    away = generator.normal(size=(count, 3, 3))
+    away /= np.linalg.norm(away, axis=2, keepdims=True)
+    away *= np.exp(generator.uniform(np.log(least), np.log(most), (count, 3, 1)))
+    moved = generator.permuted(np.tile(np.arange(3), (count, 1)), axis=1) < limbs
+    return (targets + away * moved[:, :, None]).reshape(count, 9)
+
+
 #: A local search alone, without population or ends.
-LOCAL = replace(ik.SETTINGS, generations=0, ends=0)
+LOCAL = replace(ik.residual_settings(ROBOT), generations=0, ends=0)
+REACHED = ik.REACHED * arm_reach(ROBOT)
 
 
 def hard_reachable(count, drawn=100_000, restarts=60):
     """Of many reachable targets, those that random restarts of a local search solve least often."""
     _, targets = reachable(drawn, seed=11)
-    left = targets[ik.solve_batch(ROBOT, targets, settings=LOCAL).residual > ik.REACHED]
+    left = targets[ik.solve_batch(ROBOT, targets, settings=LOCAL).residual > REACHED]
     starts, _ = reachable(restarts, seed=12)
     solved = sum(
-        ik.solve_batch(ROBOT, left, settings=LOCAL, start=start).residual <= ik.REACHED
+        ik.solve_batch(ROBOT, left, settings=LOCAL, start=start).residual <= REACHED
         for start in starts
     )
     chosen = np.argsort(solved, kind="stable")[:count]
@@ -61,6 +84,16 @@ def hard_out_of_reach(count, drawn=5_000):
     return targets[chosen]
 
 
+def far_cases(count):
+    """A few targets of each kind out of reach, with the exact optimum of each."""
+    cases = []
+    for seed, name in enumerate(BEYOND):
+        targets = beyond(name, count, seed=100 + seed)
+        best = [optimum(ROBOT, target) for target in targets]
+        cases.append({"name": name, "targets": targets.tolist(), "optimum": best})
+    return {"cases": cases}
+
+
 def main():
     hard, share = hard_reachable(100)
     beyond = np.concatenate([hard_out_of_reach(30), out_of_reach(10, seed=14, stretch=30.0)])
@@ -71,6 +104,7 @@ def main():
         "optimum": [optimum(ROBOT, target) for target in beyond],
     }
     FILE.write_text(json.dumps(data, indent=0) + "\n")
+    FAR_FILE.write_text(json.dumps(far_cases(60)) + "\n")
     print(f"{FILE}: hardest solved by {share[0]:.3f}, 100th by {share[-1]:.3f} of restarts")
 
 

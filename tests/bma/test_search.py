@@ -28,7 +28,7 @@ RESIDUAL = bma.Settings(
 
 class TestMinimize:
     def test_finds_the_minimum_of_a_plain_function(self):
-        result = bma.minimize(sphere, BOX, seed=1)
+        result = bma.minimize(sphere, BOX, seed=1, settings=bma.Settings(target=1e-12))
         assert result.status == bma.CONVERGED
         assert result.value <= 1e-12
         assert np.allclose(result.x, 0.4, atol=1e-6)
@@ -155,6 +155,7 @@ class TestOptimizer:
 
     def test_refuses_the_wrong_number_of_values_and_asking_after_the_end(self):
         search = bma.Optimizer(BOX)
+        search.ask()
         with pytest.raises(InputError, match="one for each point"):
             search.tell([1.0, 2.0])
         search.stop(bma.DEADLINE)

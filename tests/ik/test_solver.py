@@ -7,13 +7,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.ik.robots import drawn_targets, random_robots, scaled
 
 from miburi import bma, ik
 from miburi.errors import InputError
 from miburi.robot import forward, inverse, iphonoid
+from miburi.robot.geometry import arm_reach
 
 ROBOT = iphonoid()
-
+REACHED = ik.REACHED * arm_reach(ROBOT)
+RESIDUAL = ik.residual_settings(ROBOT)
 
 HARD = json.loads((Path(__file__).parent / "targets.json").read_text())
 
@@ -51,12 +54,23 @@ class TestSolve:
                 assert np.allclose(angles, present, atol=1e-3)
         assert several > 10
 
-    @pytest.mark.parametrize("bad", [np.full(9, np.nan), np.zeros(8), "left", [np.inf] * 9])
+    @pytest.mark.parametrize(
+        "bad",
+        [
+            np.full(9, np.nan), np.zeros(8), "left", [np.inf] * 9, np.full(9, 1e154),
+            np.full(9, -1e10), np.zeros(9, complex), np.ma.masked_all(9), 0.0, np.zeros((1, 9)),
+        ],
+        ids=str,
+    )  # fmt: skip
     def test_refuses_what_is_no_target(self, bad):
         with pytest.raises(InputError, match="target"):
             ik.solve(ROBOT, bad)
+        with pytest.raises(InputError, match="targets"):
+            ik.solve_batch(ROBOT, bad if np.ndim(bad) == 2 and np.shape(bad)[1] != 9 else [bad])
 
-    @pytest.mark.parametrize("bad", [np.full(8, np.nan), np.zeros(9), np.zeros((1, 8))])
+    @pytest.mark.parametrize(
+        "bad", [np.full(8, np.nan), np.zeros(9), np.zeros((1, 8)), np.zeros(8, complex)]
+    )
     def test_refuses_what_is_no_pose_to_start_from(self, bad):
         with pytest.raises(InputError, match="start"):
             ik.solve(ROBOT, np.zeros(9), start=bad)
@@ -72,6 +86,21 @@ class TestSolve:
             solution = ik.solve(ROBOT, forward(ROBOT, pose), start=pose)
             assert np.allclose(solution.angles, pose, atol=1e-6)
             assert solution.evaluations <= 3
+
+    def test_takes_what_numpy_takes(self):
+        target = forward(ROBOT, ROBOT.neutral)
+        read_only = np.frombuffer(target.tobytes())
+        expected = ik.solve(ROBOT, target).angles.tobytes()
+        for same in (read_only, target.tolist(), tuple(target), np.repeat(target, 2)[::2],
+                     target.astype(">f8")):  # fmt: skip
+            assert ik.solve(ROBOT, same).angles.tobytes() == expected
+
+    def test_does_not_write_into_what_is_given(self):
+        target, start = forward(ROBOT, ROBOT.neutral), ROBOT.upper + 0.5
+        before = target.copy(), start.copy()
+        ik.solve(ROBOT, target, start=start)
+        assert np.array_equal(target, before[0])
+        assert np.array_equal(start, before[1])
 
     def test_with_a_hand_on_the_shoulder_axis_the_shoulder_stays_where_it_is(self):
         straight = ROBOT.neutral.copy()
@@ -99,7 +128,7 @@ class TestHardTargets:
         """None of them is solved by more than one random restart in thirty."""
         assert max(HARD["solved_by_restarts"]) < 0.04
         solved = ik.solve_batch(ROBOT, HARD["hard_reachable"])
-        assert np.all(solved.residual <= ik.REACHED)
+        assert np.all(solved.residual <= REACHED)
 
     def test_out_of_reach_it_is_the_constrained_optimum(self):
         """The optimum is that of the exact waist search, which shares no code with the solver."""
@@ -127,6 +156,69 @@ class TestHardTargets:
         assert hand[0] > 0.12
 
 
+FAR = json.loads((Path(__file__).parent / "far_targets.json").read_text())
+
+
+class TestOutOfReach:
+    """The optimum in the file is that of the waist search, which shares no code with the solver."""
+
+    @pytest.mark.parametrize("case", FAR["cases"], ids=lambda case: case["name"])
+    def test_the_best_reachable_pose_is_found(self, case):
+        found = ik.solve_batch(ROBOT, case["targets"])
+        excess = (found.residual - case["optimum"]) / arm_reach(ROBOT)
+        assert np.all(excess >= -1e-8)
+        assert np.all(excess <= 1e-6)
+        assert set(found.status) <= {ik.OUT_OF_REACH, ik.CONVERGED}
+
+    def test_best_is_only_said_where_it_is_so(self):
+        case = FAR["cases"][-1]
+        found = ik.solve_batch(ROBOT, case["targets"], settings=RESIDUAL)
+        assert ik.OUT_OF_REACH not in found.status
+        assert ik.NEAR in found.status
+
+
+class TestOtherRobots:
+    def test_every_reachable_target_is_reached(self):
+        missed = 0
+        for number, robot in enumerate(random_robots(20, seed=1)):
+            poses = drawn_targets(robot, 3000, seed=number)
+            found = ik.solve_batch(robot, forward(robot, poses))
+            missed += np.sum(found.residual > ik.REACHED * arm_reach(robot))
+            assert np.all((found.angles >= robot.lower) & (found.angles <= robot.upper))
+        assert missed == 0
+
+    def test_the_present_pose_is_the_answer_for_its_own_target(self):
+        """Also where the head is nodded over, so that the waist turned by π would do too."""
+        for number, robot in enumerate(random_robots(20, seed=2)):
+            for pose in drawn_targets(robot, 20, seed=number):
+                solution = ik.solve(robot, forward(robot, pose), start=pose)
+                assert np.allclose(solution.angles, pose, atol=1e-5)
+
+    def test_of_several_poses_the_nearest_is_chosen(self):
+        several = 0
+        for number, robot in enumerate(random_robots(20, seed=3)):
+            for pose in drawn_targets(robot, 10, seed=number):
+                target = forward(robot, pose)
+                poses = inverse(robot, target)
+                several += len(poses) > 4
+                present = poses[-1] + 0.01
+                found = ik.solve(robot, target, start=present)
+                distances = np.linalg.norm(
+                    poses - np.clip(present, robot.lower, robot.upper), axis=1
+                )
+                nearest = np.linalg.norm(found.angles - np.clip(present, robot.lower, robot.upper))
+                assert nearest <= distances.min() + 1e-3
+        assert several > 20
+
+    @pytest.mark.parametrize("factor", [0.01, 0.1, 100.0])
+    def test_the_size_does_not_matter(self, factor):
+        robot, poses = scaled(ROBOT, factor), random_poses(2000, seed=4)
+        found = ik.solve_batch(robot, forward(robot, poses))
+        assert np.all(found.residual <= ik.TOLERANCE * arm_reach(robot))
+        same = ik.solve_batch(ROBOT, forward(ROBOT, poses))
+        assert np.mean(np.abs(found.angles - same.angles) <= 1e-6) > 0.999
+
+
 class TestPaper:
     SETTINGS = dataclasses.replace(bma.Settings.paper(), generations=2)
 
@@ -143,8 +235,8 @@ class TestPaper:
         [
             SETTINGS,
             dataclasses.replace(SETTINGS, segment=3, transferred=2, target=1e-12),
-            dataclasses.replace(ik.SETTINGS, generations=1, target=-np.inf, patience=0),
-            dataclasses.replace(ik.SETTINGS, first_iterations=0, local_probability=0.3),
+            dataclasses.replace(RESIDUAL, generations=1, target=-np.inf, patience=0),
+            dataclasses.replace(RESIDUAL, first_iterations=0, local_probability=0.3),
         ],
         ids=["paper", "segments", "default", "from the population"],
     )
@@ -180,13 +272,36 @@ class TestDeadline:
             assert with_deadline.status == without.status
             assert with_deadline.evaluations == without.evaluations
 
-    @pytest.mark.parametrize("bad", [0.0, -1.0, np.nan])
+    @pytest.mark.parametrize("bad", [0.0, -1.0, np.nan, "x", 1j])
     def test_must_be_above_zero(self, bad):
         with pytest.raises(InputError, match="deadline"):
             ik.solve(ROBOT, np.zeros(9), deadline=bad)
 
 
 class TestStartUp:
+    def test_everything_is_compiled_once(self):
+        """No call compiles another variant, whatever it is given."""
+        code = """
+import numpy as np
+from numba.core import event
+from miburi import bma, ik
+from miburi.robot import iphonoid
+robot = iphonoid()
+ik.solve(robot, np.ones(9))
+with event.install_recorder("numba:compile") as compiled:
+    paper = bma.Settings.paper()
+    for target in (np.frombuffer(np.ones(9).tobytes()), [1] * 9, np.ones((9, 2), order="F")[:, 0]):
+        for options in ({}, {"start": target[:8]}, {"settings": paper}, {"seed": np.uint8(3)}):
+            for deadline in (None, 0.1, 1):
+                ik.solve(robot, target, deadline=deadline, **options)
+            ik.solve_batch(robot, [target], **options)
+print(len(compiled.buffer))
+"""
+        done = subprocess.run(
+            [sys.executable, "-c", code], capture_output=True, text=True, check=True
+        )
+        assert done.stdout.strip() == "0"
+
     def test_importing_does_not_load_numba(self):
         code = "import sys, miburi.ik, miburi.bma; sys.exit('numba' in sys.modules)"
         assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

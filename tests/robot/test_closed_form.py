@@ -65,7 +65,31 @@ def test_a_target_beyond_the_limits_gets_a_pose_within_them() -> None:
         assert np.all((bent >= ROBOT.lower) & (bent <= ROBOT.upper))
 
 
+def test_a_head_nodded_over_is_found_too() -> None:
+    """Beyond a quarter of a turn the head is behind the waist's bearing; limits may allow that."""
+    data = ROBOT.model_dump()
+    for joint in data["joints"].values():
+        joint |= {"min": -np.pi, "max": np.pi}
+    robot = type(ROBOT).model_validate(data)
+    turned = 0
+    for pose in np.random.default_rng(2).uniform(robot.lower, robot.upper, (200, 8)):
+        target = forward(robot, pose)
+        found = inverse(robot, target)
+        assert np.abs(found - pose).max(axis=1).min() < 1e-6
+        assert_allclose(forward(robot, found), np.tile(target, (len(found), 1)), atol=1e-6)
+        turned += np.ptp(found[:, 0]) > 1
+    assert turned > 20
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("far", [1e10, 1e154, 1e300])
+def test_very_far_is_out_of_reach(far: float) -> None:
+    assert inverse(ROBOT, np.full(9, far)).shape == (0, 8)
+    assert inverse(ROBOT, np.full(9, -far)).shape == (0, 8)
+
+
 def test_wrong_targets_are_refused() -> None:
-    for wrong in (np.zeros(8), np.full(9, np.nan), np.zeros((2, 9))):
+    masked = np.ma.masked_all(9)
+    for wrong in (np.zeros(8), np.full(9, np.nan), np.zeros((2, 9)), np.zeros(9, complex), masked):
         with pytest.raises(InputError, match="target must"):
             inverse(ROBOT, wrong)

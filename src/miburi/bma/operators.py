@@ -148,16 +148,23 @@ def stencil(x: Array, lower: Array, upper: Array, points: Array) -> None:
 
 
 @compiled
-def differences(points: Array, values: Array, jacobian: Array) -> None:
+def differences(x: Array, centre: Array, points: Array, values: Array, jacobian: Array) -> None:
     """Second-order central differences (Section 3) of the (2n, m) values at a :func:`stencil`.
 
-    Where the box cuts a neighbour off, the difference is one-sided. Writes (m, n).
+    Where the box cuts a neighbour off, or its value is infinite, the difference is one-sided, to
+    the values ``centre``, (m,), at ``x``. Writes (m, n).
     """
     for j in range(points.shape[1]):
-        width = points[2 * j, j] - points[2 * j + 1, j]
+        above, below = 2 * j, 2 * j + 1
         for i in range(values.shape[1]):
-            rise = values[2 * j, i] - values[2 * j + 1, i]
-            jacobian[i, j] = rise / width if width > 0.0 else 0.0
+            high, low = values[above, i], values[below, i]
+            width = points[above, j] - points[below, j]
+            if not abs(high) < np.inf:
+                high, width = centre[i], x[j] - points[below, j]
+            elif not abs(low) < np.inf:
+                low, width = centre[i], points[above, j] - x[j]
+            slope = (high - low) / width if width > 0.0 else 0.0
+            jacobian[i, j] = slope if abs(slope) < np.inf else 0.0
 
 
 @compiled
@@ -202,6 +209,12 @@ def hold(x: Array, gradient: Array, lower: Array, upper: Array, free: Array) -> 
 
 
 @compiled
+def clamped(value: float, low: float, high: float, otherwise: float) -> float:
+    """Return the value put back between its bounds; ``otherwise`` where it is no number."""
+    return min(max(value, low), high) if value == value else otherwise  # noqa: PLR0124
+
+
+@compiled
 def printed_step(
     x: Array, gradient: Array, damping: float, lower: Array, upper: Array, new: Array
 ) -> float:
@@ -214,7 +227,7 @@ def printed_step(
     for j in range(x.size):
         squared += gradient[j] * gradient[j]
     for j in range(x.size):
-        new[j] = min(max(x[j] - gradient[j] / (damping + squared), lower[j]), upper[j])
+        new[j] = clamped(x[j] - gradient[j] / (damping + squared), lower[j], upper[j], x[j])
     return -squared / (damping + squared)
 
 
@@ -265,7 +278,7 @@ def into_box(
     cut = False
     slope = moved = 0.0
     for j in range(x.size):
-        new[j] = min(max(x[j] + step[j], lower[j]), upper[j])
+        new[j] = clamped(x[j] + step[j], lower[j], upper[j], x[j])
         cut |= new[j] != x[j] + step[j]
         step[j] = new[j] - x[j]
         slope += gradient[j] * step[j]

@@ -19,6 +19,7 @@ from miburi.bma.settings import (
     Seed,
     Settings,
     clock_limit,
+    real_numbers,
     seed_of,
 )
 from miburi.errors import InputError
@@ -59,15 +60,22 @@ class Optimizer:
         self.lower, self.upper = _checked_bounds(bounds)
         self.start = _checked_start(start, self.lower, self.upper)
         self._begins_at_start = start is not None or self.settings.first_iterations > 0
-        self._state = np.array([seed_of(seed)], dtype=np.uint64)
+        self._begun_with = bounds, start, self.settings, seed_of(seed)
+        self._state = np.array([self._begun_with[3]], dtype=np.uint64)
         self._genes = np.arange(self.lower.size)
         self._value, self._x = np.inf, self.start.copy()
         self._evaluations = self._generations = self._idle = 0
         self._status: str | None = None
         self._points: Array | None = None
         self._told: Array | None = None
+        self._history: list[Array] = []
+        self._asked = False
         self._requests = self._search()
         self._advance()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle what it began with and the values told; :func:`_again` goes the same way."""
+        return _again, (*self._begun_with, self._history, self._asked, self._status)
 
     @property
     def finished(self) -> bool:
@@ -95,6 +103,7 @@ class Optimizer:
         """
         if self._points is None:
             raise InputError("The search has ended; its result is in .result.")
+        self._asked = True
         return self._points.copy()
 
     def tell(self, values: ArrayLike) -> None:
@@ -103,16 +112,42 @@ class Optimizer:
         Raises
         ------
         InputError
-            The shape is another, a value is NaN, or the search has ended.
+            The shape is another, a value is NaN, nothing was asked, or the search has ended.
         """
+        if self._points is not None and not self._asked:
+            raise InputError("Values are told once, for points asked for: call ask() first.")
         points = self.ask()
-        told = np.asarray(values, dtype=np.float64)
-        if told.ndim not in (1, 2) or len(told) != len(points):
+        told = self._checked_values(values, points)
+        self._history.append(told)
+        self._told, self._asked = told, False
+        totals = self._totals()
+        self._evaluations += len(points)
+        best = int(np.argmin(totals))
+        if totals[best] < self._value:
+            self._value, self._x = float(totals[best]), points[best]
+        if self._value <= self.settings.enough(of_residuals=told.ndim == 2):
+            self._end(CONVERGED)
+        else:
+            self._advance()
+
+    def _checked_values(self, values: ArrayLike, points: Array) -> Array:
+        """Return the values as the search takes them, or say what is wrong with them."""
+        by_residual = self.settings.local_search == "residual"
+        try:
+            told = real_numbers(values)
+        except (TypeError, ValueError) as error:
+            raise InputError(
+                "The function must return a real number, or residuals, (m,), of which there are "
+                f"always as many; got {values!r}."
+            ) from error
+        if told.ndim == 2 and told.shape[1] == 1 and not by_residual:
+            told = told[:, 0].copy()  # an array of one number is that number
+        if told.ndim not in (1, 2) or len(told) != len(points) or not told.size:
             raise InputError(
                 f"tell() needs {len(points)} values, one for each point asked for, "
                 f"got the shape {told.shape}."
             )
-        if self.settings.local_search == "residual" and told.ndim == 1:
+        if by_residual and told.ndim == 1:
             raise InputError(
                 'local_search="residual" needs a function that returns residuals, (m,); '
                 'got one number. Return residuals, or choose local_search="gradient".'
@@ -128,16 +163,7 @@ class Optimizer:
                 f"The function returned NaN at x = {points[wrong][0].tolist()}. Return inf "
                 "where a point is not allowed, or narrow the bounds."
             )
-        self._told = told
-        totals = self._totals()
-        self._evaluations += len(points)
-        best = int(np.argmin(totals))
-        if totals[best] < self._value:
-            self._value, self._x = float(totals[best]), points[best]
-        if self._value <= self.settings.target:
-            self._end(CONVERGED)
-        else:
-            self._advance()
+        return told
 
     def stop(self, status: str) -> None:
         """End the search here; ``status`` says why."""
@@ -210,7 +236,7 @@ class Optimizer:
                 costs[i] = yield from self._local_search(
                     bacterium, costs[i], self.settings.local_iterations
                 )
-                better = self._value < before * (1 - operators().SLIGHT)
+                better = before - self._value > operators().SLIGHT * abs(self._value)
                 self._idle = 0 if better else self._idle + 1
                 if 0 < self.settings.patience <= self._idle:
                     return
@@ -219,6 +245,8 @@ class Optimizer:
         self, x: Array, value: float, iterations: int
     ) -> Generator[Array, None, float]:
         """Improve one bacterium in place; return its value."""
+        if value == np.inf and self.settings.local_search == "gradient":
+            return value  # a point that is not allowed has no slope
         if self.settings.local_search == "gradient":
             return (yield from self._search_as_printed(x, value, iterations))
         value = yield from self._search_by_residual(x, iterations)
@@ -252,7 +280,9 @@ class Optimizer:
             if accepted:
                 operators().stencil(x, self.lower, self.upper, points)
                 yield points
-                operators().differences(points, self._totals()[:, None], gradient)
+                operators().differences(
+                    x, np.array([value]), points, self._totals()[:, None], gradient
+                )
             if operators().length(gradient[0]) <= self.settings.gradient_tolerance:
                 break
             predicted = operators().printed_step(
@@ -274,12 +304,14 @@ class Optimizer:
         damping, accepted = self.settings.damping, True
         yield x[None]
         value, residual = float(self._totals()[0]), self._rows()[0].copy()
+        if value == np.inf:
+            return value  # a point that is not allowed has no slope
         jacobian = np.empty((len(residual), n))
         for _ in range(iterations):
             if accepted:
                 operators().stencil(x, lower, upper, points)
                 yield points
-                operators().differences(points, self._rows(), jacobian)
+                operators().differences(x, residual, points, self._rows(), jacobian)
                 operators().square(jacobian, residual, normal, gradient)
             size = operators().hold(x, gradient, lower, upper, free)
             if size <= self.settings.gradient_tolerance:
@@ -322,6 +354,27 @@ class Optimizer:
         return self._told if self._told.ndim == 1 else np.einsum("ij,ij->i", *2 * [self._told])
 
 
+def _again(
+    bounds: ArrayLike,
+    start: ArrayLike | None,
+    settings: Settings,
+    seed: int,
+    history: list[Array],
+    asked: bool,
+    status: str | None,
+) -> Optimizer:
+    """Return an optimizer that was told ``history``; the way there depends on nothing else."""
+    search = Optimizer(bounds, start=start, settings=settings, seed=seed)
+    for values in history:
+        search.ask()
+        search.tell(values)
+    if asked:
+        search.ask()
+    if status is not None:
+        search.stop(status)
+    return search
+
+
 def operators() -> ModuleType:
     """Return the compiled operators; loads Numba when first called."""
     from miburi.bma import operators
@@ -345,7 +398,8 @@ def minimize(
     ----------
     function
         Takes a point, (n,), and returns a number, or residuals, (m,), whose sum of squares is
-        minimised. Infinity marks a point that is not allowed.
+        minimised; an array of one number is that number, unless the settings ask for residuals.
+        Infinity marks a point that is not allowed.
     bounds
         (n, 2): the least and greatest value of each variable; the function is never called
         outside.
@@ -358,21 +412,32 @@ def minimize(
     deadline
         Seconds after which the best so far is returned, above 0.
     callback
-        Called after each generation with the best so far; a true return ends the search.
+        Called after each generation with the best so far; a true return, or StopIteration, ends
+        the search.
 
     Raises
     ------
     InputError
-        An argument is not as said above, or the function returned NaN.
+        An argument is not as said above, or the function returned NaN or no number.
+    RuntimeError
+        The function raised StopIteration; whatever else it raises goes through.
     """
     limit = clock_limit(deadline)
     search = Optimizer(bounds, start=start, settings=settings, seed=seed)
     generations = 0
     while not search.finished:
-        search.tell([function(point) for point in search.ask()])
+        try:
+            values = [function(point) for point in search.ask()]
+        except StopIteration as error:
+            raise RuntimeError("The function raised StopIteration.") from error
+        search.tell(values)
         if callback is not None and search.result.generations > generations:
             generations = search.result.generations
-            if callback(search.result):
+            try:
+                stopped = callback(search.result)
+            except StopIteration:
+                stopped = True
+            if stopped:
                 search.stop(STOPPED)
         if time.perf_counter() >= limit:
             search.stop(DEADLINE)
@@ -386,10 +451,14 @@ def scipy_method(
     *,
     bounds: Any = None,
     callback: Callable[[Any], Any] | None = None,
+    constraints: Any = (),
+    jac: Any = None,  # noqa: ARG001  (SciPy always passes the derivatives)
+    hess: Any = None,  # noqa: ARG001
+    hessp: Any = None,  # noqa: ARG001
     settings: Settings | None = None,
     seed: Seed = 0,
     deadline: float | None = None,
-    **ignored: Any,
+    **unknown: Any,
 ) -> Any:
     """Serve as ``method`` of ``scipy.optimize.minimize``.
 
@@ -403,7 +472,7 @@ def scipy_method(
     Raises
     ------
     InputError
-        As in :func:`minimize`; also without bounds, or with constraints.
+        As in :func:`minimize`; also without bounds, with constraints, or with other options.
     """
     from scipy.optimize import OptimizeResult
 
@@ -411,7 +480,11 @@ def scipy_method(
         raise InputError(
             "The memetic algorithm searches a box; pass bounds=[(least, greatest), …]."
         )
-    if ignored.pop("constraints", ()):
+    if unknown:
+        raise InputError(
+            f"The options are settings, seed and deadline, got {', '.join(sorted(unknown))}."
+        )
+    if constraints:
         raise InputError("The memetic algorithm knows no constraints but bounds; leave them out.")
     if not isinstance(bounds, list | tuple | np.ndarray):  # scipy.optimize.Bounds
         bounds = np.column_stack(np.broadcast_arrays(bounds.lb, bounds.ub, np.asarray(x0))[:2])
@@ -436,14 +509,17 @@ def scipy_method(
 
 def _checked_bounds(bounds: ArrayLike) -> tuple[Array, Array]:
     try:
-        box = np.array(bounds, dtype=np.float64)
+        box = real_numbers(bounds)
     except (TypeError, ValueError) as error:
         raise InputError(f"bounds must be pairs of numbers, got {bounds!r}.") from error
     if box.ndim != 2 or box.shape[1] != 2 or not len(box):
         raise InputError(f"bounds must have the shape (n, 2), got {box.shape}.")
-    if not np.all(np.isfinite(box)) or not np.all(box[:, 0] < box[:, 1]):
+    with np.errstate(over="ignore", invalid="ignore"):
+        wide = np.isfinite(box[:, 1] - box[:, 0])
+    if not np.all(wide) or not np.all(box[:, 0] < box[:, 1]):
         raise InputError(
-            f"bounds must be finite, each least value below its greatest, got {bounds!r}."
+            "bounds must be finite and their distance too, each least value below its greatest, "
+            f"got {bounds!r}."
         )
     return box[:, 0].copy(), box[:, 1].copy()
 
@@ -451,7 +527,10 @@ def _checked_bounds(bounds: ArrayLike) -> tuple[Array, Array]:
 def _checked_start(start: ArrayLike | None, lower: Array, upper: Array) -> Array:
     if start is None:
         return _middle(lower, upper)
-    point = np.array(start, dtype=np.float64)
+    try:
+        point = real_numbers(start)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"start must be {len(lower)} numbers, got {start!r}.") from error
     if point.shape != lower.shape:
         raise InputError(f"start must have the shape {lower.shape}, got {point.shape}.")
     if not (np.all(point >= lower) and np.all(point <= upper)):
@@ -460,4 +539,4 @@ def _checked_start(start: ArrayLike | None, lower: Array, upper: Array) -> Array
 
 
 def _middle(lower: Array, upper: Array) -> Array:
-    return np.clip(0.5 * (lower + upper), lower, upper)
+    return np.clip(0.5 * lower + 0.5 * upper, lower, upper)

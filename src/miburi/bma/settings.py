@@ -77,7 +77,8 @@ class Settings:
         Iterations of the local search before the population is made, from the starting point
         and from the middle of the box; 0 leaves it out, as the paper does.
     target
-        The search has converged at a value not above this; ``-inf`` never stops it.
+        The search has converged at a value not above this; ``-inf`` never stops it. None is 1e-12
+        for residuals, whose sum of squares is at least 0, and ``-inf`` for any other function.
     patience
         The search has settled after this many local searches in a row, of the population, that
         found nothing better; 0 never stops it, as in the paper.
@@ -102,8 +103,8 @@ class Settings:
     ends: int = 0
     local_first: bool = True
     first_iterations: int = 8
-    target: float = 1e-12
-    patience: int = 0
+    target: float | None = None
+    patience: int = 36
 
     def __post_init__(self) -> None:
         for name, least in _SMALLEST.items():
@@ -112,6 +113,8 @@ class Settings:
                 raise InputError(f"{name} must be a whole number from {least}, got {value!r}.")
         for name, (low, high) in _RANGES.items():
             value = getattr(self, name)
+            if name == "target" and value is None:
+                continue
             if isinstance(value, bool) or not isinstance(value, int | float):
                 raise InputError(f"{name} must be a number, got {value!r}.")
             if not low <= value <= high:
@@ -122,6 +125,12 @@ class Settings:
             raise InputError(
                 f'local_search must be "gradient" or "residual", got {self.local_search!r}.'
             )
+
+    def enough(self, of_residuals: bool) -> float:
+        """Return ``target``, or what None stands for with residuals or without."""
+        if self.target is not None:
+            return self.target
+        return 1e-12 if of_residuals else -np.inf
 
     @classmethod
     def paper(cls) -> Self:
@@ -186,8 +195,8 @@ def clock_limit(deadline: float | None) -> float:
     """
     if deadline is None:
         return np.inf
-    if not deadline > 0:
-        raise InputError(f"deadline must be above 0 s, got {deadline!r}.")
+    if not isinstance(deadline, int | float | np.number) or not deadline > 0:
+        raise InputError(f"deadline must be a number above 0 s, got {deadline!r}.")
     return time.perf_counter() + deadline
 
 
@@ -208,3 +217,18 @@ def seed_of(seed: Any) -> int:
             f"seed must be a whole number from 0 to 2**63 - 1, or a NumPy generator, got {seed!r}."
         )
     return int(seed)
+
+
+def real_numbers(values: Any) -> Array:
+    """Return a copy of ``values`` as contiguous float64.
+
+    Raises
+    ------
+    TypeError, ValueError
+        They are not numbers, not real ones, or some of them are masked.
+    """
+    array = np.asarray(values)
+    rows = [values, *values] if isinstance(values, list | tuple) else [values]
+    if np.iscomplexobj(array) or any(map(np.ma.is_masked, rows)):
+        raise TypeError("complex and masked numbers have no place here")
+    return np.array(array, dtype=np.float64, order="C")

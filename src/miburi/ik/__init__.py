@@ -8,13 +8,15 @@
 """
 
 from miburi.bma.settings import BUDGET_SPENT, CONVERGED, DEADLINE
+from miburi.ik.problem import FARTHEST
 from miburi.ik.solver import (
+    NEAR,
     OUT_OF_REACH,
     REACHED,
-    SETTINGS,
     TOLERANCE,
     Solution,
     Solutions,
+    residual_settings,
     solve,
     solve_batch,
 )
@@ -23,12 +25,14 @@ __all__ = [
     "BUDGET_SPENT",
     "CONVERGED",
     "DEADLINE",
+    "FARTHEST",
+    "NEAR",
     "OUT_OF_REACH",
     "REACHED",
-    "SETTINGS",
     "TOLERANCE",
     "Solution",
     "Solutions",
+    "residual_settings",
     "solve",
     "solve_batch",
 ]

@@ -6,6 +6,7 @@ Eq. 13. Importing this module loads Numba, which compiles each function at its f
 loads it from the disk.
 """
 
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -36,15 +37,16 @@ from miburi.bma.operators import (
 )
 from miburi.ground.compiled import compiled
 from miburi.ik.kinematics import (
+    Pose,
     body_step,
     changed,
     changed_in_turn,
-    finish,
     know,
     known_pose,
     linearise,
 )
-from miburi.ik.problem import Problem
+from miburi.ik.limbs import choose_nearest, point_body, search_waist
+from miburi.ik.problem import FARTHEST, Problem
 
 __all__ = [
     "CONVERGED",
@@ -60,7 +62,7 @@ __all__ = [
 ]
 
 #: How a search stands; :mod:`miburi.ik.solver` has words for it.
-GOES_ON, CONVERGED, SETTLED = 0, 1, 2
+REFUSED, GOES_ON, CONVERGED, SETTLED, BEST = -1, 0, 1, 2, 3
 
 
 class Best(NamedTuple):
@@ -96,9 +98,11 @@ def _search_by_residual(
     problem: Problem, target: Array, iterations: int, q: Array, best: Best
 ) -> float:
     """Levenberg-Marquardt on the residuals, in place; return the value reached."""
-    normal, vectors, pose = np.zeros((8, 8)), np.empty((4, 8)), known_pose()
-    gradient, free, step, new = vectors[0], vectors[1], vectors[2], vectors[3]
+    memory = np.zeros((14, 8))
+    normal, gradient, free, step, new = memory[:8], memory[8], memory[9], memory[10], memory[11]
+    pose = Pose(memory[12], memory[13], free[:3])
     damping = problem.damping
+    worth = 0.0 if problem.by_structure else best.value[0]
     value = linearise(problem.size, target, q, pose, normal, gradient)
     best.evaluations[0] += 1
     for _ in range(iterations):
@@ -116,7 +120,7 @@ def _search_by_residual(
             value = new_value
             for j in range(8):
                 q[j] = new[j]
-            if hopeless(value, gain, best.value[0]):
+            if hopeless(value, gain, worth):
                 break
         else:
             linearise(problem.size, target, q, pose, normal, gradient)
@@ -170,7 +174,7 @@ def _search_as_printed(
 ) -> float:
     """Eq. 12 with central differences, in place; return the value reached."""
     points, values, jacobian = np.empty((16, 8)), np.empty((3, 16)), np.empty((1, 8))
-    pose, new, gradient = known_pose(), np.empty(8), jacobian[0]
+    pose, new, gradient, centre = known_pose(), np.empty(8), jacobian[0], np.empty(1)
     damping, accepted = problem.damping, True
     for _ in range(iterations):
         if accepted:
@@ -178,7 +182,8 @@ def _search_as_printed(
             know(problem.size, target, q, pose)
             changed_in_turn(problem.size, target, points, pose, values)
             best.evaluations[0] += 16
-            differences(points, values[:1].T, jacobian)
+            centre[0] = value
+            differences(q, centre, points, values[:1].T, jacobian)
         if length(gradient) <= problem.gradient_tolerance:
             break
         predicted = printed_step(q, gradient, damping, problem.lower, problem.upper, new)
@@ -292,7 +297,10 @@ def begin(problem: Problem, target: Array, has_start: bool, best: Best) -> int:
 
     Returns how the search stands.
     """
-    best.value[0] = np.inf
+    for j in range(8):
+        best.pose[j] = min(max(best.pose[j], problem.lower[j]), problem.upper[j])
+    if problem.by_structure:
+        return _begin_by_structure(problem, target, has_start, best)
     if has_start or (problem.first_iterations > 0 and not problem.by_residual):
         best.value[0] = know(problem.size, target, best.pose, known_pose())
         best.evaluations[0] += 1
@@ -304,6 +312,23 @@ def begin(problem: Problem, target: Array, has_start: bool, best: Best) -> int:
             value = know(problem.size, target, pose, known_pose())
             _search_locally(problem, target, problem.first_iterations, pose, value, best)
     return CONVERGED if best.value[0] <= problem.enough else GOES_ON
+
+
+@compiled
+def _begin_by_structure(problem: Problem, target: Array, has_start: bool, best: Best) -> int:
+    """Search locally from the start, then from where the target points; then along the waist."""
+    pose, iterations = best.pose.copy(), problem.first_iterations
+    if has_start:
+        _search_by_residual(problem, target, iterations, pose, best)
+    if best.value[0] > problem.enough:
+        point_body(problem, target, pose)
+        _search_by_residual(problem, target, iterations, pose, best)
+    if best.value[0] <= problem.enough:
+        return CONVERGED
+    value, evaluations = search_waist(problem, target, pose)
+    best.evaluations[0] += evaluations
+    _better(best, pose, value)
+    return CONVERGED if best.value[0] <= problem.enough else BEST
 
 
 @compiled
@@ -336,27 +361,70 @@ def new_population(individuals: int, seed: int) -> Population:
 
 
 @compiled
+def new_best(start: Array) -> Best:
+    """Return memory for the best pose: ``start``, not evaluated yet."""
+    return Best(start.copy(), np.full(1, np.inf), np.zeros(1, np.int64))
+
+
+@compiled
+def finish(
+    problem: Problem,
+    target: Array,
+    start: Array,
+    has_start: bool,
+    pose: Array,
+    angles: Array,
+    error: Array,
+) -> float:
+    """Of the poses that do the same, choose the one nearest to ``start``, if there is one.
+
+    Writes the angles, (8,), and the error of each extremity, (3,); returns the residual, in m.
+    """
+    if has_start:
+        choose_nearest(problem, target, start, pose)
+    known = known_pose()
+    total = know(problem.size, target, pose, known)
+    for j in range(8):
+        angles[j] = pose[j]
+    for limb in range(3):
+        error[limb] = sqrt(known.errors[limb])
+    return sqrt(total)
+
+
+@compiled
 def solve(
     record: NDArray[np.void],
     target: Array,
     start: Array,
     has_start: bool,
     seed: int,
-    result: Array,
+    angles: Array,
+    error: Array,
 ) -> tuple[int, float, int, int]:
-    """Search to the end; write the pose and the three errors to ``result``, (11,).
+    """Search to the end; write the angles, (8,), and the error of each extremity, (3,).
 
     Returns how the search ended, the residual, the evaluations and the generations.
     """
     problem: Problem = record[0]
-    best = Best(start.copy(), np.empty(1), np.zeros(1, np.int64))
+    if not (_bounded(target) and _bounded(start)):
+        return REFUSED, np.nan, 0, 0
+    best = new_best(start)
     status, generations = begin(problem, target, has_start, best), 0
     if status == GOES_ON:
         population = new_population(problem.individuals, seed)
         status = evolve(problem, target, population, best, problem.generations)
         generations = population.counts[0]
-    residual = finish(problem, target, start, has_start, best.pose, result)
+    residual = finish(problem, target, start, has_start, best.pose, angles, error)
     return status, residual, best.evaluations[0], generations
+
+
+@compiled
+def _bounded(values: Array) -> bool:
+    """Whether all are numbers, none beyond ``FARTHEST``."""
+    bounded = True
+    for j in range(values.size):
+        bounded &= abs(values[j]) <= FARTHEST
+    return bounded
 
 
 @compiled
@@ -366,18 +434,19 @@ def solve_many(
     start: Array,
     has_start: bool,
     seed: int,
-    results: Array,
+    angles: Array,
+    errors: Array,
     residuals: Array,
     counts: Ints,
 ) -> None:
     """Call :func:`solve` for every row, (n, 9).
 
-    Writes ``results``, (n, 11), ``residuals``, (n,), and ``counts``, (n, 3): how each search
-    ended, its evaluations and its generations.
+    Writes ``angles``, (n, 8), ``errors``, (n, 3), ``residuals``, (n,), and ``counts``, (n, 3): how
+    each search ended, its evaluations and its generations.
     """
     for i in range(targets.shape[0]):
         status, residual, evaluations, generations = solve(
-            record, targets[i], start, has_start, seed, results[i]
+            record, targets[i], start, has_start, seed, angles[i], errors[i]
         )
         residuals[i] = residual
         counts[i, 0] = status

@@ -5,14 +5,13 @@ forward, up): lengths of errors, and so Eq. 13, do not depend on the frame. Impo
 loads Numba.
 """
 
-from math import atan2, cos, factorial, pi, sin, sqrt
+from math import factorial, pi
 from typing import NamedTuple
 
 import numpy as np
 
 from miburi.bma.operators import TINY, Array
 from miburi.ground.compiled import compiled
-from miburi.ik.problem import Problem
 from miburi.robot.description import Lengths
 
 __all__ = [
@@ -20,7 +19,6 @@ __all__ = [
     "body_step",
     "changed",
     "changed_in_turn",
-    "finish",
     "know",
     "known_pose",
     "linearise",
@@ -296,66 +294,3 @@ def _solved(
     x_s = s * per_s
     x_e = e * per_e - s_by_e * x_s
     return x_s, x_e, f * per_f - s_by_f * x_s - e_by_f * x_e
-
-
-@compiled
-def finish(
-    problem: Problem, target: Array, start: Array, has_start: bool, pose: Array, result: Array
-) -> float:
-    """Of the poses that do the same, choose the one nearest to ``start``.
-
-    Writes the pose and the three errors to ``result``, (11,); returns the residual, in m.
-    """
-    if has_start:
-        _nearest_arm(problem, start, pose, 1, 1.0)
-        _nearest_arm(problem, start, pose, 4, -1.0)
-    known = known_pose()
-    total = know(problem.size, target, pose, known)
-    for j in range(8):
-        result[j] = pose[j]
-    for limb in range(3):
-        result[8 + limb] = sqrt(known.errors[limb])
-    return sqrt(total)
-
-
-@compiled
-def _nearest_arm(problem: Problem, start: Array, q: Array, first: int, side: float) -> None:
-    """Of the arm's poses with this hand position, take the one nearest to ``start``.
-
-    While the waist stays, only four poses put the hand on the same point: this one, the elbow
-    mirrored about the line from shoulder to hand, the shoulder turned by π, and both together.
-    With the hand on the shoulder axis any shoulder angle will do.
-    """
-    size, lower, upper = problem.size, problem.lower, problem.upper
-    s, e, f = q[first], side * q[first + 1], side * q[first + 2]
-    reach = size.L23 * cos(e) + size.L34 * cos(e + f)
-    out = size.L23 * sin(e) + size.L34 * sin(e + f)
-    bearing = atan2(out, reach)
-    on_axis = abs(out) < 1e-9
-    shortest = np.inf
-    nearest, arm = np.empty(3), np.empty(3)
-    for turn in (0.0, pi, -pi):
-        sign = 1.0 if turn == 0.0 else -1.0
-        for mirror in (1.0, -1.0):
-            arm[0] = s + turn
-            if on_axis:
-                arm[0] = min(max(start[first], lower[first]), upper[first])
-            arm[1] = side * sign * (e if mirror > 0 else _wrapped(2 * bearing - e))
-            arm[2] = side * sign * mirror * f
-            distance = 0.0
-            for k in range(3):
-                distance += (arm[k] - start[first + k]) ** 2
-                if arm[k] < lower[first + k] or arm[k] > upper[first + k]:
-                    distance = np.inf
-            if distance < shortest:
-                shortest = distance
-                for k in range(3):
-                    nearest[k] = arm[k]
-    if shortest < np.inf:
-        for k in range(3):
-            q[first + k] = nearest[k]
-
-
-@compiled
-def _wrapped(angle: float) -> float:
-    return (angle + pi) % (2 * pi) - pi

@@ -17,12 +17,17 @@ from miburi.robot.description import Lengths
 __all__ = ["Problem", "pack"]
 
 
+#: No coordinate of a target may be larger, in m: its square must stay a number.
+FARTHEST = 1e9
+
+
 class Problem(NamedTuple):
     """The record's fields: the body, and :class:`miburi.bma.Settings` by the same names."""
 
     size: Lengths
     lower: Array  # (8,) rad, Table 1
     upper: Array  # (8,) rad
+    by_structure: bool  # whether the search knows more of the body than how to evaluate it
     by_residual: bool  # whether Settings.local_search is "residual"
     individuals: int
     clones: int
@@ -48,18 +53,19 @@ _TYPES = {
     int: np.int64,
     bool: np.bool_,
 }
-_RECORD = np.dtype(
+RECORD = np.dtype(
     [(name, _TYPES[kind]) for name, kind in get_type_hints(Problem).items()], align=True
 )
 
 
-def pack(robot: Robot, settings: Settings) -> NDArray[np.void]:
+def pack(robot: Robot, settings: Settings, by_structure: bool) -> NDArray[np.void]:
     """Return the record, (1,)."""
     values = vars(settings) | {
+        "by_structure": by_structure,
         "size": tuple(robot.lengths.model_dump().values()),
         "lower": robot.lower,
         "upper": robot.upper,
         "by_residual": settings.local_search == "residual",
-        "enough": settings.target,
+        "enough": settings.enough(of_residuals=True),
     }
-    return np.array([tuple(values[name] for name in Problem._fields)], _RECORD)
+    return np.array([tuple(values[name] for name in Problem._fields)], RECORD)

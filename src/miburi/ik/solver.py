@@ -2,9 +2,8 @@
 
 import time
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
-from math import isfinite
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,17 +16,20 @@ from miburi.bma.settings import (
     Seed,
     Settings,
     clock_limit,
+    real_numbers,
     seed_of,
 )
 from miburi.errors import InputError
 from miburi.ground.cores import available_cores
-from miburi.ik.problem import pack
+from miburi.ik.problem import FARTHEST, RECORD, pack
 from miburi.robot import Array, Robot
+from miburi.robot.geometry import arm_reach
 
 __all__ = [
+    "NEAR",
     "OUT_OF_REACH",
     "REACHED",
-    "SETTINGS",
+    "residual_settings",
     "TOLERANCE",
     "Solution",
     "Solutions",
@@ -36,25 +38,33 @@ __all__ = [
 ]
 
 OUT_OF_REACH = "out of reach: this is the best reachable pose"
+NEAR = "not reached: this is a reachable pose near the target"
 
-#: A target counts as reached where the residual is not above this, in m.
-REACHED = 1e-4
-#: The search ends at this residual, in m.
+#: A target counts as reached where the residual is not above this share of the arm's reach: of
+#: the iphonoid's, 0.07 mm.
+REACHED = 5e-4
+#: The search ends at this residual, a share of the arm's reach: of the iphonoid's, 0.14 µm.
 TOLERANCE = 1e-6
 
-#: The settings of :func:`solve` if none are given: Table 2 for the population, and our own
-#: numbers for the local search.
-SETTINGS = Settings(
-    local_search="residual",
-    local_iterations=30,
-    first_iterations=30,
-    damping=1e-4,
-    gradient_tolerance=1e-9,
-    ends=4,
-    target=TOLERANCE**2,
-    local_probability=1.0,
-    patience=8,
-)
+
+def residual_settings(robot: Robot) -> Settings:
+    """Return settings for a search that knows nothing of the body but how to evaluate a pose.
+
+    Table 2 for the population, Levenberg-Marquardt on the residuals, and our own numbers for
+    that, in proportion to the arm's reach.
+    """
+    square = arm_reach(robot) ** 2
+    return Settings(
+        local_search="residual",
+        local_iterations=30,
+        first_iterations=30,
+        damping=5e-3 * square,
+        gradient_tolerance=5e-8 * square,
+        ends=4,
+        target=TOLERANCE**2 * square,
+        local_probability=1.0,
+        patience=8,
+    )
 
 
 class Solution(NamedTuple):
@@ -71,9 +81,9 @@ class Solution(NamedTuple):
     evaluations
         How many poses were tried.
     generations
-        How many generations were begun; 0 where the first local search was enough.
+        How many generations were begun; always 0 without ``settings``.
     status
-        ``CONVERGED``, ``OUT_OF_REACH``, ``BUDGET_SPENT`` or ``DEADLINE``.
+        ``CONVERGED``, ``OUT_OF_REACH``, ``NEAR``, ``BUDGET_SPENT`` or ``DEADLINE``.
     """
 
     angles: Array
@@ -117,7 +127,7 @@ def solve(
     target: ArrayLike,
     *,
     start: ArrayLike | None = None,
-    settings: Settings = SETTINGS,
+    settings: Settings | None = None,
     seed: Seed = 0,
     deadline: float | None = None,
 ) -> Solution:
@@ -128,14 +138,16 @@ def solve(
     robot
         Gives lengths and limits.
     target
-        (9,) m in the base frame: right x y z, left x y z, head x y z. Out of reach, the pose
-        with the least residual is found, and ``status`` says so.
+        (9,) m in the base frame: right x y z, left x y z, head x y z, none beyond ``FARTHEST``.
+        Out of reach, the pose with the least residual is found, and ``status`` says so.
     start
         (8,) rad, the present pose: the search begins there, and of several poses with the same
         hands and head the one nearest to it (in the space of angles) is chosen. Angles outside
-        the limits count as on them. Without it the search begins at the middle of the limits.
+        the limits count as on them. Without it the search begins where the target points.
     settings
-        How to search; ``Settings.paper()`` for Table 2 as printed.
+        None for Miburi's own way: a local search, then along the waist, which always finds the
+        best pose. Otherwise the memetic algorithm with these settings and no knowledge of the
+        body: :func:`residual_settings`, or ``Settings.paper()`` for Table 2 as printed.
     seed
         A whole number from 0, or a NumPy generator: the same seed gives the same solution.
     deadline
@@ -144,23 +156,28 @@ def solve(
     Raises
     ------
     InputError
-        A shape is wrong, a value is not finite, or an argument does not match its description.
+        A shape is wrong, a value is not finite or too large, or an argument does not match its
+        description.
     """
-    problem = _problem(robot, settings)
+    problem, kernel = _problem(robot, settings), _kernel()
     goal = _numbers(target, "target", (9,))
-    pose = problem.middle if start is None else problem.inside(_numbers(start, "start", (8,)))
-    result = np.empty(11)
+    pose = problem.middle if start is None else _numbers(start, "start", (8,))
+    number = seed_of(seed)
+    angles, error = np.empty(8), np.empty(3)
+    late = False
     if deadline is None:
-        status, residual, evaluations, generations = _kernel().solve(
-            problem.record, goal, pose, start is not None, seed_of(seed), result
+        status, residual, evaluations, generations = kernel.solve(
+            problem.record, goal, pose, start is not None, number, angles, error
         )
-        words = _words(status, residual)
     else:
-        limit = clock_limit(deadline)
-        words, residual, evaluations, generations = _solve_until(
-            problem, goal, pose, start is not None, seed_of(seed), result, limit
+        status, residual, evaluations, generations, late = _solve_until(
+            problem, goal, pose, start is not None, number, angles, error, clock_limit(deadline)
         )
-    return Solution(result[:8], residual, result[8:], evaluations, generations, words)
+    if status == _REFUSED:
+        _check_size(goal, "target")
+        _check_size(pose, "start")
+    words = DEADLINE if late else problem.words(status, residual)
+    return Solution(angles, residual, error, evaluations, generations, words)
 
 
 def solve_batch(
@@ -168,7 +185,7 @@ def solve_batch(
     targets: ArrayLike,
     *,
     start: ArrayLike | None = None,
-    settings: Settings = SETTINGS,
+    settings: Settings | None = None,
     seed: Seed = 0,
 ) -> Solutions:
     """Solve many targets on all cores, each as :func:`solve` alone would.
@@ -185,12 +202,14 @@ def solve_batch(
     InputError
         As in :func:`solve`.
     """
-    problem = _problem(robot, settings)
+    problem, kernel = _problem(robot, settings), _kernel()
     goals = _numbers(targets, "targets", (-1, 9))
-    pose = problem.middle if start is None else problem.inside(_numbers(start, "start", (8,)))
-    number, kernel = seed_of(seed), _kernel()
-    results, residual = np.empty((len(goals), 11)), np.empty(len(goals))
-    counts = np.empty((len(goals), 3), np.int64)
+    pose = problem.middle if start is None else _numbers(start, "start", (8,))
+    _check_size(goals, "targets")
+    _check_size(pose, "start")
+    number = seed_of(seed)
+    angles, errors = np.empty((len(goals), 8)), np.empty((len(goals), 3))
+    residual, counts = np.empty(len(goals)), np.empty((len(goals), 3), np.int64)
 
     def part(rows: slice) -> None:
         kernel.solve_many(
@@ -199,7 +218,8 @@ def solve_batch(
             pose,
             start is not None,
             number,
-            results[rows],
+            angles[rows],
+            errors[rows],
             residual[rows],
             counts[rows],
         )
@@ -208,22 +228,18 @@ def solve_batch(
     with ThreadPoolExecutor(available_cores()) as threads:
         list(threads.map(part, slices))
     return Solutions(
-        results[:, :8],
+        angles,
         residual,
-        results[:, 8:],
+        errors,
         counts[:, 1],
         counts[:, 2],
-        tuple(map(_words, counts[:, 0].tolist(), residual.tolist())),
+        tuple(map(problem.words, counts[:, 0].tolist(), residual.tolist())),
     )
 
 
 _PART = 512  # targets that a thread takes at once
-_WORDS = (BUDGET_SPENT, CONVERGED, OUT_OF_REACH)  # by the kernel's GOES_ON, CONVERGED, SETTLED
-
-
-def _words(status: int, residual: float) -> str:
-    """Return why a search ended; a pose this near counts as reached, however it was found."""
-    return CONVERGED if residual <= REACHED else _WORDS[status]
+_REFUSED = -1
+_WORDS = (BUDGET_SPENT, CONVERGED, NEAR, OUT_OF_REACH)  # by the kernel's GOES_ON ... BEST
 
 
 @dataclass(frozen=True)
@@ -231,25 +247,40 @@ class _Problem:
     """A robot and settings as the compiled code takes them."""
 
     robot: Robot
-    settings: Settings
+    settings: Settings | None
     record: NDArray[np.void]
     middle: Array
+    reached: float
 
-    def inside(self, pose: Array) -> Array:
-        return np.clip(pose, self.robot.lower, self.robot.upper)
+    def words(self, status: int, residual: float) -> str:
+        """Return why a search ended; a pose this near counts as reached, however it was found."""
+        return CONVERGED if residual <= self.reached else _WORDS[status]
 
 
 _last: _Problem | None = None
 
 
-def _problem(robot: Robot, settings: Settings) -> _Problem:
+def _problem(robot: Robot, settings: Settings | None) -> _Problem:
     """Return what the compiled code takes; the answer to the last call is kept."""
     global _last  # noqa: PLW0603  (a pure cache: what it holds never changes an answer)
     known = _last
     if known is not None and known.robot is robot and known.settings is settings:
         return known
-    _last = _Problem(robot, settings, pack(robot, settings), (robot.lower + robot.upper) / 2)
+    _last = _Problem(
+        robot,
+        settings,
+        pack(robot, settings or _own_settings(robot), by_structure=settings is None),
+        (robot.lower + robot.upper) / 2,
+        REACHED * arm_reach(robot),
+    )
     return _last
+
+
+def _own_settings(robot: Robot) -> Settings:
+    """Return the numbers for Miburi's own way: what few iterations miss, the waist search finds."""
+    return replace(
+        residual_settings(robot), first_iterations=9, damping=5e-4 * arm_reach(robot) ** 2
+    )
 
 
 def _solve_until(
@@ -258,32 +289,39 @@ def _solve_until(
     pose: Array,
     has_start: bool,
     seed: int,
-    result: Array,
+    angles: Array,
+    error: Array,
     limit: float,
-) -> tuple[str, float, int, int]:
-    """Do what the kernel's ``solve`` does, but look at the clock after each generation."""
+) -> tuple[int, float, int, int, bool]:
+    """Do what the kernel's ``solve`` does, but look at the clock after each generation.
+
+    Returns what it returns, and whether the time was over before the search.
+    """
     kernel, record = _kernel(), problem.record[0]
-    best = kernel.Best(pose.copy(), np.empty(1), np.zeros(1, np.int64))
+    best = kernel.new_best(pose)
     status, generations = kernel.begin(record, goal, has_start, best), 0
     late = time.perf_counter() >= limit
     if status == kernel.GOES_ON:
-        population = kernel.new_population(problem.settings.individuals, seed)
-    while status == kernel.GOES_ON and generations < problem.settings.generations and not late:
+        population = kernel.new_population(int(record["individuals"]), seed)
+    while status == kernel.GOES_ON and generations < record["generations"] and not late:
         status = kernel.evolve(record, goal, population, best, 1)
         generations = int(population.counts[0])
         late = time.perf_counter() >= limit
-    residual = kernel.finish(record, goal, pose, has_start, best.pose, result)
-    words = DEADLINE if status == kernel.GOES_ON and late else _words(status, residual)
-    return words, residual, int(best.evaluations[0]), generations
+    residual = kernel.finish(record, goal, pose, has_start, best.pose, angles, error)
+    late = late and status == kernel.GOES_ON
+    return status, residual, int(best.evaluations[0]), generations, late
 
 
 _WIDTHS = {8: "eight angles in rad", 9: "nine coordinates in m"}
+_FLOAT = np.dtype(np.float64)
 
 
 def _numbers(values: ArrayLike, name: str, shape: tuple[int, ...]) -> Array:
-    """Return ``values`` as finite float64, contiguous, of that shape (-1 for any length)."""
+    """Return a copy of ``values`` as contiguous float64 of that shape (-1 for any length)."""
+    if type(values) is np.ndarray and values.dtype is _FLOAT and values.shape == shape:
+        return values.copy()
     try:
-        array = np.ascontiguousarray(values, dtype=np.float64)
+        array = real_numbers(values)
     except (TypeError, ValueError) as error:
         raise InputError(f"{name} must be {_WIDTHS[shape[-1]]}, got {values!r}.") from error
     if array.shape != shape and (len(shape) == 1 or array.shape[1:] != shape[1:]):
@@ -291,15 +329,26 @@ def _numbers(values: ArrayLike, name: str, shape: tuple[int, ...]) -> Array:
         raise InputError(
             f"{name} must be {_WIDTHS[shape[-1]]}, of the shape {wanted}; got {array.shape}."
         )
-    flat = array.ravel()  # one product is the quickest test, but finite values may overflow it
-    if not isfinite(flat.dot(flat)) and not np.isfinite(array).all():
-        raise InputError(f"{name} must be finite numbers, got {values!r}.")
     return array
+
+
+def _check_size(array: Array, name: str) -> None:
+    """Refuse what is not finite, or too large for its square to be."""
+    if not np.all(np.abs(array) <= FARTHEST):
+        raise InputError(
+            f"{name} must be finite numbers, none beyond {FARTHEST:g}, got {array.tolist()}."
+        )
 
 
 @cache
 def _kernel() -> Any:
-    """Return the compiled code; the first call loads Numba."""
+    """Return the compiled code; the first call loads Numba, and compiles all that it may."""
     from miburi.ik import kernel
 
+    rows, pose = np.empty((0, 9)), np.empty(8)
+    counts = np.empty((0, 3), np.int64)
+    kernel.solve_many(
+        np.zeros(1, RECORD), rows, pose, False, 0, rows[:, :8].copy(), rows[:, :3].copy(),
+        np.empty(0), counts,
+    )  # fmt: skip
     return kernel

@@ -33,16 +33,19 @@ def inverse(robot: Robot, target: ArrayLike, tolerance: float = 1e-6) -> Array:
 
     Returns
     -------
-    (k, 8) rad, k from 0 (out of reach) to 16. The paper expects a single solution, but with a
-    fingertip angle below 0.174 rad the arm with the mirrored elbow is inside the limits too. If a
-    hand lies on the shoulder axis, any shoulder angle solves it; the neutral one is returned.
+    (k, 8) rad, k from 0 (out of reach) to 32. The paper expects a single solution, but with a
+    fingertip angle below 0.174 rad the arm with the mirrored elbow is inside the limits too; and if
+    the head can nod over, by more than a quarter of a turn, so is the waist turned by π. If a hand
+    lies on the shoulder axis, any shoulder angle solves it; the neutral one is returned.
 
     Raises
     ------
     InputError
         The shape is not (9,), or a value is not finite.
     """
-    goal, poses = _poses(robot, target)
+    goal, poses = _solutions(robot, target)
+    if np.abs(goal).max() > sum(vars(robot.lengths).values()):
+        return np.empty((0, 8))
     within = np.all(
         (poses >= robot.lower - _ANGLE_TOLERANCE) & (poses <= robot.upper + _ANGLE_TOLERANCE),
         axis=1,
@@ -63,7 +66,7 @@ def inverse_within_limits(robot: Robot, target: ArrayLike) -> Array:
     InputError
         The shape is not (9,), or a value is not finite.
     """
-    goal, poses = _poses(robot, target)
+    goal, poses = _solutions(robot, target)
     poses = np.clip(poses, robot.lower, robot.upper)
     best: Array = poses[_misses(robot, poses, goal).sum(axis=1).argmin()]
     return best
@@ -75,27 +78,35 @@ def _misses(robot: Robot, poses: Array, goal: Array) -> Array:
     return misses
 
 
-def _poses(robot: Robot, target: ArrayLike) -> tuple[Array, Array]:
-    """Check the target; return it, (9,) m, and all solutions, (16, 8) rad, without limits."""
+def _solutions(robot: Robot, target: ArrayLike) -> tuple[Array, Array]:
+    """Check the target; return it, (9,) m, and all solutions, (32, 8) rad, without limits."""
     goal = finite_array(target, 9, "target")
     if goal.ndim != 1:
         raise InputError(f"target must have the shape (9,), got {goal.shape}.")
     size = robot.lengths
-    right, left, head = goal[0:3], goal[3:6], goal[6:9]
-    waist = np.arctan2(head[1], head[0])
-    rise = (head[2] - size.L01 - size.LH1) / size.LH2
-    nod = np.arctan2(rise, np.hypot(head[0], head[1]) / size.LH2)
-    turned_left = np.array([-np.sin(waist), np.cos(waist), 0.0])
-    fwd = np.array([np.cos(waist), np.sin(waist), 0.0])
-    right_arms = _arm_solutions(robot, right, -turned_left, fwd, robot.neutral[1])
-    left_arms = _arm_solutions(robot, left, turned_left, fwd, robot.neutral[4])
+    head = goal[6:9]
+    bearing = np.arctan2(head[1], head[0])
+    rise, ahead = (head[2] - size.L01 - size.LH1) / size.LH2, np.hypot(head[0], head[1]) / size.LH2
     poses = np.array(
         [
-            [waist, rs, re, rf, ls, -le, -lf, nod]
-            for (rs, re, rf), (ls, le, lf) in product(right_arms, left_arms)
+            pose
+            for waist, forward_part in ((bearing, ahead), (_wrap(bearing + np.pi), -ahead))
+            for pose in _poses(robot, goal, waist, np.arctan2(rise, forward_part))
         ]
     )
     return goal, poses
+
+
+def _poses(robot: Robot, goal: Array, waist: float, nod: float) -> list[list[float]]:
+    """Return the poses with this waist and nod, limits not applied."""
+    turned_left = np.array([-np.sin(waist), np.cos(waist), 0.0])
+    fwd = np.array([np.cos(waist), np.sin(waist), 0.0])
+    right_arms = _arm_solutions(robot, goal[0:3], -turned_left, fwd, robot.neutral[1])
+    left_arms = _arm_solutions(robot, goal[3:6], turned_left, fwd, robot.neutral[4])
+    return [
+        [waist, rs, re, rf, ls, -le, -lf, nod]
+        for (rs, re, rf), (ls, le, lf) in product(right_arms, left_arms)
+    ]
 
 
 def _arm_solutions(

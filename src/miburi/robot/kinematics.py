@@ -122,9 +122,11 @@ def finite_array(values: ArrayLike, width: int, name: str) -> Array:
         The shape is wrong, or a value is not a finite number.
     """
     try:
+        if np.iscomplexobj(values) or np.ma.is_masked(values):
+            raise TypeError("complex and masked numbers are not allowed")
         array = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError) as error:
-        raise InputError(f"{name} must be {width} numbers, got {values!r}.") from error
+        raise InputError(f"{name} must be {width} real numbers, got {values!r}.") from error
     if array.ndim not in (1, 2) or array.shape[-1] != width:
         raise InputError(
             f"{name} must have the shape ({width},) or (n, {width}), got {array.shape}."

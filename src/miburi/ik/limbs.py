@@ -1,0 +1,322 @@
+"""Each limb alone: with the waist at rest, the best angles of an arm or the head are known exactly.
+
+In: a problem, a target and an angle of the waist. Out: a pose, and Eq. 13 there. A search over
+one angle is left, which finds the best pose of a target out of reach. This is ours, not the
+paper's, and the only part of the solver that knows more of the body than how to evaluate it.
+Importing this module loads Numba.
+"""
+
+from math import acos, atan2, pi, sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from miburi.bma.operators import Array
+from miburi.ground.compiled import compiled
+from miburi.ik.kinematics import sine_and_cosine
+from miburi.ik.problem import Problem
+
+_CELL, _HALVINGS = 0.02, 16  # rad, the finest cells of the waist; the first are so much wider
+#: The search of one cell between them ends at a change of the waist below this, in rad.
+_FINE = 1e-9
+#: An angle this far outside a limit is put on it, in rad; a hand at this share of the arm from the
+#: shoulder's axis is on it.
+_SLIGHT = 1e-9
+
+
+class Planar(NamedTuple):
+    """An arm in its own plane: lengths, limits of elbow and fingertip, both positive inwards."""
+
+    upper: float  # m
+    fore: float  # m
+    e_low: float
+    e_high: float
+    f_low: float
+    f_high: float
+
+
+@compiled
+def nearest_angle(angle: float, low: float, high: float) -> float:
+    """Return the allowed angle, low to high, whose direction is nearest to that of ``angle``."""
+    middle = 0.5 * (low + high)
+    return min(max(middle + wrapped(angle - middle), low), high)
+
+
+@compiled
+def wrapped(angle: float) -> float:
+    """Return the same direction as an angle from -π to π."""
+    return angle - 2.0 * pi * np.rint(angle / (2.0 * pi))
+
+
+@compiled
+def point_body(problem: Problem, target: Array, pose: Array) -> None:
+    """Write a pose to begin at: head and shoulders point at their targets, the arms are half bent.
+
+    Of a target in reach, waist and head are then right, and the shoulders mostly.
+    """
+    size, lower, upper = problem.size, problem.lower, problem.upper
+    waist = nearest_angle(atan2(target[7], target[6]), lower[0], upper[0])
+    sine, cosine = sine_and_cosine(waist)
+    pose[0] = waist
+    rise = target[8] - size.L01 - size.LH1
+    ahead = target[6] * cosine + target[7] * sine
+    pose[7] = nearest_angle(atan2(rise, ahead), lower[7], upper[7])
+    for first in (1, 4):
+        x, y, z = target[first - 1], target[first], target[first + 1]
+        towards = atan2(x * cosine + y * sine, size.L01 - z)
+        pose[first] = nearest_angle(towards, lower[first], upper[first])
+        for j in (first + 1, first + 2):
+            pose[j] = 0.5 * (lower[j] + upper[j])
+
+
+@compiled
+def place_body(problem: Problem, target: Array, waist: float, pose: Array) -> tuple[float, float]:
+    """Write the best pose with this waist; return Eq. 13 there, and its slope by the waist.
+
+    The other joints are at their best, so that their motion adds nothing to the slope.
+    """
+    sine, cosine = sine_and_cosine(waist)
+    pose[0] = waist
+    size, lower, upper = problem.size, problem.lower, problem.upper
+    ahead = target[6] * cosine + target[7] * sine
+    aside = target[6] * sine - target[7] * cosine
+    rise = target[8] - size.L01 - size.LH1
+    pose[7] = nearest_angle(atan2(rise, ahead), lower[7], upper[7])
+    nod_sine, nod_cosine = sine_and_cosine(pose[7])
+    reach = size.LH2 * nod_cosine
+    value = (reach - ahead) ** 2 + (size.LH2 * nod_sine - rise) ** 2 + aside**2
+    slope = 2.0 * reach * aside
+    right, right_slope = _place_arm(problem, target, 0, sine, cosine, pose)
+    left, left_slope = _place_arm(problem, target, 1, sine, cosine, pose)
+    return value + right + left, slope + right_slope + left_slope
+
+
+@compiled
+def _place_arm(
+    problem: Problem, target: Array, limb: int, sine: float, cosine: float, pose: Array
+) -> tuple[float, float]:
+    """Write the best angles of an arm, 0 the right one, 1 the left; return error and slope.
+
+    With the shoulder at rest the arm is a planar one. The hand is either on the side of the
+    shoulder's axis to which the shoulder turns it, or on the other: so two shoulder angles count.
+    """
+    size, lower, upper = problem.size, problem.lower, problem.upper
+    side, first = (-1.0, 4) if limb else (1.0, 1)
+    x, y = target[3 * limb], target[3 * limb + 1]
+    along = side * (x * sine - y * cosine) - size.L12
+    ahead = x * cosine + y * sine
+    above = target[3 * limb + 2] - size.L01
+    if side > 0.0:
+        arm = Planar(size.L23, size.L34, lower[2], upper[2], lower[3], upper[3])
+    else:
+        arm = Planar(size.L23, size.L34, -upper[5], -lower[5], -upper[6], -lower[6])
+    away = sqrt(along * along + ahead * ahead + above * above)
+    gap = max(away - arm.upper - arm.fore, abs(arm.upper - arm.fore) - away, 0.0)
+    least = gap * gap * (1.0 + 1e-12) + 1e-26  # no pose does better
+    towards = atan2(ahead, -above)
+    error = np.inf
+    slope = 0.0
+    for turn in (0.0, pi):
+        shoulder = nearest_angle(towards + turn, lower[first], upper[first])
+        ss, cs = sine_and_cosine(shoulder)
+        out = ahead * ss - above * cs
+        across = ahead * cs + above * ss
+        across *= across
+        away = sqrt(along * along + out * out)
+        gap = max(away - arm.upper - arm.fore, abs(arm.upper - arm.fore) - away, 0.0)
+        if across + gap * gap >= error:
+            continue
+        elbow, fingertip, tip_along, tip_out, missed = _place_planar(
+            arm, along, out, least - across
+        )
+        if missed + across < error:
+            error = missed + across
+            pose[first], pose[first + 1], pose[first + 2] = shoulder, side * elbow, side * fingertip
+            slope = (
+                2.0
+                * side
+                * (
+                    (size.L12 + tip_along) * (tip_out * ss - ahead)
+                    - tip_out * ss * (tip_along - along)
+                )
+            )
+            if error <= least:
+                break
+    return error, slope
+
+
+@compiled
+def _place_planar(
+    arm: Planar, x: float, y: float, least: float
+) -> tuple[float, float, float, float, float]:
+    """Return elbow, fingertip, tip x, tip y and the least squared distance of the tip from (x, y).
+
+    At the best pose the fingertip is at a limit, or bent as far as the distance asks, inwards or
+    outwards; or else the elbow is at a limit. Each gives the other joint. Ends early at ``least``.
+    """
+    a, b = arm.upper, arm.fore
+    bent = acos(min(max((x * x + y * y - a * a - b * b) / (2.0 * a * b), -1.0), 1.0))
+    bearing = atan2(y, x)
+    best = (arm.e_low, arm.f_low, 0.0, 0.0, np.inf)
+    for k in range(6):
+        if k < 4:
+            f = bent if k == 0 else -bent if k == 1 else arm.f_low if k == 2 else arm.f_high
+            if f < arm.f_low or f > arm.f_high or (k == 1 and bent == 0.0):
+                continue
+            sf, cf = sine_and_cosine(f)
+            e = nearest_angle(bearing - atan2(b * sf, a + b * cf), arm.e_low, arm.e_high)
+            se, ce = sine_and_cosine(e)
+        else:
+            e = arm.e_low if k == 4 else arm.e_high
+            se, ce = sine_and_cosine(e)
+            f = nearest_angle(atan2(y - a * se, x - a * ce) - e, arm.f_low, arm.f_high)
+            sf, cf = sine_and_cosine(f)
+        tip_x = a * ce + b * (ce * cf - se * sf)
+        tip_y = a * se + b * (se * cf + ce * sf)
+        missed = (tip_x - x) ** 2 + (tip_y - y) ** 2
+        if missed < best[4]:
+            best = (e, f, tip_x, tip_y, missed)
+            if missed <= least:
+                break
+    return best
+
+
+@compiled
+def search_waist(problem: Problem, target: Array, pose: Array) -> tuple[float, int]:
+    """Find the best pose of all; return Eq. 13 there, and how many poses were evaluated.
+
+    Of a target in reach the head alone gives the waist. Otherwise the range of the waist is cut
+    into cells, and those into halves, down to ``_CELL``; where the slope changes from falling to
+    rising within a cell, its valley's floor is where the slope is 0. Cells that cannot reach down
+    to the best value known are left out: by a turn of the waist no extremity moves further than
+    along its greatest circle, nor does a target, seen from the body.
+    """
+    size, low, high = problem.size, problem.lower[0], problem.upper[0]
+    new, best, evaluations = np.empty(8), np.inf, 0
+    bearing = atan2(target[7], target[6])
+    for turn in (0.0, pi):
+        value, _ = place_body(problem, target, nearest_angle(bearing + turn, low, high), new)
+        evaluations += 1
+        if value < best:
+            best = value
+            pose[:] = new
+        if best <= problem.enough:
+            return best, evaluations
+    fastest = 0.0  # m/rad, of the three distances together
+    for limb in range(3):
+        circle = size.LH2 if limb == 2 else size.L12 + size.L23 + size.L34
+        fastest += min(circle**2, target[3 * limb] ** 2 + target[3 * limb + 1] ** 2)
+    fastest = sqrt(fastest)
+    count = int((high - low) / (_CELL * _HALVINGS)) + 1
+    step = (high - low) / (count * _HALVINGS)
+    waists = np.empty(count * _HALVINGS + 1)
+    values, slopes = np.empty(waists.size), np.empty(waists.size)
+    width = _HALVINGS
+    for k in range(0, waists.size, width):
+        waists[k] = min(low + k * step, high)
+        values[k], slopes[k] = place_body(problem, target, waists[k], new)
+        evaluations += 1
+        if values[k] < best:
+            best = values[k]
+            pose[:] = new
+    known = np.zeros(waists.size, np.bool_)
+    known[::width] = True
+    while width > 1:
+        half = width // 2
+        for k in range(0, waists.size - 1, width):
+            if not (known[k] and known[k + width]):
+                continue
+            reach = 0.5 * (sqrt(values[k]) + sqrt(values[k + width]) - fastest * width * step)
+            if reach >= sqrt(best):
+                continue
+            m = k + half
+            waists[m] = low + m * step
+            values[m], slopes[m] = place_body(problem, target, waists[m], new)
+            known[m] = True
+            evaluations += 1
+            if values[m] < best:
+                best = values[m]
+                pose[:] = new
+        width = half
+    for k in range(waists.size - 1):
+        if not (known[k] and known[k + 1] and slopes[k] < 0.0 and slopes[k + 1] > 0.0):
+            continue
+        reach = 0.5 * (sqrt(values[k]) + sqrt(values[k + 1]) - fastest * step)
+        if reach >= sqrt(best):
+            continue
+        left, right, falls, rises = waists[k], waists[k + 1], slopes[k], slopes[k + 1]
+        while right - left > _FINE:
+            waist = (left * rises - right * falls) / (rises - falls)
+            value, slope = place_body(problem, target, waist, new)
+            evaluations += 1
+            if value < best:
+                best = value
+                pose[:] = new
+            if slope < 0.0:
+                moved, left, falls, rises = waist - left, waist, slope, 0.5 * rises
+            else:
+                moved, right, rises, falls = right - waist, waist, slope, 0.5 * falls
+            if moved < _FINE:
+                break
+    return best, evaluations
+
+
+@compiled
+def choose_nearest(problem: Problem, target: Array, start: Array, pose: Array) -> None:
+    """Of the poses that put hands and head on the same points, take the one nearest to ``start``.
+
+    While the waist stays, those are four for each arm. With the waist turned by π the head can be
+    nodded over to the same point; that counts where it brings Eq. 13 down to what is enough.
+    """
+    distance = _choose_arms(problem, start, pose)
+    lower, upper, other = problem.lower, problem.upper, np.empty(8)
+    waist = nearest_angle(pose[0] + pi, lower[0], upper[0])
+    nod = nearest_angle(pi - pose[7], lower[7], upper[7])
+    if abs(wrapped(waist - pose[0] - pi)) > _SLIGHT or abs(wrapped(nod + pose[7] - pi)) > _SLIGHT:
+        return
+    value, _ = place_body(problem, target, waist, other)
+    if value <= problem.enough and _choose_arms(problem, start, other) < distance:
+        pose[:] = other
+
+
+@compiled
+def _choose_arms(problem: Problem, start: Array, pose: Array) -> float:
+    """Let each arm take its pose nearest to ``start``; return the squared distance of the whole."""
+    distance = (pose[0] - start[0]) ** 2 + (pose[7] - start[7]) ** 2
+    for first in (1, 4):
+        distance += _choose_arm(problem, start, pose, first)
+    return distance
+
+
+@compiled
+def _choose_arm(problem: Problem, start: Array, q: Array, first: int) -> float:
+    """Of the arm's poses with this hand position, take the one nearest to ``start``.
+
+    While the waist stays, only four poses put the hand on the same point: this one, the elbow
+    mirrored about the line from shoulder to hand, the shoulder turned by π, and both together.
+    With the hand on the shoulder axis any shoulder angle will do. Returns the squared distance.
+    """
+    size, lower, upper = problem.size, problem.lower, problem.upper
+    s, e, f = q[first], q[first + 1], q[first + 2]
+    se, ce = sine_and_cosine(e)
+    sef, cef = sine_and_cosine(e + f)
+    out = size.L23 * se + size.L34 * sef
+    bearing = atan2(out, size.L23 * ce + size.L34 * cef)
+    half_turn = pi
+    if abs(out) < _SLIGHT * (size.L23 + size.L34):
+        s, half_turn = start[first], 0.0
+    shortest = np.inf
+    for side in (1.0, -1.0):
+        shoulder = s if side > 0.0 else s + half_turn
+        for mirror in (1.0, -1.0):
+            elbow = side * (e if mirror > 0.0 else 2.0 * bearing - e)
+            distance, outside = 0.0, 0.0
+            for j, angle in enumerate((shoulder, elbow, side * mirror * f), first):
+                allowed = nearest_angle(angle, lower[j], upper[j])
+                outside = max(outside, abs(wrapped(allowed - angle)))
+                distance += (allowed - start[j]) ** 2
+            if distance < shortest and (outside <= _SLIGHT or (side > 0.0 and mirror > 0.0)):
+                shortest = distance
+                for j, angle in enumerate((shoulder, elbow, side * mirror * f), first):
+                    q[j] = nearest_angle(angle, lower[j], upper[j])
+    return shortest
