@@ -1,20 +1,27 @@
-"""Time Miburi's inverse kinematics beside its peers: same targets, same machine, one run.
+"""Time Miburi's inverse kinematics beside its peers: same targets, same machine, in turns.
 
-``make bench-ik`` runs it, with one thread for everybody. It writes ``comparison.md`` and
-``comparison.png`` beside itself.
+``make bench-ik`` runs it, with one thread for everybody. Three processes, one after the other;
+in each, rounds in which every solver has its turn, so that what else the machine does meets all
+of them. A ratio is that of two medians of one round. It writes ``comparison.md`` and
+``comparison.png`` beside itself, and what each process measured to ``out/compare-*.json``.
 """
 
 import argparse
 import json
+import os
 import platform
+import subprocess
+import sys
 import time
 from importlib.metadata import version
 from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
+from compiled_peers import closed_form as compiled_closed_form
+from compiled_peers import waist_search
 from peers import DAMPING, DAMPING_BEYOND, MISSING, PEERS
-from targets import FILE, ROBOT, out_of_reach, reachable
+from targets import FILE, REACHED, ROBOT, out_of_reach, reachable
 from waist_search import optimum
 
 from miburi import __version__, bma, ik
@@ -23,92 +30,33 @@ from miburi.robot import forward, inverse
 HERE = Path(__file__).parent
 MIDDLE = (ROBOT.lower + ROBOT.upper) / 2
 OURS = "**Miburi `ik.solve`**"
-ROUNDS = 3
+WARM = "Miburi, from a pose 0.1 rad off"
+PROCESSES, ROUNDS, SLOW_ROUNDS = 3, 7, 1
 BEYOND_STARTS, IN_VAIN = 8, 3  # out of reach: starts allowed, and starts in vain before it ends
 
 
-def timed(solve, target, start):
-    """Call a solver; return its pose and the time: the lesser of wall clock and processor time.
-
-    The wall clock counts what other programs take, and processor time what reading it takes.
-    """
-    processor = time.process_time()
-    wall = time.perf_counter()
-    pose = solve(target, start)
-    wall = time.perf_counter() - wall
-    return pose, min(wall, time.process_time() - processor)
-
-
-def measure(solve, targets, starts, good, in_vain):
+def measure(solve, targets, starts, good, in_vain, first_starts):
     """Call a solver for all targets, then from random poses for those that are left.
 
     A target is left until its residual is ``good``, or ``in_vain`` starts in a row have found
-    nothing better. Returns time and residual after the first start, and at the end, each (n,).
+    nothing better. Returns times by the wall clock, and residuals, each (n,).
     """
     generator = np.random.default_rng(1)
-    solve(targets[0], MIDDLE)
     spent, best = np.zeros(len(targets)), np.full(len(targets), np.inf)
     idle, left = np.zeros(len(targets), int), np.arange(len(targets))
-    first = spent, best
     for attempt in range(starts):
         poses = np.empty((len(left), 8))
         for k, i in enumerate(left):
-            start = generator.uniform(ROBOT.lower, ROBOT.upper) if attempt else MIDDLE
-            poses[k], took = timed(solve, targets[i], start)
-            spent[i] += took
+            start = generator.uniform(ROBOT.lower, ROBOT.upper) if attempt else first_starts[i]
+            begun = time.perf_counter()
+            poses[k] = solve(targets[i], start)
+            spent[i] += time.perf_counter() - begun
         inside = np.clip(poses, ROBOT.lower, ROBOT.upper)
         residual = np.linalg.norm(forward(ROBOT, inside) - targets[left], axis=1)
         idle[left] = np.where(residual < best[left] - 1e-6, 0, idle[left] + 1)
         best[left] = np.minimum(best[left], residual)
         left = left[(best[left] > good) & (idle[left] < in_vain)]
-        if attempt == 0:
-            first = spent.copy(), best.copy()
-    return (*first, spent, best)
-
-
-def least(rounds):
-    """Return the least times of several rounds, and the residuals of the first."""
-    once, found_once, spent, found = zip(*rounds, strict=True)
-    return np.min(once, axis=0), found_once[0], np.min(spent, axis=0), found[0]
-
-
-def part(targets, share):
-    return targets[: max(10, round(share * len(targets)))]
-
-
-def row(name, note, solvers, starts, share, sets, beyond):
-    """Measure one solver; return its line of the table, and what the plot and the ratios need."""
-    near, hard, far, best = (part(targets, share) for targets in sets)
-    rounds = range(ROUNDS if share == 1 else 1)
-    good, reached = 1e-4, 1e-4 * np.sqrt(3)
-    once, found_once, spent, found = least(
-        [measure(solvers[0], near, starts, good, starts) for _ in rounds]
-    )
-    *_, hard_found = measure(solvers[0], hard, starts, good, starts)
-    median, high = np.percentile(spent * 1e6, [50, 99])
-    solved = np.mean(found <= reached)
-    first = "–" if starts == 1 else f"{np.mean(found_once <= reached):.1%}"
-    line = (
-        f"| {name} | {note} | {len(near)} | {first} | {solved:.1%} | {median:,.1f} | {high:,.0f} "
-        f"| {1 / np.mean(spent):,.0f} | {np.mean(hard_found <= reached):.0%} |"
-    )
-    last = np.nan
-    if beyond:
-        allowed = 1 if starts == 1 else BEYOND_STARTS
-        once, found_once, spent, found = least(
-            [measure(solvers[1], far, allowed, -1.0, IN_VAIN) for _ in rounds]
-        )
-        last = np.median(spent)
-        single, high = np.median(once) * 1e6, np.percentile(spent, 99) * 1e6
-        excess, excess_once = found - best, found_once - best
-        line += (
-            f" {single:,.0f} | {np.mean(excess_once <= 1e-4):.1%} | {last * 1e6:,.0f} "
-            f"| {high:,.0f} | {np.mean(excess <= 1e-4):.1%} | {np.mean(excess <= 1e-6):.1%} |"
-        )
-    else:
-        line += 6 * " – |"
-    print(line, flush=True)
-    return line, median / 1e6, last, solved
+    return spent, best
 
 
 def own(settings):
@@ -118,33 +66,151 @@ def own(settings):
     return solve, solve
 
 
+def own_warm(target, start):
+    return ik.solve(ROBOT, target, start=start).angles
+
+
 def closed_form(target, _):
     poses = inverse(ROBOT, target)
     return poses[0] if len(poses) else MIDDLE
 
 
+def solvers():
+    """Return name → (two solvers, for in reach and beyond; version; starts; targets a round)."""
+    paper = bma.Settings.paper()
+    found = {
+        OURS: (own(None), __version__, 1, 500, 100),
+        WARM: ((own_warm, None), __version__, 1, 500, 0),
+        "closed form, compiled": ((compiled_closed_form, None), "–", 1, 500, 0),
+        "waist search, compiled": ((waist_search, waist_search), "–", 1, 100, 50),
+        "closed form, NumPy": ((closed_form, None), __version__, 1, 100, 0),
+        "`residual_settings`": (own(ik.residual_settings(ROBOT)), __version__, 1, 500, 100),
+        "`Settings.paper()`": (own(paper), __version__, 1, 30, 0),
+    }
+    missing = [f"{name} {why}." for name, why in MISSING.items()]
+    for name, (make, distribution, starts, near, far) in PEERS.items():
+        try:
+            pair = make(DAMPING), make(DAMPING_BEYOND)
+        except ImportError as error:
+            missing.append(f"{name} is not installed ({error.name}).")
+        else:
+            found[name] = pair, version(distribution), starts, near, far
+    return found, missing
+
+
+def one_process(path):
+    """Measure rounds in turns; write medians, high percentiles and residuals of each solver."""
+    poses, near = reachable(ROUNDS * 500)
+    warm = poses + np.random.default_rng(5).uniform(-0.1, 0.1, poses.shape)
+    far = out_of_reach(ROUNDS * 100, seed=2)
+    least = np.array([optimum(ROBOT, target) for target in far])
+    hard = np.array(json.loads(FILE.read_text())["hard_reachable"])[:20]
+    found, missing = solvers()
+    load = [os.getloadavg()[0]]
+    results = {
+        name: {"version": number, "near": [], "far": [], "p99": [], "solved": [], "excess": []}
+        for name, (_, number, *_) in found.items()
+    }
+    for (first, second), _, _, count, beyond in found.values():  # warm caches for all
+        measure(first, near[-2:] if count > 1 else near[-1:], 1, 0, 1, warm[-2:])
+        if beyond:
+            measure(second, far[-2:], 1, 0, 1, warm[-2:])
+    for turn in range(ROUNDS):
+        for name, ((first, second), _, starts, count, beyond) in found.items():
+            if count == 1 and turn >= SLOW_ROUNDS:
+                continue
+            rows = slice(turn * count, (turn + 1) * count)
+            begin = warm[rows] if name == WARM else [MIDDLE] * count
+            spent, best = measure(first, near[rows], starts, 1e-4, starts, begin)
+            result = results[name]
+            result["near"].append(np.median(spent))
+            result["p99"].append(np.percentile(spent, 99))
+            result["solved"] += (best <= REACHED).tolist()
+            if beyond:
+                rows = slice(turn * beyond, (turn + 1) * beyond)
+                allowed = 1 if starts == 1 else BEYOND_STARTS
+                spent, best = measure(second, far[rows], allowed, -1.0, IN_VAIN, [MIDDLE] * beyond)
+                result["far"].append(np.median(spent))
+                result["excess"] += (best - least[rows]).tolist()
+        print(f"round {turn + 1} of {ROUNDS}", flush=True)
+    for name, ((first, _), _, starts, count, _) in found.items():
+        targets = hard if count > 1 else hard[:1]
+        _, best = measure(first, targets, starts, 1e-4, starts, [MIDDLE] * len(targets))
+        results[name]["hard"] = np.mean(best <= REACHED)
+    load.append(os.getloadavg()[0])
+    data = {"load": load, "missing": missing, "batch": batch(), "results": results}
+    path.write_text(json.dumps(data))
+
+
 def batch():
-    """Say how many targets a second a batch takes, on all cores, by the clock on the wall."""
+    """Return how many targets a second a batch takes, on all cores: the median of nine."""
     targets, took = reachable(10_000, seed=3)[1], []
     for _ in range(9):
         begun = time.perf_counter()
-        found = ik.solve_batch(ROBOT, targets)
+        ik.solve_batch(ROBOT, targets)
         took.append(time.perf_counter() - begun)
-    return (
-        f"Batch of 10,000 reachable, `ik.solve_batch`, by the wall clock: "
-        f"{10_000 / np.median(took):,.0f} a second (median of 9; best {10_000 / min(took):,.0f}), "
-        f"{np.mean(found.residual <= 1e-4):.2%} solved."
-    )
+    return 10_000 / np.median(took), 10_000 / min(took)
 
 
-def draw(points):
+def ratio(processes, name, field):
+    """Return the ratio to Miburi's median, its least and greatest over processes; or dashes."""
+    each = []
+    for process in processes:
+        ours, theirs = process["results"][OURS][field], process["results"][name][field]
+        if not theirs:
+            return "– | –"
+        each.append(np.median([a / b for a, b in zip(theirs, ours, strict=False)]))
+    every = [
+        a / b
+        for process in processes
+        for a, b in zip(
+            process["results"][name][field], process["results"][OURS][field], strict=False
+        )
+    ]
+    low, high = np.percentile(every, [10, 90])
+    runs = ", ".join(f"{value:.3g}" for value in each)
+    return f"**{np.median(every):.3g}** ({low:.3g}–{high:.3g}) | {runs}"
+
+
+def table(processes):
+    lines = [
+        "| solver | version | solved | hard ones | median [µs] | p99 [µs] | times Miburi "
+        "(10–90 % of rounds) | each process | out of reach: 1e-4 | 1e-6 | median [µs] "
+        "| times Miburi | each process |",
+        "|---|---|---|---|---|---|---|---|---|---|---|---|---|",
+    ]
+    for name in processes[0]["results"]:
+        every = [process["results"][name] for process in processes]
+        near, p99, far, solved, excess = (
+            np.concatenate([result[field] for result in every])
+            for field in ("near", "p99", "far", "solved", "excess")
+        )
+        line = (
+            f"| {name} | {every[0]['version']} | {np.mean(solved):.1%} | {every[0]['hard']:.0%} "
+            f"| {np.median(near) * 1e6:,.1f} | {np.median(p99) * 1e6:,.0f} "
+            f"| {ratio(processes, name, 'near')} |"
+        )
+        if len(far):
+            line += (
+                f" {np.mean(excess <= 1e-4):.1%} | {np.mean(excess <= 1e-6):.1%} "
+                f"| {np.median(far) * 1e6:,.0f} | {ratio(processes, name, 'far')} |"
+            )
+        else:
+            line += " – | – | – | – | – |"
+        lines.append(line)
+    return lines
+
+
+def draw(processes):
     figure, axis = plt.subplots(figsize=(7, 4.5), layout="constrained")
-    for name, (_, median, _, solved) in points.items():
-        plain = name.replace("*", "").replace("`", "")
-        axis.semilogx(median * 1e6, 100 * solved, "o", color="C3" if "Miburi" in name else "C0")
+    for name in processes[0]["results"]:
+        every = [process["results"][name] for process in processes]
+        median = np.median(np.concatenate([result["near"] for result in every])) * 1e6
+        solved = 100 * np.mean(np.concatenate([result["solved"] for result in every]))
+        axis.semilogx(median, solved, "o", color="C3" if "Miburi" in name else "C0")
         axis.annotate(
-            plain,
-            (median * 1e6, 100 * solved),
+            name.replace("*", "").replace("`", ""),
+            (median, solved),
             xytext=(3, -4),
             textcoords="offset points",
             rotation=-35,
@@ -156,82 +222,54 @@ def draw(points):
     figure.savefig(HERE / "comparison.png", dpi=150)
 
 
-#: The columns after name, version and number of targets.
-HEAD = (
-    "one start: solved | solved | median | p99 | a second | hard ones solved "
-    "| out of reach: one start | 1e-4 | median | p99 | 1e-4 | 1e-6"
-)
-
-
-def explanation(near, hard, far):
+def explanation(processes):
+    loads = "; ".join(f"{a:.1f} to {b:.1f}" for a, b in (p["load"] for p in processes))
     return [
-        f"{platform.machine()}, one thread. {near:,} reachable targets, {hard} hard ones "
-        f"(reachable, but by hardly any random start) and {far} out of reach; a slow solver gets "
-        f"the first of them, 10 at least. Times in µs for a target, the lesser of wall clock and "
-        f"processor time; of those that got all targets, the least of {ROUNDS} rounds.",
+        f"{platform.machine()}, {os.cpu_count()} cores, one thread. {PROCESSES} processes of "
+        f"{ROUNDS} rounds, in each of which every solver has its turn (the evolutionary ones one "
+        f"target in each process). The machine's load before and after each process: {loads}. "
+        "Times by the wall clock; *times Miburi* is the median of a round by Miburi's in the same "
+        "round.",
         "",
         "A solver begins at the middle of the limits. Until the residual is 0.1 mm it begins anew "
-        "at random poses, 20 starts in all; *one start* is what it does without. The robotics "
-        "toolbox makes its own restarts, and the evolutionary ones and Miburi get one call. "
+        "at random poses, 20 starts in all. The robotics toolbox makes its own restarts, and the "
+        "evolutionary ones and Miburi get one call. "
         f"Out of reach, where no residual tells that a start was the last that is needed, it makes "
         f"{BEYOND_STARTS} starts, and stops before that once {IN_VAIN} in a row have found nothing "
-        "better (by 1e-6 m). A pose a little outside of the limits is put on them first. *A "
-        "second*: targets one after another, on one core, by the mean time. The columns 1e-4 and "
-        "1e-6: within so many metres of the exact optimum.",
+        "better (by 1e-6 m). A pose a little outside of the limits is put on them first. The "
+        "columns 1e-4 and 1e-6: within so many metres of the exact optimum.",
         "",
     ]
 
 
 def main():
     parser = argparse.ArgumentParser()
-    parser.add_argument("--targets", type=int, default=1000)
-    parser.add_argument("--beyond", type=int, default=200)
+    parser.add_argument("--one", type=Path, help="measure in this process, write the file")
     options = parser.parse_args()
-    near, far = reachable(options.targets)[1], out_of_reach(options.beyond, seed=2)
-    hard = np.array(json.loads(FILE.read_text())["hard_reachable"])
-    sets = near, hard, far, np.array([optimum(ROBOT, target) for target in far])
-    ours = {
-        OURS: (own(ik.SETTINGS), 1.0, True),
-        "closed form, NumPy": ((closed_form, None), 0.3, False),
-        "`Settings.paper()`": (own(bma.Settings.paper()), 0.1, False),
-    }
-    points = {
-        name: row(name, __version__, solvers, 1, share, sets, beyond)
-        for name, (solvers, share, beyond) in ours.items()
-    }
-    missing = [f"{name} {why}." for name, why in MISSING.items()]
-    for name, (make, distribution, starts, share, beyond) in PEERS.items():
-        try:
-            solvers = make(DAMPING), make(DAMPING_BEYOND)
-        except ImportError as error:
-            missing.append(f"{name} is not installed ({error.name}).")
-        else:
-            points[name] = row(name, version(distribution), solvers, starts, share, sets, beyond)
-    _, near_median, far_median, _ = points[OURS]
-    ratios = [
-        f"| {name} | {median / near_median:.1f} | "
-        + ("– |" if np.isnan(last) else f"{last / far_median:.1f} |")
-        for name, (_, median, last, _) in points.items()
-    ]
+    if options.one:
+        one_process(options.one)
+        return
+    folder = HERE.parents[1] / "out"
+    folder.mkdir(exist_ok=True)
+    processes = []
+    for number in range(PROCESSES):
+        path = folder / f"compare-{number}.json"
+        subprocess.run([sys.executable, __file__, "--one", path], check=True)
+        processes.append(json.loads(path.read_text()))
+    rates = [process["batch"] for process in processes]
     text = [
-        *explanation(len(near), len(hard), len(far)),
-        f"| solver | version | targets | {HEAD} |",
-        "|---|---|---|" + "---|" * 12,
-        *(line for line, *_ in points.values()),
+        *explanation(processes),
+        *table(processes),
         "",
-        "Not here: " + " ".join(missing),
+        "Not here: " + " ".join(processes[0]["missing"]),
         "",
-        batch(),
-        "",
-        "Times Miburi's median:",
-        "",
-        "| solver | reachable | out of reach |",
-        "|---|---|---|",
-        *ratios,
+        "Batch of 10,000 reachable, `ik.solve_batch`, all cores, by the wall clock: "
+        + ", ".join(f"{median:,.0f}" for median, _ in rates)
+        + f" a second (best {max(best for _, best in rates):,.0f}).",
     ]
     (HERE / "comparison.md").write_text("\n".join(text) + "\n")
     print("\n".join(text))
-    draw(points)
+    draw(processes)
 
 
 if __name__ == "__main__":

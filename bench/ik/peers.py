@@ -259,7 +259,7 @@ def pink_solver(damping):
                 pose = configuration.get_transform_frame_to_world(name)
                 task.set_target(pin.SE3(pose.rotation, place))
             v = pink.solve_ik(
-                configuration, tasks, 1.0, solver="quadprog", damping=damping, safety_break=False
+                configuration, tasks, 1.0, solver="daqp", damping=damping, safety_break=False
             )
             configuration.integrate_inplace(v, 1.0)
             places = np.concatenate(
@@ -400,21 +400,21 @@ def pymoo_genetic(_):
 #: on a reachable target, and not at all out of reach.
 DAMPING, DAMPING_BEYOND = 1e-6, 1e-3
 
-#: name in the table → (its maker, distribution, starts allowed, share of the targets, whether it
-#: has an answer out of reach)
+#: name in the table → (its maker, distribution, starts allowed, targets a round in reach and
+#: out of reach; 0 where it has no answer)
 PEERS = {
-    "placo": (placo_solver, "placo", 20, 1.0, True),
-    "pinocchio, own LM": (pinocchio_lm, "pin", 20, 1.0, True),
-    "mink (daqp)": (mink_solver, "mink", 20, 0.1, True),
-    "pink (quadprog)": (pink_solver, "pin-pink", 20, 0.1, True),
-    "robotics toolbox ik_LM (arms apart)": (toolbox_arms, "roboticstoolbox-python", 1, 1.0, False),
-    "ikpy (arms apart)": (ikpy_arms, "ikpy", 20, 0.03, False),
-    "scipy trf": (scipy_trf, "scipy", 20, 0.1, True),
-    "scipy L-BFGS-B": (lambda _: scipy_minimize("L-BFGS-B"), "scipy", 20, 0.1, True),
-    "scipy SLSQP": (lambda _: scipy_minimize("SLSQP"), "scipy", 20, 0.1, True),
-    "cma": (cma_solver, "cma", 1, 0.01, False),
-    "scipy differential evolution": (scipy_evolution, "scipy", 1, 0.01, False),
-    "pymoo GA, 42,000 evaluations": (pymoo_genetic, "pymoo", 1, 0.01, False),
+    "placo": (placo_solver, "placo", 20, 200, 20),
+    "pinocchio, own LM": (pinocchio_lm, "pin", 20, 100, 10),
+    "mink (daqp)": (mink_solver, "mink", 20, 8, 2),
+    "pink (daqp)": (pink_solver, "pin-pink", 20, 8, 2),
+    "robotics toolbox ik_LM (arms apart)": (toolbox_arms, "roboticstoolbox-python", 1, 300, 0),
+    "ikpy (arms apart)": (ikpy_arms, "ikpy", 20, 3, 0),
+    "scipy trf": (scipy_trf, "scipy", 20, 5, 2),
+    "scipy L-BFGS-B": (lambda _: scipy_minimize("L-BFGS-B"), "scipy", 20, 5, 2),
+    "scipy SLSQP": (lambda _: scipy_minimize("SLSQP"), "scipy", 20, 5, 2),
+    "cma": (cma_solver, "cma", 1, 1, 0),
+    "scipy differential evolution": (scipy_evolution, "scipy", 1, 1, 0),
+    "pymoo GA, 42,000 evaluations": (pymoo_genetic, "pymoo", 1, 1, 0),
 }
 
 #: Peers one would expect, and why they are not here.

@@ -37,7 +37,9 @@ from miburi.bma.operators import (
 )
 from miburi.ground.compiled import compiled
 from miburi.ik.kinematics import (
+    Best,
     Pose,
+    better,
     body_step,
     changed,
     changed_in_turn,
@@ -65,14 +67,6 @@ __all__ = [
 REFUSED, GOES_ON, CONVERGED, SETTLED, BEST = -1, 0, 1, 2, 3
 
 
-class Best(NamedTuple):
-    """The best pose so far, the value of Eq. 13 there, and how many poses were evaluated."""
-
-    pose: Array  # (8,)
-    value: Array  # (1,)
-    evaluations: Ints  # (1,)
-
-
 class Population(NamedTuple):
     """The bacteria, and what a search carries from one generation to the next."""
 
@@ -83,14 +77,6 @@ class Population(NamedTuple):
     )
     genes: Ints  # (8,): the joints in random order
     state: State  # (1,): the random generator's
-
-
-@compiled
-def _better(best: Best, pose: Array, value: float) -> None:
-    if value < best.value[0]:
-        best.value[0] = value
-        for j in range(8):
-            best.pose[j] = pose[j]
 
 
 @compiled
@@ -124,7 +110,7 @@ def _search_by_residual(
                 break
         else:
             linearise(problem.size, target, q, pose, normal, gradient)
-    _better(best, q, value)
+    better(best, q, value)
     return value
 
 
@@ -144,7 +130,7 @@ def _search_from_ends(
         changed_in_turn(problem.size, target, clones, pose, values)
         tried[:] = 0
         best.evaluations[0] += 16
-        better = False
+        gained = False
         for _ in range(problem.ends):
             i = most_promising(q, problem.lower, problem.upper, values[0], tried)
             if i < 0:
@@ -152,13 +138,13 @@ def _search_from_ends(
             tried[i] = 1
             new = clones[i]
             new_value = _search_by_residual(problem, target, iterations, new, best)
-            better = new_value < value * (1.0 - SLIGHT)
-            if better:
+            gained = new_value < value * (1.0 - SLIGHT)
+            if gained:
                 value = new_value
                 for j in range(8):
                     q[j] = new[j]
                 break
-        if not better or value <= problem.enough:
+        if not gained or value <= problem.enough:
             break
     return value
 
@@ -195,7 +181,7 @@ def _search_as_printed(
             value = new_value
             for j in range(8):
                 q[j] = new[j]
-    _better(best, q, value)
+    better(best, q, value)
     return value
 
 
@@ -207,7 +193,7 @@ def _populate(problem: Problem, target: Array, population: Population, best: Bes
         poses[-1] = best.pose
     for i in range(costs.size):
         costs[i] = know(problem.size, target, poses[i], pose)
-        _better(best, poses[i], costs[i])
+        better(best, poses[i], costs[i])
     best.evaluations[0] += costs.size
 
 
@@ -243,16 +229,16 @@ def _mutate_all(problem: Problem, target: Array, population: Population, best: B
             else:
                 for k in range(clones.shape[0]):
                     tried[0, k] = know(problem.size, target, clones[k], pose)
-            better = -1
+            chosen = -1
             for k in range(clones.shape[0]):
                 if tried[0, k] < costs[i]:
-                    costs[i], better = tried[0, k], k
+                    costs[i], chosen = tried[0, k], k
             best.evaluations[0] += clones.shape[0]
-            if better >= 0:
+            if chosen >= 0:
                 for j in range(8):
-                    bacterium[j] = clones[better, j]
+                    bacterium[j] = clones[chosen, j]
                 know(problem.size, target, bacterium, pose)
-        _better(best, bacterium, costs[i])
+        better(best, bacterium, costs[i])
 
 
 @compiled
@@ -263,7 +249,7 @@ def _transfer_genes(problem: Problem, target: Array, population: Population, bes
         taker = transfer(poses, problem.transferred, population.genes, population.state)
         costs[taker] = know(problem.size, target, poses[taker], pose)
         best.evaluations[0] += 1
-        _better(best, poses[taker], costs[taker])
+        better(best, poses[taker], costs[taker])
         rank(poses, costs)
 
 
@@ -325,9 +311,7 @@ def _begin_by_structure(problem: Problem, target: Array, has_start: bool, best: 
         _search_by_residual(problem, target, iterations, pose, best)
     if best.value[0] <= problem.enough:
         return CONVERGED
-    value, evaluations = search_waist(problem, target, pose)
-    best.evaluations[0] += evaluations
-    _better(best, pose, value)
+    search_waist(problem, target, best)
     return CONVERGED if best.value[0] <= problem.enough else BEST
 
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from miburi.bma.operators import TINY, Array
+from miburi.bma.operators import TINY, Array, Ints
 from miburi.ground.compiled import compiled
 from miburi.robot.description import Lengths
 
@@ -32,6 +32,23 @@ class Pose(NamedTuple):
     sines: Array  # (8,) of the angles
     cosines: Array  # (8,)
     errors: Array  # (3,) m², the squared errors of right hand, left hand and head
+
+
+class Best(NamedTuple):
+    """The best pose so far, the value of Eq. 13 there, and how many poses were evaluated."""
+
+    pose: Array  # (8,)
+    value: Array  # (1,)
+    evaluations: Ints  # (1,)
+
+
+@compiled
+def better(best: Best, pose: Array, value: float) -> None:
+    """Keep the pose if its value is the best so far."""
+    if value < best.value[0]:
+        best.value[0] = value
+        for j in range(8):
+            best.pose[j] = pose[j]
 
 
 @compiled

@@ -13,10 +13,11 @@ import numpy as np
 
 from miburi.bma.operators import Array
 from miburi.ground.compiled import compiled
-from miburi.ik.kinematics import sine_and_cosine
+from miburi.ik.kinematics import Best, better, sine_and_cosine
 from miburi.ik.problem import Problem
 
-_CELL, _HALVINGS = 0.02, 16  # rad, the finest cells of the waist; the first are so much wider
+#: The finest cells of the waist, in rad, and how many of them make one of the first.
+_CELL, _HALVES = 0.02, 16
 #: The search of one cell between them ends at a change of the waist below this, in rad.
 _FINE = 1e-9
 #: An angle this far outside a limit is put on it, in rad; a hand at this share of the arm from the
@@ -39,13 +40,15 @@ class Planar(NamedTuple):
 def nearest_angle(angle: float, low: float, high: float) -> float:
     """Return the allowed angle, low to high, whose direction is nearest to that of ``angle``."""
     middle = 0.5 * (low + high)
-    return min(max(middle + wrapped(angle - middle), low), high)
+    nearest: float = min(max(middle + wrapped(angle - middle), low), high)
+    return nearest
 
 
 @compiled
 def wrapped(angle: float) -> float:
     """Return the same direction as an angle from -π to π."""
-    return angle - 2.0 * pi * np.rint(angle / (2.0 * pi))
+    direction: float = angle - 2.0 * pi * np.rint(angle / (2.0 * pi))
+    return direction
 
 
 @compiled
@@ -181,84 +184,106 @@ def _place_planar(
     return best
 
 
+class Waists(NamedTuple):
+    """Angles of the waist, from limit to limit: a cell lies between two neighbours."""
+
+    angles: Array  # rad
+    values: Array  # Eq. 13 of the best pose with this waist; infinity where it is not known
+    slopes: Array  # its derivative by the waist
+    fastest: float  # m/rad, no residual changes faster with the waist
+
+
 @compiled
-def search_waist(problem: Problem, target: Array, pose: Array) -> tuple[float, int]:
-    """Find the best pose of all; return Eq. 13 there, and how many poses were evaluated.
+def search_waist(problem: Problem, target: Array, best: Best) -> None:
+    """Find the best pose of all.
 
     Of a target in reach the head alone gives the waist. Otherwise the range of the waist is cut
-    into cells, and those into halves, down to ``_CELL``; where the slope changes from falling to
-    rising within a cell, its valley's floor is where the slope is 0. Cells that cannot reach down
-    to the best value known are left out: by a turn of the waist no extremity moves further than
-    along its greatest circle, nor does a target, seen from the body.
+    into cells, and those into halves, down to ``_CELL``, except where a cell cannot reach down to
+    the best value known. Then, where the slope changes from falling to rising within one of the
+    finest cells, the valley's floor is where the slope is 0.
     """
-    size, low, high = problem.size, problem.lower[0], problem.upper[0]
-    new, best, evaluations = np.empty(8), np.inf, 0
+    low, high, new = problem.lower[0], problem.upper[0], np.empty(8)
     bearing = atan2(target[7], target[6])
     for turn in (0.0, pi):
-        value, _ = place_body(problem, target, nearest_angle(bearing + turn, low, high), new)
-        evaluations += 1
-        if value < best:
-            best = value
-            pose[:] = new
-        if best <= problem.enough:
-            return best, evaluations
-    fastest = 0.0  # m/rad, of the three distances together
-    for limb in range(3):
-        circle = size.LH2 if limb == 2 else size.L12 + size.L23 + size.L34
-        fastest += min(circle**2, target[3 * limb] ** 2 + target[3 * limb + 1] ** 2)
-    fastest = sqrt(fastest)
-    count = int((high - low) / (_CELL * _HALVINGS)) + 1
-    step = (high - low) / (count * _HALVINGS)
-    waists = np.empty(count * _HALVINGS + 1)
-    values, slopes = np.empty(waists.size), np.empty(waists.size)
-    width = _HALVINGS
-    for k in range(0, waists.size, width):
-        waists[k] = min(low + k * step, high)
-        values[k], slopes[k] = place_body(problem, target, waists[k], new)
-        evaluations += 1
-        if values[k] < best:
-            best = values[k]
-            pose[:] = new
-    known = np.zeros(waists.size, np.bool_)
-    known[::width] = True
+        _visit(problem, target, nearest_angle(bearing + turn, low, high), new, best)
+        if best.value[0] <= problem.enough:
+            return
+    count = _HALVES * (int((high - low) / (_CELL * _HALVES)) + 1) + 1
+    waists = Waists(
+        np.linspace(low, high, count),
+        np.full(count, np.inf),
+        np.empty(count),
+        _fastest(problem, target),
+    )
+    for k in range(0, count, _HALVES):
+        waists.values[k], waists.slopes[k] = _visit(problem, target, waists.angles[k], new, best)
+    width = _HALVES
     while width > 1:
         half = width // 2
-        for k in range(0, waists.size - 1, width):
-            if not (known[k] and known[k + width]):
-                continue
-            reach = 0.5 * (sqrt(values[k]) + sqrt(values[k + width]) - fastest * width * step)
-            if reach >= sqrt(best):
-                continue
-            m = k + half
-            waists[m] = low + m * step
-            values[m], slopes[m] = place_body(problem, target, waists[m], new)
-            known[m] = True
-            evaluations += 1
-            if values[m] < best:
-                best = values[m]
-                pose[:] = new
+        for k in range(half, count, width):
+            if _promises(waists, k - half, k + half, best):
+                waists.values[k], waists.slopes[k] = _visit(
+                    problem, target, waists.angles[k], new, best
+                )
         width = half
-    for k in range(waists.size - 1):
-        if not (known[k] and known[k + 1] and slopes[k] < 0.0 and slopes[k + 1] > 0.0):
-            continue
-        reach = 0.5 * (sqrt(values[k]) + sqrt(values[k + 1]) - fastest * step)
-        if reach >= sqrt(best):
-            continue
-        left, right, falls, rises = waists[k], waists[k + 1], slopes[k], slopes[k + 1]
-        while right - left > _FINE:
-            waist = (left * rises - right * falls) / (rises - falls)
-            value, slope = place_body(problem, target, waist, new)
-            evaluations += 1
-            if value < best:
-                best = value
-                pose[:] = new
-            if slope < 0.0:
-                moved, left, falls, rises = waist - left, waist, slope, 0.5 * rises
-            else:
-                moved, right, rises, falls = right - waist, waist, slope, 0.5 * falls
-            if moved < _FINE:
-                break
-    return best, evaluations
+    for k in range(count - 1):
+        if _promises(waists, k, k + 1, best) and waists.slopes[k] < 0.0 < waists.slopes[k + 1]:
+            _descend(problem, target, waists, k, new, best)
+
+
+@compiled
+def _visit(
+    problem: Problem, target: Array, waist: float, new: Array, best: Best
+) -> tuple[float, float]:
+    """Call :func:`place_body`, count it, and keep the pose if it is the best so far."""
+    value, slope = place_body(problem, target, waist, new)
+    best.evaluations[0] += 1
+    better(best, new, value)
+    return value, slope
+
+
+@compiled
+def _fastest(problem: Problem, target: Array) -> float:
+    """Return how fast the residual can change with the waist, in m/rad.
+
+    An extremity moves by its distance from the waist's axis, and seen from the body so does a
+    target: whichever is less.
+    """
+    size = problem.size
+    total = 0.0
+    for limb in range(3):
+        circle = size.LH2 if limb == 2 else size.L12 + size.L23 + size.L34
+        total += min(circle**2, target[3 * limb] ** 2 + target[3 * limb + 1] ** 2)
+    fastest: float = sqrt(total)
+    return fastest
+
+
+@compiled
+def _promises(waists: Waists, left: int, right: int, best: Best) -> bool:
+    """Whether both ends of a cell are known, and something better may lie between them."""
+    if waists.values[left] == np.inf or waists.values[right] == np.inf:
+        return False
+    fall = waists.fastest * (waists.angles[right] - waists.angles[left])
+    least = 0.5 * (sqrt(waists.values[left]) + sqrt(waists.values[right]) - fall)
+    promises: bool = least < sqrt(best.value[0])
+    return promises
+
+
+@compiled
+def _descend(
+    problem: Problem, target: Array, waists: Waists, cell: int, new: Array, best: Best
+) -> None:
+    """Find the floor of a valley, where the slope is 0, by regula falsi (Illinois)."""
+    left, right = waists.angles[cell], waists.angles[cell + 1]
+    falls, rises = waists.slopes[cell], waists.slopes[cell + 1]
+    moved = right - left
+    while moved >= _FINE:
+        waist = (left * rises - right * falls) / (rises - falls)
+        _, slope = _visit(problem, target, waist, new, best)
+        if slope < 0.0:
+            moved, left, falls, rises = waist - left, waist, slope, 0.5 * rises
+        else:
+            moved, right, rises, falls = right - waist, waist, slope, 0.5 * falls
 
 
 @compiled
@@ -282,7 +307,7 @@ def choose_nearest(problem: Problem, target: Array, start: Array, pose: Array) -
 @compiled
 def _choose_arms(problem: Problem, start: Array, pose: Array) -> float:
     """Let each arm take its pose nearest to ``start``; return the squared distance of the whole."""
-    distance = (pose[0] - start[0]) ** 2 + (pose[7] - start[7]) ** 2
+    distance: float = (pose[0] - start[0]) ** 2 + (pose[7] - start[7]) ** 2
     for first in (1, 4):
         distance += _choose_arm(problem, start, pose, first)
     return distance

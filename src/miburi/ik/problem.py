@@ -14,9 +14,6 @@ from miburi.bma.settings import Settings
 from miburi.robot import Array, Robot
 from miburi.robot.description import Lengths
 
-__all__ = ["Problem", "pack"]
-
-
 #: No coordinate of a target may be larger, in m: its square must stay a number.
 FARTHEST = 1e9
 

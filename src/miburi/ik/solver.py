@@ -29,10 +29,10 @@ __all__ = [
     "NEAR",
     "OUT_OF_REACH",
     "REACHED",
-    "residual_settings",
     "TOLERANCE",
     "Solution",
     "Solutions",
+    "residual_settings",
     "solve",
     "solve_batch",
 ]
