@@ -59,7 +59,7 @@ def residual_settings(robot: Robot) -> Settings:
         local_iterations=30,
         first_iterations=30,
         damping=5e-3 * square,
-        gradient_tolerance=5e-8 * square,
+        gradient_tolerance=5e-11 * square,
         ends=4,
         target=TOLERANCE**2 * square,
         local_probability=1.0,
