@@ -13,11 +13,8 @@ For a function that is expensive, or lives elsewhere, ask for points and tell th
 ...     search.tell([(x - 1) ** 2 + y**2 for x, y in points])
 """
 
-from miburi.bma.search import (
-    Optimizer,
-    minimize,
-    scipy_method,
-)
+from miburi.bma.minimise import minimize, scipy_method
+from miburi.bma.search import Optimizer
 from miburi.bma.settings import (
     BUDGET_SPENT,
     CONVERGED,

@@ -18,6 +18,7 @@ __all__ = [
     "Ints",
     "State",
     "below",
+    "clamped",
     "damped",
     "differences",
     "ends",

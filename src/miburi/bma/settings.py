@@ -20,6 +20,7 @@ __all__ = [
     "Seed",
     "Settings",
     "clock_limit",
+    "real_numbers",
     "seed_of",
 ]
 

@@ -58,6 +58,8 @@ __all__ = [
     "Population",
     "begin",
     "evolve",
+    "finish",
+    "new_best",
     "new_population",
     "solve",
     "solve_many",

@@ -15,7 +15,9 @@ from miburi.ground.compiled import compiled
 from miburi.robot.description import Lengths
 
 __all__ = [
+    "Best",
     "Pose",
+    "better",
     "body_step",
     "changed",
     "changed_in_turn",

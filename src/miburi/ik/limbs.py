@@ -16,6 +16,17 @@ from miburi.ground.compiled import compiled
 from miburi.ik.kinematics import Best, better, sine_and_cosine
 from miburi.ik.problem import Problem
 
+__all__ = [
+    "Planar",
+    "Waists",
+    "choose_nearest",
+    "nearest_angle",
+    "place_body",
+    "point_body",
+    "search_waist",
+    "wrapped",
+]
+
 #: The finest cells of the waist, in rad, and how many of them make one of the first.
 _CELL, _HALVES = 0.02, 16
 #: The search of one cell between them ends at a change of the waist below this, in rad.

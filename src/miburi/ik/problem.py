@@ -14,6 +14,8 @@ from miburi.bma.settings import Settings
 from miburi.robot import Array, Robot
 from miburi.robot.description import Lengths
 
+__all__ = ["FARTHEST", "RECORD", "Problem", "pack"]
+
 #: No coordinate of a target may be larger, in m: its square must stay a number.
 FARTHEST = 1e9
 

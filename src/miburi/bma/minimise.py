@@ -1,0 +1,149 @@
+"""Minimise a function in a box, in one call; also as a method for SciPy."""
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from miburi.bma.search import Optimizer
+from miburi.bma.settings import (
+    CONVERGED,
+    DEADLINE,
+    SETTLED,
+    STOPPED,
+    Array,
+    SearchResult,
+    Seed,
+    Settings,
+    clock_limit,
+)
+from miburi.errors import InputError
+
+__all__ = ["minimize", "scipy_method"]
+
+
+def minimize(
+    function: Callable[[Array], Any],
+    bounds: ArrayLike,
+    *,
+    start: ArrayLike | None = None,
+    settings: Settings | None = None,
+    seed: Seed = 0,
+    deadline: float | None = None,
+    callback: Callable[[SearchResult], bool | None] | None = None,
+) -> SearchResult:
+    """Find the least value of a function in a box.
+
+    Parameters
+    ----------
+    function
+        Takes a point, (n,), and returns a number, or residuals, (m,), whose sum of squares is
+        minimised; an array of one number is that number, unless the settings ask for residuals.
+        Infinity marks a point that is not allowed.
+    bounds
+        (n, 2): the least and greatest value of each variable; the function is never called
+        outside.
+    start
+        (n,) inside the bounds; the middle of the box where none is given.
+    settings
+        How to search; :class:`Settings` where none is given.
+    seed
+        A whole number from 0, or a NumPy generator: the same seed gives the same result.
+    deadline
+        Seconds after which the best so far is returned, above 0.
+    callback
+        Called after each generation with the best so far; a true return, or StopIteration, ends
+        the search.
+
+    Raises
+    ------
+    InputError
+        An argument is not as said above, or the function returned NaN or no number.
+    RuntimeError
+        The function raised StopIteration; whatever else it raises goes through.
+    """
+    limit = clock_limit(deadline)
+    search = Optimizer(bounds, start=start, settings=settings, seed=seed)
+    generations = 0
+    while not search.finished:
+        try:
+            values = [function(point) for point in search.ask()]
+        except StopIteration as error:
+            raise RuntimeError("The function raised StopIteration.") from error
+        search.tell(values)
+        if callback is not None and search.result.generations > generations:
+            generations = search.result.generations
+            try:
+                stopped = callback(search.result)
+            except StopIteration:
+                stopped = True
+            if stopped:
+                search.stop(STOPPED)
+        if time.perf_counter() >= limit:
+            search.stop(DEADLINE)
+    return search.result
+
+
+def scipy_method(
+    fun: Callable[..., Any],
+    x0: ArrayLike,
+    args: tuple[Any, ...] = (),
+    *,
+    bounds: Any = None,
+    callback: Callable[[Any], Any] | None = None,
+    constraints: Any = (),
+    jac: Any = None,  # noqa: ARG001  (SciPy always passes the derivatives)
+    hess: Any = None,  # noqa: ARG001
+    hessp: Any = None,  # noqa: ARG001
+    settings: Settings | None = None,
+    seed: Seed = 0,
+    deadline: float | None = None,
+    **unknown: Any,
+) -> Any:
+    """Serve as ``method`` of ``scipy.optimize.minimize``.
+
+    ``scipy.optimize.minimize(f, x0, method=bma.scipy_method, bounds=…, options={"seed": 1})``;
+    settings, seed and deadline are options, as in :func:`minimize`. Derivatives are not used.
+
+    Returns
+    -------
+    scipy.optimize.OptimizeResult, with ``success`` where the search converged or settled.
+
+    Raises
+    ------
+    InputError
+        As in :func:`minimize`; also without bounds, with constraints, or with other options.
+    """
+    from scipy.optimize import OptimizeResult
+
+    if bounds is None:
+        raise InputError(
+            "The memetic algorithm searches a box; pass bounds=[(least, greatest), …]."
+        )
+    if unknown:
+        raise InputError(
+            f"The options are settings, seed and deadline, got {', '.join(sorted(unknown))}."
+        )
+    if constraints:
+        raise InputError("The memetic algorithm knows no constraints but bounds; leave them out.")
+    if not isinstance(bounds, list | tuple | np.ndarray):  # scipy.optimize.Bounds
+        bounds = np.column_stack(np.broadcast_arrays(bounds.lb, bounds.ub, np.asarray(x0))[:2])
+    found = minimize(
+        lambda x: fun(x, *args),
+        bounds,
+        start=x0,
+        settings=settings,
+        seed=seed,
+        deadline=deadline,
+        callback=None if callback is None else lambda result: callback(result.x),
+    )
+    return OptimizeResult(
+        x=found.x,
+        fun=found.value,
+        nfev=found.evaluations,
+        nit=found.generations,
+        success=found.status in (CONVERGED, SETTLED),
+        message=found.status,
+    )
