@@ -9,7 +9,7 @@ PAGE = HERE.parents[1] / "docs" / "inverse-kinematics.md"
 
 def main():
     text = PAGE.read_text()
-    for name in ("reproduction", "comparison", "functions"):
+    for name in ("reach", "reproduction", "comparison", "functions"):
         table = HERE / f"{name}.md"
         if table.exists():
             mark = f"<!-- {name}.md -->"

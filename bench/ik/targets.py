@@ -91,6 +91,9 @@ def far_cases(count):
         targets = beyond(name, count, seed=100 + seed)
         best = [optimum(ROBOT, target) for target in targets]
         cases.append({"name": name, "targets": targets.tolist(), "optimum": best})
+    targets = out_of_reach(700, seed=2)[400:460]  # one of them has a valley 5 mrad wide
+    best = [optimum(ROBOT, target) for target in targets]
+    cases.insert(0, {"name": "pushed", "targets": targets.tolist(), "optimum": best})
     return {"cases": cases}
 
 

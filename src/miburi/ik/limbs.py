@@ -28,8 +28,8 @@ __all__ = [
 ]
 
 #: The finest cells of the waist, in rad, and how many of them make one of the first.
-_CELL, _HALVES = 0.02, 16
-#: The search of one cell between them ends at a change of the waist below this, in rad.
+_CELL, _HALVES = 0.01, 32
+#: A valley's floor is known at least as well as this, in rad.
 _FINE = 1e-9
 #: An angle this far outside a limit is put on it, in rad; a hand at this share of the arm from the
 #: shoulder's axis is on it.
@@ -210,8 +210,8 @@ def search_waist(problem: Problem, target: Array, best: Best) -> None:
 
     Of a target in reach the head alone gives the waist. Otherwise the range of the waist is cut
     into cells, and those into halves, down to ``_CELL``, except where a cell cannot reach down to
-    the best value known. Then, where the slope changes from falling to rising within one of the
-    finest cells, the valley's floor is where the slope is 0.
+    the best value known. Then each of the finest cells is searched in which there is a valley: one
+    into which it goes down from its lower end.
     """
     low, high, new = problem.lower[0], problem.upper[0], np.empty(8)
     bearing = atan2(target[7], target[6])
@@ -238,7 +238,7 @@ def search_waist(problem: Problem, target: Array, best: Best) -> None:
                 )
         width = half
     for k in range(count - 1):
-        if _promises(waists, k, k + 1, best) and waists.slopes[k] < 0.0 < waists.slopes[k + 1]:
+        if _promises(waists, k, k + 1, best) and _falls_inwards(waists, k):
             _descend(problem, target, waists, k, new, best)
 
 
@@ -281,20 +281,42 @@ def _promises(waists: Waists, left: int, right: int, best: Best) -> bool:
 
 
 @compiled
+def _falls_inwards(waists: Waists, cell: int) -> bool:
+    """Whether it goes down from the lower end of a cell into it, so that there is a valley."""
+    if waists.values[cell] < waists.values[cell + 1]:
+        return bool(waists.slopes[cell] < 0.0)
+    return bool(waists.slopes[cell + 1] > 0.0)
+
+
+@compiled
 def _descend(
     problem: Problem, target: Array, waists: Waists, cell: int, new: Array, best: Best
 ) -> None:
-    """Find the floor of a valley, where the slope is 0, by regula falsi (Illinois)."""
+    """Find the floor of a valley, where the slope is 0.
+
+    Regula falsi (Illinois) while the slope falls on the left and rises on the right; otherwise, and
+    every third time, the middle. Where a cell holds two valleys, the side with the lower end is
+    kept. Ends where what is left to gain, at most slope times width, is a hundredth of what counts.
+    """
     left, right = waists.angles[cell], waists.angles[cell + 1]
     falls, rises = waists.slopes[cell], waists.slopes[cell + 1]
-    moved = right - left
-    while moved >= _FINE:
-        waist = (left * rises - right * falls) / (rises - falls)
-        _, slope = _visit(problem, target, waist, new, best)
-        if slope < 0.0:
-            moved, left, falls, rises = waist - left, waist, slope, 0.5 * rises
+    left_value, right_value = waists.values[cell], waists.values[cell + 1]
+    turn, gain = 0, np.inf
+    while right - left > _FINE and gain > 0.01 * sqrt(problem.enough * best.value[0]):
+        turn += 1
+        waist = 0.5 * (left + right)
+        if falls < 0.0 < rises and turn % 3 > 0:
+            waist = (left * rises - right * falls) / (rises - falls)
+        value, slope = _visit(problem, target, waist, new, best)
+        to_the_right = slope < 0.0
+        if value > min(left_value, right_value):
+            to_the_right = right_value < left_value
         else:
-            moved, right, rises, falls = right - waist, waist, slope, 0.5 * falls
+            gain = abs(slope) * (right - left)
+        if to_the_right:
+            left, falls, left_value, rises = waist, slope, value, 0.5 * rises
+        else:
+            right, rises, right_value, falls = waist, slope, value, 0.5 * falls
 
 
 @compiled
