@@ -8,7 +8,7 @@ import pytest
 from tests.firmware.rig import Rig
 
 from miburi.robot import JOINTS
-from miburi.safety.move import Move, synchronised
+from miburi.safety.move import Move, plan_move
 from miburi.safety.stop import Phase, StopReason
 
 #: `make firmware-proof` asks for 2,000 and 500.
@@ -39,7 +39,7 @@ def test_slow_moves_of_perfect_servos_are_never_stopped(firmware: Path, duration
     rig = Rig(firmware, 20)
     here, rng = rig.body.state.angles, np.random.default_rng(4)
     angles = rng.uniform(rig.robot.lower, rig.robot.upper)
-    rig.body.move(synchronised(rig.robot, here, angles, duration))
+    rig.body.move(plan_move(rig.robot, here, angles, duration))
     assert rig.settle(2 * duration) is Phase.IDLE, rig.body.state.stop
     rig.close()
 

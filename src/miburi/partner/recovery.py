@@ -46,7 +46,8 @@ class Recovery:
         self.halted = False
         self._encounters = 0
         self._release_at: float | None = None
-        self._pause_ends = self._moved_at = 0.0
+        self._pause_ends = self._moved_at = self._seen_at = 0.0
+        self._silent = False
         self._stop: Stop | None = None
 
     def notice(self, stop: Stop) -> bool:
@@ -64,6 +65,7 @@ class Recovery:
 
     def look(self, state: BodyState) -> None:
         """See whether the stopped body moves."""
+        self._silent, self._seen_at = state.time == self._seen_at, state.time
         if np.abs(state.velocities).max() > REST_SPEED:
             self._moved_at = state.time
 
@@ -82,6 +84,8 @@ class Recovery:
             raise BodyError(
                 f"the body pauses after it was stopped; it can be released in {left:.1f} s."
             )
+        if self._silent:
+            return  # a lost card's clock stands still: it refuses a release in its own words
         if state.stop != self._stop or not self._is_settled(state.time):
             raise UnsettledError(
                 "the stopped body has not come to rest yet; release it in a moment."
