@@ -1,4 +1,4 @@
-"""Inverse kinematics: from nine coordinates to eight angles, by the memetic algorithm.
+"""Inverse kinematics: from nine coordinates to eight angles, by local search or the paper's BMA.
 
 >>> from miburi import ik
 >>> from miburi.robot import forward, iphonoid

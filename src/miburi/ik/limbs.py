@@ -326,15 +326,32 @@ def choose_nearest(problem: Problem, target: Array, start: Array, pose: Array) -
     While the waist stays, those are four for each arm. With the waist turned by π the head can be
     nodded over to the same point; that counts where it brings Eq. 13 down to what is enough.
     """
-    distance = _choose_arms(problem, start, pose)
-    lower, upper, other = problem.lower, problem.upper, np.empty(8)
+    lower, upper, present, other = problem.lower, problem.upper, np.empty(8), np.empty(8)
+    for j in range(8):
+        present[j] = min(max(start[j], lower[j]), upper[j])
+    if _is_nearest(present, pose):
+        return
+    distance = _choose_arms(problem, present, pose)
     waist = nearest_angle(pose[0] + pi, lower[0], upper[0])
     nod = nearest_angle(pi - pose[7], lower[7], upper[7])
     if abs(wrapped(waist - pose[0] - pi)) > _SLIGHT or abs(wrapped(nod + pose[7] - pi)) > _SLIGHT:
         return
     value, _ = place_body(problem, target, waist, other)
-    if value <= problem.enough and _choose_arms(problem, start, other) < distance:
+    if value <= problem.enough and _choose_arms(problem, present, other) < distance:
         pose[:] = other
+
+
+@compiled
+def _is_nearest(start: Array, pose: Array) -> bool:
+    """Whether a pose is so near to ``start`` that no other with the same points can be nearer.
+
+    The others turn the waist or a shoulder by π, or bend a fingertip as far to the other side.
+    """
+    total = 0.0
+    for j in range(8):
+        total += (pose[j] - start[j]) ** 2
+    near: bool = total <= min(pose[3] ** 2, pose[6] ** 2, 0.25 * pi * pi)
+    return near
 
 
 @compiled
