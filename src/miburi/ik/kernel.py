@@ -68,6 +68,8 @@ __all__ = [
 #: How a search stands; :mod:`miburi.ik.solver` has words for it.
 REFUSED, GOES_ON, CONVERGED, SETTLED, BEST = -1, 0, 1, 2, 3
 
+_NEAR = 0.03  # share of γ for a search from the present pose, which is near its end mostly
+
 
 class Population(NamedTuple):
     """The bacteria, and what a search carries from one generation to the next."""
@@ -83,13 +85,12 @@ class Population(NamedTuple):
 
 @compiled
 def _search_by_residual(
-    problem: Problem, target: Array, iterations: int, q: Array, best: Best
+    problem: Problem, target: Array, iterations: int, damping: float, q: Array, best: Best
 ) -> float:
     """Levenberg-Marquardt on the residuals, in place; return the value reached."""
     memory = np.zeros((14, 8))
     normal, gradient, free, step, new = memory[:8], memory[8], memory[9], memory[10], memory[11]
     pose = Pose(memory[12], memory[13], free[:3])
-    damping = problem.damping
     worth = 0.0 if problem.by_structure else best.value[0]
     value = linearise(problem.size, target, q, pose, normal, gradient)
     best.evaluations[0] += 1
@@ -121,7 +122,7 @@ def _search_from_ends(
     problem: Problem, target: Array, iterations: int, q: Array, best: Best
 ) -> float:
     """Search locally, then from clones with one joint at a limit, as long as that helps."""
-    value = _search_by_residual(problem, target, iterations, q, best)
+    value = _search_by_residual(problem, target, iterations, problem.damping, q, best)
     if problem.ends == 0 or value <= problem.enough:
         return value
     clones, values, tried = np.empty((16, 8)), np.empty((3, 16)), np.empty(16, np.int64)
@@ -139,7 +140,7 @@ def _search_from_ends(
                 break
             tried[i] = 1
             new = clones[i]
-            new_value = _search_by_residual(problem, target, iterations, new, best)
+            new_value = _search_by_residual(problem, target, iterations, problem.damping, new, best)
             gained = new_value < value * (1.0 - SLIGHT)
             if gained:
                 value = new_value
@@ -307,10 +308,10 @@ def _begin_by_structure(problem: Problem, target: Array, has_start: bool, best: 
     """Search locally from the start, then from where the target points; then along the waist."""
     pose, iterations = best.pose.copy(), problem.first_iterations
     if has_start:
-        _search_by_residual(problem, target, iterations, pose, best)
+        _search_by_residual(problem, target, iterations, _NEAR * problem.damping, pose, best)
     if best.value[0] > problem.enough:
         point_body(problem, target, pose)
-        _search_by_residual(problem, target, iterations, pose, best)
+        _search_by_residual(problem, target, iterations, problem.damping, pose, best)
     if best.value[0] <= problem.enough:
         return CONVERGED
     search_waist(problem, target, best)

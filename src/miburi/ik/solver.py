@@ -160,8 +160,8 @@ def solve(
         description.
     """
     problem, kernel = _problem(robot, settings), _kernel()
-    goal = _numbers(target, "target", (9,))
-    pose = problem.middle if start is None else _numbers(start, "start", (8,))
+    goal = _numbers(target, "target", _NINE)
+    pose = problem.middle if start is None else _numbers(start, "start", _EIGHT)
     number = seed_of(seed)
     angles, error = np.empty(8), np.empty(3)
     late = False
@@ -313,12 +313,13 @@ def _solve_until(
 
 
 _WIDTHS = {8: "eight angles in rad", 9: "nine coordinates in m"}
-_FLOAT = np.dtype(np.float64)
+_FLOAT, _ARRAY = np.dtype(np.float64), np.ndarray
+_NINE, _EIGHT = (9,), (8,)
 
 
 def _numbers(values: ArrayLike, name: str, shape: tuple[int, ...]) -> Array:
     """Return a copy of ``values`` as contiguous float64 of that shape (-1 for any length)."""
-    if type(values) is np.ndarray and values.dtype is _FLOAT and values.shape == shape:
+    if type(values) is _ARRAY and values.dtype is _FLOAT and values.shape == shape:
         return values.copy()
     try:
         array = real_numbers(values)
