@@ -124,10 +124,11 @@ class TestSolve:
 
 
 class TestHardTargets:
-    def test_those_that_random_restarts_miss_are_solved(self):
+    @pytest.mark.parametrize("settings", [None, RESIDUAL], ids=["default", "memetic"])
+    def test_those_that_random_restarts_miss_are_solved(self, settings):
         """None of them is solved by more than one random restart in thirty."""
         assert max(HARD["solved_by_restarts"]) < 0.04
-        solved = ik.solve_batch(ROBOT, HARD["hard_reachable"])
+        solved = ik.solve_batch(ROBOT, HARD["hard_reachable"], settings=settings)
         assert np.all(solved.residual <= REACHED)
 
     def test_out_of_reach_it_is_the_constrained_optimum(self):
