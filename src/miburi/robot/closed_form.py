@@ -43,9 +43,10 @@ def inverse(robot: Robot, target: ArrayLike, tolerance: float = 1e-6) -> Array:
     InputError
         The shape is not (9,), or a value is not finite.
     """
-    goal, poses = _solutions(robot, target)
+    goal = _checked(target)
     if np.abs(goal).max() > sum(vars(robot.lengths).values()):
         return np.empty((0, 8))
+    poses = _solutions(robot, goal)
     within = np.all(
         (poses >= robot.lower - _ANGLE_TOLERANCE) & (poses <= robot.upper + _ANGLE_TOLERANCE),
         axis=1,
@@ -66,8 +67,8 @@ def inverse_within_limits(robot: Robot, target: ArrayLike) -> Array:
     InputError
         The shape is not (9,), or a value is not finite.
     """
-    goal, poses = _solutions(robot, target)
-    poses = np.clip(poses, robot.lower, robot.upper)
+    goal = _checked(target)
+    poses = np.clip(_solutions(robot, goal), robot.lower, robot.upper)
     best: Array = poses[_misses(robot, poses, goal).sum(axis=1).argmin()]
     return best
 
@@ -78,23 +79,26 @@ def _misses(robot: Robot, poses: Array, goal: Array) -> Array:
     return misses
 
 
-def _solutions(robot: Robot, target: ArrayLike) -> tuple[Array, Array]:
-    """Check the target; return it, (9,) m, and all solutions, (32, 8) rad, without limits."""
+def _checked(target: ArrayLike) -> Array:
     goal = finite_array(target, 9, "target")
     if goal.ndim != 1:
         raise InputError(f"target must have the shape (9,), got {goal.shape}.")
+    return goal
+
+
+def _solutions(robot: Robot, goal: Array) -> Array:
+    """Return all solutions, (32, 8) rad, limits not applied."""
     size = robot.lengths
     head = goal[6:9]
     bearing = np.arctan2(head[1], head[0])
     rise, ahead = (head[2] - size.L01 - size.LH1) / size.LH2, np.hypot(head[0], head[1]) / size.LH2
-    poses = np.array(
+    return np.array(
         [
             pose
             for waist, forward_part in ((bearing, ahead), (_wrap(bearing + np.pi), -ahead))
             for pose in _poses(robot, goal, waist, np.arctan2(rise, forward_part))
         ]
     )
-    return goal, poses
 
 
 def _poses(robot: Robot, goal: Array, waist: float, nod: float) -> list[list[float]]:
