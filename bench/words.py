@@ -18,10 +18,10 @@ import numpy as np
 ROOT = Path(__file__).parents[1]
 sys.path[:0] = [str(ROOT / "tools")]
 
-from train_words import DATA, Rows, checked, read_goemotions, read_xed  # noqa: E402
+from train_words import DATA, Rows, checked, read_goemotions, read_xed  # noqa: E402  (below the folder that holds it)
 
-from miburi.senses.text import tokens, without_punctuation  # noqa: E402
-from miburi.senses.words import LABELS, SILENT, hear, judge, load_model  # noqa: E402
+from miburi.senses.text import tokens, without_punctuation  # noqa: E402  (below the folder that holds it)
+from miburi.senses.words import LABELS, SILENT, hear, judge, load_model  # noqa: E402  (below the folder that holds it)
 
 SENTENCES = ROOT / "tests" / "senses"
 

@@ -95,8 +95,8 @@ def scipy_method(
     callback: Callable[[Any], Any] | None = None,
     constraints: Any = (),
     jac: Any = None,  # noqa: ARG001  (SciPy always passes the derivatives)
-    hess: Any = None,  # noqa: ARG001
-    hessp: Any = None,  # noqa: ARG001
+    hess: Any = None,  # noqa: ARG001  (as jac)
+    hessp: Any = None,  # noqa: ARG001  (as jac)
     settings: Settings | None = None,
     seed: Seed = 0,
     deadline: float | None = None,

@@ -212,7 +212,7 @@ def hold(x: Array, gradient: Array, lower: Array, upper: Array, free: Array) -> 
 @compiled
 def clamped(value: float, low: float, high: float, otherwise: float) -> float:
     """Return the value put back between its bounds; ``otherwise`` where it is no number."""
-    return min(max(value, low), high) if value == value else otherwise  # noqa: PLR0124
+    return min(max(value, low), high) if value == value else otherwise  # noqa: PLR0124  (NaN differs from itself)
 
 
 @compiled
