@@ -6,16 +6,14 @@
 #include "controller.h"
 #include "link.h"
 #include "memory.h"
-#include "places.h"
-#include "servo_xl330.h"
-#include "settings.h"
+#include "readings.h"
 
 namespace miburi {
 
 template <class Io>
 class Body {
  public:
-  explicit Body(Io& io) : io_(io), memory_(io), servos_(io) {}
+  explicit Body(Io& io) : io_(io), memory_(io), servos_(io), readings_(servos_) {}
 
   // Power-on: nothing moves. Servos that still follow an order from before a reset are stopped.
   void begin() {
@@ -40,13 +38,13 @@ class Body {
     if (table_.complete()) {
       poll();
     } else {
-      time_ = time;
+      readings_.pass(time);
     }
     memory_.work(table_);
     return true;
   }
 
-  int64_t time() const { return time_; }  // of the latest reading
+  int64_t time() const { return readings_.time(); }  // of the latest reading
   const Table& table() const { return table_; }
   Stored stored() { return memory_.has(table_); }
 
@@ -158,12 +156,12 @@ class Body {
     for (uint8_t tries = 0; tries < FIRST && !look_around(); tries++) {
     }
     for (uint8_t i = 0; i < MOTORS; i++) {
-      if (!(heard_ & (1u << i))) {
-        return unready(i, answered_ & (1u << i) ? Reason::astray : missing(i), out);
-      }
-      if (motion_[i].alert) {
+      const Reason fault = readings_.fault_now(i);
+      if (fault == Reason::faulty) {
         servos_.reboot(table_.joints[i].id);
-        return unready(i, Reason::faulty, out);
+      }
+      if (fault != Reason::none) {
+        return unready(i, fault, out);
       }
     }
     Reason reason = Reason::silent;
@@ -175,20 +173,21 @@ class Body {
     const uint8_t limp = servos_.limp(table_.joints);
     for (uint8_t i = 0; i < MOTORS; i++) {
       const int16_t beyond = limp & (1u << i) ? LIES_BEYOND : HANGS_BEYOND;
-      if (distance_between(positions_[i], inside(i, positions_[i])) > beyond) {
+      const int16_t angle = readings_.angles()[i];
+      if (distance_between(angle, inside(table_.joints[i], angle)) > beyond) {
         const Result result = unready(i, Reason::outside, out);
-        out.put(static_cast<uint16_t>(positions_[i]), 2);
+        out.put(static_cast<uint16_t>(angle), 2);
         return result;
       }
     }
     // A motor that has been held stays at its goal; one that was moved, or had no torque, starts
     // from where it is.
     for (uint8_t i = 0; i < MOTORS; i++) {
-      const int16_t here = goal_here(controller_, i, positions_);
+      const int16_t here = goal_here(controller_, i, readings_.angles());
       if (limp & (1u << i)) {
         pinned_ = static_cast<uint8_t>(pinned_ & ~(1u << i));
       } else if (distance_between(here, controller_.origin[i]) > table_.joints[i].guards.arrival) {
-        controller_.origin[i] = inside(i, here);
+        controller_.origin[i] = inside(table_.joints[i], here);
       }
     }
     held_ = limp_ = false;
@@ -241,19 +240,19 @@ class Body {
   void report(Writer& out) const {
     const Stop& latched = controller_.latched;
     const bool stopped = controller_.phase == Phase::stopped;
-    out.put(static_cast<uint64_t>(time_), 8).put(static_cast<uint8_t>(controller_.phase), 1);
+    out.put(static_cast<uint64_t>(time()), 8).put(static_cast<uint8_t>(controller_.phase), 1);
     out.put(stopped ? static_cast<uint8_t>(latched.reason) : 0, 1);
     out.put(latched.contact.motor, 1).put(static_cast<uint8_t>(latched.contact.sign), 1);
     out.put(static_cast<uint32_t>(latched.contact.measured), 4);
     out.put(static_cast<uint32_t>(latched.contact.expected), 4);
     out.put(static_cast<uint64_t>(latched.contact.length), 8);
     out.put(static_cast<uint64_t>(latched.time), 8);
-    out.put(heard_, 1).put((held_ ? 1u : 0u) | (limp_ ? 2u : 0u), 1);
+    out.put(readings_.heard(), 1).put((held_ ? 1u : 0u) | (limp_ ? 2u : 0u), 1);
     for (uint8_t i = 0; i < MOTORS; i++) {
-      out.put(static_cast<uint16_t>(positions_[i]), 2);
+      out.put(static_cast<uint16_t>(readings_.angles()[i]), 2);
     }
     for (uint8_t i = 0; i < MOTORS; i++) {
-      out.put(static_cast<uint16_t>(motion_[i].speed * table_.joints[i].direction), 2);
+      out.put(static_cast<uint16_t>(readings_.speed(i) * table_.joints[i].direction), 2);
     }
     for (uint8_t i = 0; i < MOTORS; i++) {
       out.put(health_[i].temperature, 1).put(health_[i].voltage, 1);
@@ -263,7 +262,6 @@ class Body {
  private:
   static const int32_t POLL = 20000;              // µs between two readings of the servos
   static const int32_t HEALTH_POLLS = 25;         // readings between two looks at the health
-  static const int32_t SILENCE = 60000;           // µs without an answer: the servo is lost
   // Steps outside its limits that a joint may be at a release: limp, its servo may have lost count
   // of the turns; held, it hangs from a goal inside.
   static const int16_t LIES_BEYOND = 8;
@@ -283,69 +281,26 @@ class Body {
     acceleration_ = Servos::real_acceleration(table_.settings.acceleration);
   }
 
-  int16_t to_joint(uint8_t motor, int32_t position) const {
-    const Joint& joint = table_.joints[motor];
-    const int32_t angle = (position - joint.zero) * joint.direction;
-    return static_cast<int16_t>(angle > 32000 ? 32000 : angle < -32000 ? -32000 : angle);
-  }
-
-  // The angle of a joint's range that is nearest.
-  int16_t inside(uint8_t motor, int16_t angle) const {
-    const Joint& joint = table_.joints[motor];
-    return angle > joint.max ? joint.max : angle < joint.min ? joint.min : angle;
-  }
-
-  // The last door: no goal leaves the card that is outside its joint's limits.
-  int32_t to_servo(uint8_t motor, int16_t angle) const {
-    const Joint& joint = table_.joints[motor];
-    return static_cast<int32_t>(joint.zero) +
-           static_cast<int32_t>(inside(motor, angle)) * joint.direction;
-  }
-
   // Reads all positions, once; true when every servo answered, and is believed.
   bool look_around() {
-    const int64_t asked = now();
     // A stopped motor that may yet yield follows its reading.
-    const bool still = controller_.phase == Phase::stopped && !controller_.yields;
-    heard_ = answered_ = servos_.read_motion(table_.joints, motion_);
-    time_ = asked;
-    for (uint8_t i = 0; i < MOTORS; i++) {
-      const uint8_t bit = static_cast<uint8_t>(1u << i);
-      if (!(answered_ & bit)) {
-        continue;
-      }
-      last_heard_[i] = asked;
-      const uint16_t fastest = table_.settings.max_speed;
-      if (believe(places_[i], motion_[i].position, asked, fastest, still)) {
-        known_ = static_cast<uint8_t>(known_ | bit);
-        positions_[i] = to_joint(i, places_[i].steps);
-      } else {
-        heard_ = static_cast<uint8_t>(heard_ & ~bit);
-      }
-    }
-    return heard_ == ALL;
-  }
-
-  // Why a motor that does not answer does not.
-  Reason missing(uint8_t motor) const {
-    return servos_.misnamed() & (1u << motor) ? Reason::misnamed : Reason::silent;
+    return readings_.take(table_, now(), controller_.phase == Phase::stopped && !controller_.yields);
   }
 
   void poll() {
     const bool all = look_around();
     if (all) {
-      update(controller_, rule_, positions_, time_);
-      if (yield(controller_, rule_, positions_, time_)) {
+      update(controller_, rule_, readings_.angles(), time());
+      if (yield(controller_, rule_, readings_.angles(), time())) {
         held_ = false;
       }
     }
     for (uint8_t i = 0; i < MOTORS; i++) {
-      if (time_ - last_heard_[i] > SILENCE) {
-        give_up(missing(i), i);
-      } else if ((answered_ & (1u << i)) && motion_[i].alert) {
-        give_up(Reason::faulty, i);
-      } else if (places_[i].doubt >= TOO_DOUBTFUL) {
-        give_up(Reason::astray, i);
+      const Reason fault = readings_.fault(i);
+      if (fault != Reason::none) {
+        give_up(fault, i);
+      }
+      if (fault == Reason::astray) {
         controller_.yields = false;
       }
     }
@@ -363,7 +318,7 @@ class Body {
   }
 
   void give_up(Reason reason, uint8_t motor) {
-    stop(controller_, reason, motor, positions_, time_);
+    stop(controller_, reason, motor, readings_.angles(), time());
   }
 
   // What speaks against moving: NO_MOTOR, or the motor, with the reason.
@@ -406,12 +361,14 @@ class Body {
       return;
     }
     for (uint8_t i = 0; i < MOTORS; i++) {
-      if (known_ & ~pinned_ & (1u << i)) {
-        controller_.origin[i] = inside(i, positions_[i]);
+      const Joint& joint = table_.joints[i];
+      if (readings_.known() & ~pinned_ & (1u << i)) {
+        controller_.origin[i] = inside(joint, readings_.angles()[i]);
       }
-      orders_[i] = Order{table_.settings.hold_current, speed, 0, to_servo(i, controller_.origin[i])};
+      orders_[i] =
+          Order{table_.settings.hold_current, speed, 0, to_servo(joint, controller_.origin[i])};
     }
-    pinned_ = known_;
+    pinned_ = readings_.known();
     if (clear_watchdog_) {
       servos_.set_bus_watchdog(table_.joints, false);
     }
@@ -426,11 +383,12 @@ class Body {
     uint32_t real[MOTORS];
     for (uint8_t i = 0; i < MOTORS; i++) {
       real[i] = Servos::real_speed(speeds[i]);
-      orders_[i] = Order{table_.settings.move_current, speeds[i], acceleration_, to_servo(i, goal[i])};
+      orders_[i] = Order{table_.settings.move_current, speeds[i], acceleration_,
+                         to_servo(table_.joints[i], goal[i])};
     }
     held_ = false;
     servos_.command(table_.joints, orders_);
-    start(controller_, rule_, phase, goal, real, acceleration_, positions_, now());
+    start(controller_, rule_, phase, goal, real, acceleration_, readings_.angles(), now());
     // Whoever did not hear it is told once more; who still did not will be missed by the rule.
     if (servos_.deaf(table_.joints, orders_) != 0) {
       servos_.command(table_.joints, orders_);
@@ -451,11 +409,10 @@ class Body {
     adopt();
     // Positions, and where to hold, have another meaning now.
     held_ = false;
-    known_ = pinned_ = 0;
+    pinned_ = 0;
+    readings_.forget(now());
     for (uint8_t i = 0; i < MOTORS; i++) {
-      places_[i] = Place();
       controller_.sag[i] = 0;
-      last_heard_[i] = now();
     }
   }
 
@@ -473,24 +430,17 @@ class Body {
   Io& io_;
   Memory<Io> memory_;
   Servos servos_;
+  Readings<Servos> readings_;
   Table table_ = Table();
   Rule rule_ = Rule();
   uint16_t acceleration_ = 1;
   Controller controller_ = Controller();
 
-  Motion motion_[MOTORS] = {};
   Health health_[MOTORS] = {};
   Order orders_[MOTORS] = {};
-  int16_t positions_[MOTORS] = {};
-  Place places_[MOTORS] = {};
-  uint8_t answered_ = 0;  // motors that answered the latest reading
-  uint8_t heard_ = 0;     // motors of those that are believed
-  uint8_t known_ = 0;     // motors that have been believed at all
-  int64_t last_heard_[MOTORS] = {};
 
   uint32_t ticks_ = 0;
   int64_t clock_ = 0;
-  int64_t time_ = 0;  // when positions_ were read
   int64_t next_poll_ = 0;
   uint16_t polls_ = 0;
 

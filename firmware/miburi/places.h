@@ -30,10 +30,10 @@ inline int32_t reach(int64_t time, uint16_t speed) {
   return JERK + ((gap >> 10) * speed >> 10);  // 2^20 µs is a second, nearly: a division takes long
 }
 
-// Takes a reading in; true when it is believed: no motor is faster than `fastest` steps/s. While nothing may move (`still`) a place on which
-// some readings agree is taken for the new one: somebody has turned a limp joint.
-inline bool believe(Place& place, int32_t reading, int64_t time, uint16_t fastest,
-                    bool still) {
+// Takes a reading in; true when it is believed: no motor is faster than `fastest` steps/s. While
+// nothing may move (`still`) a place on which some readings agree is taken for the new one: somebody
+// has turned a limp joint.
+inline bool believe(Place& place, int32_t reading, int64_t time, uint16_t fastest, bool still) {
   reading = reading > FARTHEST ? FARTHEST : reading < -FARTHEST ? -FARTHEST : reading;
   const int32_t may = reach(time - place.time, fastest);
   bool believed = place.known && distance_between(reading, place.steps) <= may;

@@ -86,6 +86,23 @@ inline uint8_t out_of_range(const Joint& j) {
   return IN_RANGE;
 }
 
+// A servo's position as its joint's angle.
+inline int16_t to_joint(const Joint& joint, int32_t position) {
+  const int32_t angle = (position - joint.zero) * joint.direction;
+  return static_cast<int16_t>(angle > 32000 ? 32000 : angle < -32000 ? -32000 : angle);
+}
+
+// The angle of a joint's range that is nearest.
+inline int16_t inside(const Joint& joint, int16_t angle) {
+  return angle > joint.max ? joint.max : angle < joint.min ? joint.min : angle;
+}
+
+// The last door: no goal leaves the card that is outside its joint's limits.
+inline int32_t to_servo(const Joint& joint, int16_t angle) {
+  return static_cast<int32_t>(joint.zero) +
+         static_cast<int32_t>(inside(joint, angle)) * joint.direction;
+}
+
 inline Settings read_settings(Reader& in) {
   Settings s;
   s.period = in.i32();

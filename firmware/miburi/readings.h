@@ -1,0 +1,93 @@
+// What the servos say: where the joints are, as far as that can be believed, and who is missing.
+//
+// Angles are those of the joints, in encoder steps.
+#pragma once
+
+#include "places.h"
+#include "servo_xl330.h"
+#include "settings.h"
+
+namespace miburi {
+
+template <class Servos>
+class Readings {
+ public:
+  explicit Readings(Servos& servos) : servos_(servos) {}
+
+  // Reads all motors once; true when every one answered, and is believed. `still`: nothing moves
+  // them, so they may be somewhere else only because somebody has turned them.
+  bool take(const Table& table, int64_t time, bool still) {
+    heard_ = answered_ = servos_.read_motion(table.joints, motion_);
+    time_ = time;
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      const uint8_t bit = static_cast<uint8_t>(1u << i);
+      if (!(answered_ & bit)) {
+        continue;
+      }
+      last_heard_[i] = time;
+      if (believe(places_[i], motion_[i].position, time, table.settings.max_speed, still)) {
+        known_ = static_cast<uint8_t>(known_ | bit);
+        angles_[i] = to_joint(table.joints[i], places_[i].steps);
+      } else {
+        heard_ = static_cast<uint8_t>(heard_ & ~bit);
+      }
+    }
+    return heard_ == ALL;
+  }
+
+  // Begins anew: the same readings mean other angles now.
+  void forget(int64_t time) {
+    known_ = 0;
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      places_[i] = Place();
+      last_heard_[i] = time;
+    }
+  }
+
+  void pass(int64_t time) { time_ = time; }  // nobody could be asked
+
+  // What a motor's readings tell against it; Reason::none where nothing does.
+  Reason fault(uint8_t motor) const {
+    if (time_ - last_heard_[motor] > SILENCE) {
+      return missing(motor);
+    }
+    if ((answered_ & (1u << motor)) && motion_[motor].alert) {
+      return Reason::faulty;
+    }
+    return places_[motor].doubt >= TOO_DOUBTFUL ? Reason::astray : Reason::none;
+  }
+
+  // The same, for a motor that must be believed at this very reading.
+  Reason fault_now(uint8_t motor) const {
+    if (!(heard_ & (1u << motor))) {
+      return answered_ & (1u << motor) ? Reason::astray : missing(motor);
+    }
+    return motion_[motor].alert ? Reason::faulty : Reason::none;
+  }
+
+  int64_t time() const { return time_; }
+  const int16_t* angles() const { return angles_; }
+  int16_t speed(uint8_t motor) const { return motion_[motor].speed; }  // the servo's own
+  uint8_t heard() const { return heard_; }
+  uint8_t known() const { return known_; }
+
+ private:
+  static const int32_t SILENCE = 60000;  // µs without an answer: the servo is lost
+
+  // Why a motor that does not answer does not.
+  Reason missing(uint8_t motor) const {
+    return servos_.misnamed() & (1u << motor) ? Reason::misnamed : Reason::silent;
+  }
+
+  Servos& servos_;
+  Motion motion_[MOTORS] = {};
+  Place places_[MOTORS] = {};
+  int16_t angles_[MOTORS] = {};
+  int64_t last_heard_[MOTORS] = {};
+  int64_t time_ = 0;      // of the latest reading
+  uint8_t answered_ = 0;  // motors that answered it
+  uint8_t heard_ = 0;     // motors of those that are believed
+  uint8_t known_ = 0;     // motors that have been believed at all
+};
+
+}  // namespace miburi
