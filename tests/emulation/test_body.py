@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from miburi.emulation import card as emulated
+from miburi.emulation.bus import Bus
 from miburi.emulation.card import EmulatedCard
-from miburi.emulation.servos import Bus
 
 
 class Asleep:

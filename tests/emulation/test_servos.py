@@ -9,7 +9,8 @@ from dynamixel_sdk import (
     PacketHandler,
 )
 
-from miburi.emulation.servos import MODEL, SPEED_UNIT, Bus, Servo
+from miburi.emulation.bus import Bus
+from miburi.emulation.servos import MODEL, SPEED_UNIT, Servo
 
 
 class Port:

@@ -11,8 +11,9 @@ from miburi.card.calibration import free_moves, grant_guards, record
 from miburi.card.card import Card
 from miburi.card.link import FrameKind, Report
 from miburi.card.settings import CardSettings, real_acceleration, real_speed
+from miburi.emulation.bus import Bus
 from miburi.emulation.card import EmulatedCard
-from miburi.emulation.servos import Bus, Servo
+from miburi.emulation.servos import Servo
 from miburi.robot import JOINTS, Robot, iphonoid
 from miburi.safety.contact import Sign
 from miburi.safety.controller import Controller

@@ -11,7 +11,7 @@ from tests.firmware.toolchain import HERE, NATIVE, SANITIZED, need, run
 
 from miburi.card.link import ANSWER, VERSION, Frame, FrameKind, Receiver, Result, encode
 from miburi.card.settings import CardSettings
-from miburi.emulation.servos import STATUS, packet
+from miburi.emulation.packets import STATUS, packet
 from miburi.errors import BodyError
 from miburi.robot import iphonoid
 from miburi.safety.move import Move

@@ -18,8 +18,8 @@ from miburi.card.line import SerialLine
 from miburi.card.settings import ALLOWED, CardSettings
 from miburi.cli import card as card_commands
 from miburi.emulation.body import EmulatedBody
+from miburi.emulation.bus import Bus
 from miburi.emulation.card import EmulatedCard
-from miburi.emulation.servos import Bus
 from miburi.emulation.terminal import pump, servos
 from miburi.errors import BodyError
 from miburi.robot import JOINTS, iphonoid

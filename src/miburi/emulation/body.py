@@ -14,8 +14,9 @@ from miburi.bodies.base import BodyState, Touch
 from miburi.bodies.plant import Plant
 from miburi.card.card import Card
 from miburi.card.settings import MILLIAMPERES_PER_NM, CardSettings, JointSettings
+from miburi.emulation.bus import Bus
 from miburi.emulation.card import EmulatedCard
-from miburi.emulation.servos import Bus, Servo, Shaft
+from miburi.emulation.servos import Servo, Shaft
 from miburi.robot import Array, Robot
 from miburi.robot.mjcf import TIMESTEP
 from miburi.safety.contact import Rule

@@ -14,7 +14,7 @@ from math import ceil, inf, nextafter
 from pathlib import Path
 from typing import Protocol
 
-from miburi.emulation.servos import Bus
+from miburi.emulation.bus import Bus
 from miburi.errors import BodyError
 
 __all__ = ["EEPROM_SIZE", "EmulatedCard", "Mega", "World", "firmware_file", "is_built"]

@@ -11,8 +11,9 @@ from contextlib import suppress
 from time import monotonic, sleep
 
 from miburi.card.settings import CardSettings
+from miburi.emulation.bus import Bus
 from miburi.emulation.card import EmulatedCard
-from miburi.emulation.servos import Bus, Servo
+from miburi.emulation.servos import Servo
 from miburi.robot import Robot
 
 __all__ = ["pump", "serve", "servos"]
