@@ -1,6 +1,7 @@
 """The house keeps its shape: which room may import which, and how long a module may be."""
 
 import ast
+import re
 from pathlib import Path
 
 import pytest
@@ -108,3 +109,18 @@ def test_no_two_public_classes_share_a_name() -> None:
             if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
                 places.setdefault(node.name, []).append(str(path.relative_to(HOUSE)))
     assert {n: p for n, p in places.items() if len(p) > 1 and n not in SHARED} == {}
+
+
+@pytest.mark.parametrize("path", sorted(Path(__file__).parent.rglob("*.py")), ids=lambda p: p.name)
+def test_tests_use_public_names_alone(path: Path) -> None:
+    """Through the same doors as a user; what a NamedTuple calls _replace is public."""
+    private = re.compile(r"_(?!_|replace|asdict|fields)")
+    reached = [
+        ast.unparse(node)
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Attribute)
+        and private.match(node.attr)
+        and ast.unparse(node.value) not in ("self", "cls", "super()")
+    ]
+    imported = [name for _, name in imports(path) if private.match(name)]
+    assert reached + imported == []

@@ -2,6 +2,7 @@
 
 import copy
 import struct
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
@@ -29,6 +30,7 @@ class Line(EmulatedCard):
     """An emulated card whose cable can be pulled."""
 
     pulled = False
+    sent = b""
 
     def read(self, until: float) -> bytes:
         if self.pulled:
@@ -38,10 +40,22 @@ class Line(EmulatedCard):
     def write(self, data: bytes) -> None:
         if self.pulled:
             raise OSError("pulled")
+        self.sent = data
         super().write(data)
 
     def close(self) -> None:
         """The card stays on when the host lets go of the cable."""
+
+
+class Talking(Card):
+    """The body on the card; it tells which requests the card took."""
+
+    on_answer: Callable[[FrameKind, bytes, bytes], None] = staticmethod(lambda *_: None)
+
+    def ask(self, kind: FrameKind, payload: bytes = b"", patience: float = 0.25) -> bytes:
+        answer = super().ask(kind, payload, patience)
+        self.on_answer(kind, payload, answer)
+        return answer
 
 
 class Twin:
@@ -66,12 +80,21 @@ class Twin:
         if self.controller is None:
             neutral = to_steps(self.robot, self.robot.neutral)
             self.controller = Controller(self.robot, self.settings.rule, neutral)
-        self.controller._start(Phase.MOVING, np.array(goal), np.array(speeds), here, began)
+        self.controller.start(Phase.MOVING, np.array(goal), np.array(speeds), here, began)
         watch = self.controller.watch
         real = np.array([real_speed(v) for v in speeds])
         profile = Profile.plan(watch.profile.distance, real, watch.profile.acceleration)
         self.controller.watch = self.settings.rule.watch(profile, watch.start, watch.direction)
         self.detectable = None
+
+    def hear(self, kind: FrameKind, payload: bytes, answer: bytes) -> None:
+        if kind == FrameKind.MOVE:
+            values = struct.unpack("<8h8H", payload)
+            began = struct.unpack("<q", answer)[0]
+            self.start(values[:8], values[8:], began)
+        elif kind in (FrameKind.RELEASE, FrameKind.STOP):
+            # The return starts from a reading that is not reported: it is not judged here.
+            self.controller = None
 
     def see(self, report: Report) -> None:
         self.last = report
@@ -80,7 +103,7 @@ class Twin:
             return
         if self.wants_detectable and c.phase is Phase.MOVING:
             # From here on, a look at any moment would see it.
-            seen = copy.deepcopy(c.watch).look(np.array(report.positions), report.time - c._began)
+            seen = copy.deepcopy(c.watch).look(np.array(report.positions), report.time - c.began)
             if seen is None:
                 self.detectable = None
             elif self.detectable is None:
@@ -123,7 +146,7 @@ class Rig:
         ]
         self.bus = Bus(self.servos)
         self.line = Line(self.bus, elf=firmware / "miburi.elf", library=firmware / "libmega.so")
-        self.body = Card(lambda: self.line, self.robot, self.settings)
+        self.body = Talking(lambda: self.line, self.robot, self.settings)
         self.twin = Twin(self.robot, self.settings)
         if twin:
             self._join_twin()
@@ -132,25 +155,10 @@ class Rig:
             self.body.wake()
 
     def _join_twin(self) -> None:
-        ask, body = self.body._ask, self.body
-
-        def asked(kind, payload=b"", patience=0.25):
-            answer = ask(kind, payload, patience)
-            if kind == FrameKind.MOVE:
-                values = struct.unpack("<8h8H", payload)
-                began = struct.unpack("<q", answer)[0]
-                self.twin.start(values[:8], values[8:], began)
-            elif kind == FrameKind.RELEASE:
-                # The return starts from a reading that is not reported: it is not judged here.
-                self.twin.controller = None
-            elif kind == FrameKind.STOP:
-                self.twin.controller = None
-            return answer
-
-        ask(FrameKind.STATUS, struct.pack("<H", 1))  # a report after every reading
-        body._ask = asked
-        body.on_report = self.twin.see
-        self.twin.last = body.report
+        self.body.ask(FrameKind.STATUS, struct.pack("<H", 1))  # a report after every reading
+        self.body.on_report = self.twin.see
+        self.body.on_answer = self.twin.hear
+        self.twin.last = self.body.report
 
     def run(self, seconds: float) -> None:
         """Let time pass."""

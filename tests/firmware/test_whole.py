@@ -16,7 +16,7 @@ from miburi.card.calibration import apply_calibration, changes, free_moves, in_w
 from miburi.card.card import Card
 from miburi.card.line import SerialLine
 from miburi.card.settings import ALLOWED, CardSettings
-from miburi.cli import card as card_commands
+from miburi.cli.by_hand import find_zeros
 from miburi.emulation.body import EmulatedBody
 from miburi.emulation.bus import Bus
 from miburi.emulation.card import EmulatedCard
@@ -75,7 +75,7 @@ def test_a_calibration_that_is_broken_off_leaves_the_guards_as_they_were(rig: Ri
     with pytest.raises(BodyError, match=r"contact \(waist\)\. Give the robot room"):
         measure(rig.body)
     assert rig.body.state.phase is Phase.STOPPED
-    assert rig.body._hello() == (rig.settings.crc, True, True)
+    assert rig.body.hello() == (rig.settings.crc, True, True)
     rig.servos[0].shaft.high = np.inf
     # Not even when the host is killed, and cannot put them back.
     rig.body.configure(rig.settings.generous)
@@ -109,10 +109,10 @@ def test_a_rule_is_loaded_whole_or_not_at_all(rig: Rig) -> None:
     with pytest.raises(BodyError, match="refuses ratio 0.5: allowed is 0.8 to 1"):
         rig.body.configure(settings.with_rule(deaf))
     assert rig.body.settings == settings
-    assert rig.body._hello()[:2] == (settings.crc, True)
+    assert rig.body.hello()[:2] == (settings.crc, True)
     swapped = settings.mounting.model_copy(update={"id": [2, 1, 3, 4, 5, 6, 7, 8]})
     rig.body.configure(settings.with_mounting(swapped))
-    assert rig.body._hello()[:2] == (settings.with_mounting(swapped).crc, True)
+    assert rig.body.hello()[:2] == (settings.with_mounting(swapped).crc, True)
     twice = settings.mounting.model_copy(update={"id": [1] * 8})
     with pytest.raises(BodyError, match="an id of its own"):
         rig.body.configure(settings.with_mounting(twice))
@@ -200,8 +200,7 @@ def test_zeros_and_directions_are_found_by_hand(
         sign = -1 if motor == 3 else 1
         rig.servos[motor].shaft.place = zero if "its zero" in what else zero + sign * way
 
-    monkeypatch.setattr(card_commands, "_wait_for_enter", turned)
-    card_commands._find_zeros(rig.body)
+    find_zeros(rig.body, turned)
     assert "waist was turned by only 1.8°" in capsys.readouterr().out
     assert len(asked) == 2 * 9
     mounting = rig.body.settings.mounting

@@ -182,14 +182,14 @@ class Card:
         )
         goals = np.clip(to_steps(self._robot, move.angles), lower, upper)
         speeds = np.minimum(to_steps(self._robot, move.speeds), self._settings.general.max_speed)
-        answer = self._ask(FrameKind.MOVE, struct.pack("<8h8H", *goals.tolist(), *speeds.tolist()))
+        answer = self.ask(FrameKind.MOVE, struct.pack("<8h8H", *goals.tolist(), *speeds.tolist()))
         self.goals, self.move_began = tuple(goals.tolist()), struct.unpack("<q", answer)[0]
         self._await_phase()
 
     def stop(self) -> None:
         """Stop all motors and hold softly until released."""
         if self._connected:
-            self._ask(FrameKind.STOP)
+            self.ask(FrameKind.STOP)
             self._await_phase()
 
     def halt(self) -> None:
@@ -221,7 +221,7 @@ class Card:
                 "read them: it does not know how its servos are mounted. Load its calibration "
                 "(miburi card load), or calibrate it again (miburi card calibrate --zeros)."
             )
-        answer = self._ask(FrameKind.RELEASE)
+        answer = self.ask(FrameKind.RELEASE)
         self._own_stop = None
         self.goals = tuple(joint.neutral for joint in self._settings.joints)
         self.move_began = struct.unpack("<q", answer)[0]
@@ -249,11 +249,11 @@ class Card:
 
     def relax(self) -> None:
         """Switch the torque of a stopped body off, so that it can be moved by hand."""
-        self._ask(FrameKind.RELAX)
+        self.ask(FrameKind.RELAX)
 
     def identify(self, old: int, new: int) -> None:
         """Set id, speed and mode of the only servo on the bus; ``old`` is its id until now."""
-        self._ask(FrameKind.IDENTIFY, bytes((old, new)), patience=1.0)
+        self.ask(FrameKind.IDENTIFY, bytes((old, new)), patience=1.0)
 
     def configure(self, settings: CardSettings) -> None:
         """Send settings to a stopped card; if it refuses them, send the previous ones again.
@@ -279,10 +279,10 @@ class Card:
                 index = b"" if isinstance(value, General) else bytes((piece,))
                 kind = FrameKind.SETTINGS if isinstance(value, General) else FrameKind.JOINT
                 try:
-                    self._ask(kind, index + value.pack())
+                    self.ask(kind, index + value.pack())
                 except OutOfRangeError as error:
                     raise BodyError(refusal(settings, piece, error.index)) from None
-            crc, complete, _ = self._hello()
+            crc, complete, _ = self.hello()
             if complete and crc == settings.crc:
                 return
         raise BodyError("The card did not keep its settings; give each servo an id of its own.")
@@ -290,11 +290,11 @@ class Card:
     @property
     def stored(self) -> bool:
         """Whether the card's settings are stored and survive a loss of power."""
-        return self._hello()[2]
+        return self.hello()[2]
 
     def save(self) -> None:
         """Store the settings in the card's EEPROM; this takes about 4 s."""
-        self._ask(FrameKind.SAVE)
+        self.ask(FrameKind.SAVE)
         for _ in range(50):
             self.step(0.2)
             if self.stored:
@@ -328,54 +328,16 @@ class Card:
 
     # --- the conversation ------------------------------------------------------------------------
 
-    def _greet(self, patience: float) -> None:
-        """Connect: stop the card, send settings if it needs them, and ask for reports."""
-        self._receiver = Receiver()
-        until = self._line.now() + patience
-        while True:
-            try:
-                crc, complete, _ = self._hello()
-                break
-            except NoAnswerError:
-                if self._line.now() >= until:
-                    raise
-        self._ask(FrameKind.STOP)
-        wanted = self._requested_settings or self._default_settings(complete)
-        self._settings = wanted
-        if crc != wanted.crc or not complete:
-            self.configure(wanted)
-        self._guessed = self._unreadable and not complete and self._requested_settings is None
-        self._ask(FrameKind.STATUS, struct.pack("<H", _REPORT_PERIOD))
-        self._fresh = self._connected = True
-        self._heard = self._line.now()
-        self._await_phase()
+    def ask(self, kind: FrameKind, payload: bytes = b"", patience: float = _PATIENCE) -> bytes:
+        """Send one request of the link, at most three times; return what the card answers.
 
-    def _default_settings(self, complete: bool) -> CardSettings:
-        of_robot = CardSettings.of(self._robot)
-        if not complete:
-            return of_robot
-        joints = [JointSettings.unpack(self._read_piece(i)) for i in range(len(JOINTS))]
-        general = General.unpack(self._read_piece(_SETTINGS_PIECE))
-        return of_robot.with_calibration(CardSettings(general, tuple(joints)))
-
-    def _read_piece(self, piece: int) -> bytes:
-        return self._ask(FrameKind.READ, bytes((piece,)))
-
-    def _hello(self) -> tuple[int, bool, bool]:
-        """Return the check sum of the card's settings, and whether they are complete and stored."""
-        answer = self._ask(FrameKind.HELLO)
-        version, *_, motors, complete, stored, crc = struct.unpack("<7BH", answer)
-        self._unreadable = stored == _OTHER_LAYOUT
-        if version != VERSION or motors != len(JOINTS):
-            raise BodyError(
-                f"The card's firmware speaks version {version} of the link and has {motors} "
-                f"motors; {VERSION} and {len(JOINTS)} are needed. Upload the firmware of this "
-                "Miburi (miburi card upload)."
-            )
-        return crc, bool(complete), stored == _STORED
-
-    def _ask(self, kind: FrameKind, payload: bytes = b"", patience: float = _PATIENCE) -> bytes:
-        """Send a request until the card answers; return the answer, or raise the error in it."""
+        Raises
+        ------
+        NoAnswerError
+            No answer came within ``patience`` s, or the line is broken: the card is lost.
+        BodyError
+            The card refused; the message says why.
+        """
         self._sequence = self._sequence % 255 + 1
         data = encode(Frame(kind, self._sequence, payload))
         for _ in range(_TRIES):
@@ -400,6 +362,58 @@ class Card:
             "The card does not answer. Check cable and power, and that it has Miburi's firmware "
             "(miburi card upload)."
         )
+
+    def hello(self) -> tuple[int, bool, bool]:
+        """Return the check sum of the card's settings, and whether they are complete and stored.
+
+        Raises
+        ------
+        BodyError
+            The firmware speaks another version of the link.
+        """
+        answer = self.ask(FrameKind.HELLO)
+        version, *_, motors, complete, stored, crc = struct.unpack("<7BH", answer)
+        self._unreadable = stored == _OTHER_LAYOUT
+        if version != VERSION or motors != len(JOINTS):
+            raise BodyError(
+                f"The card's firmware speaks version {version} of the link and has {motors} "
+                f"motors; {VERSION} and {len(JOINTS)} are needed. Upload the firmware of this "
+                "Miburi (miburi card upload)."
+            )
+        return crc, bool(complete), stored == _STORED
+
+    def _greet(self, patience: float) -> None:
+        """Connect: stop the card, send settings if it needs them, and ask for reports."""
+        self._receiver = Receiver()
+        until = self._line.now() + patience
+        while True:
+            try:
+                crc, complete, _ = self.hello()
+                break
+            except NoAnswerError:
+                if self._line.now() >= until:
+                    raise
+        self.ask(FrameKind.STOP)
+        wanted = self._requested_settings or self._default_settings(complete)
+        self._settings = wanted
+        if crc != wanted.crc or not complete:
+            self.configure(wanted)
+        self._guessed = self._unreadable and not complete and self._requested_settings is None
+        self.ask(FrameKind.STATUS, struct.pack("<H", _REPORT_PERIOD))
+        self._fresh = self._connected = True
+        self._heard = self._line.now()
+        self._await_phase()
+
+    def _default_settings(self, complete: bool) -> CardSettings:
+        of_robot = CardSettings.of(self._robot)
+        if not complete:
+            return of_robot
+        joints = [JointSettings.unpack(self._read_piece(i)) for i in range(len(JOINTS))]
+        general = General.unpack(self._read_piece(_SETTINGS_PIECE))
+        return of_robot.with_calibration(CardSettings(general, tuple(joints)))
+
+    def _read_piece(self, piece: int) -> bytes:
+        return self.ask(FrameKind.READ, bytes((piece,)))
 
     def _listen(self, until: float) -> None:
         """Read what the card sends next, and keep reports and answers. May raise OSError."""

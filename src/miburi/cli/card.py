@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from miburi.cli.by_hand import find_zeros, give_ids, wait_for_enter
 from miburi.cli.options import RobotFile, robot_of
 from miburi.errors import BodyError
 
@@ -25,23 +26,6 @@ app = typer.Typer(help="The robot's card: an Arduino with the firmware.", no_arg
 Port = Annotated[
     str, typer.Argument(metavar="PORT", help="The card's serial port, such as /dev/ttyACM0.")
 ]
-_TURN = 100
-_SHOULDER = (
-    "with its elbow bent, the forearm hangs straight down",
-    "the bent forearm swings forward",
-)
-_STRAIGHT = "straight out, in line with the upper arm"
-#: Each joint's zero and its positive direction, in words for the person who turns it.
-_BY_HAND = {
-    "waist": ("the chest faces straight ahead", "to the robot's own left"),
-    "right_shoulder": _SHOULDER,
-    "right_elbow": (_STRAIGHT, "the forearm goes down"),
-    "right_fingertip": (_STRAIGHT, "the hand goes down"),
-    "left_shoulder": _SHOULDER,
-    "left_elbow": (_STRAIGHT, "the forearm goes up"),
-    "left_fingertip": (_STRAIGHT, "the hand goes up"),
-    "head": ("its link lies level, forwards", "the head goes up"),
-}
 _NOT_STORED = (
     "Its settings are not stored: the card forgets them when it is switched off. "
     "`miburi card calibrate` and `miburi card load` store them."
@@ -141,9 +125,9 @@ def calibrate(
 
     with _open_card(port, robot_of(robot)) as card, whole_files(out.parent) as draft:
         if ids:
-            _give_ids(card)
+            give_ids(card, wait_for_enter)
         if zeros:
-            _find_zeros(card)
+            find_zeros(card, wait_for_enter)
         typer.confirm("The robot will move now. Is the space around it free?", abort=True)
         measured = measure(card, lambda what: print(f"{what} …"))
         lines = in_words(measured)
@@ -200,56 +184,7 @@ def _why(state: "BodyState") -> str:
     if stop is None:
         return ""
     reason = words(FALLBACK)["reason"][stop.reason]
-    return f" ({reason}{'' if stop.motor is None else ', ' + _words_of(stop.motor)})"
-
-
-def _give_ids(card: "Card") -> None:
-    from miburi.robot import JOINTS
-
-    for name, joint in zip(JOINTS, card.settings.joints, strict=True):
-        _wait_for_enter(f"Connect only the servo of the {_words_of(name)}")
-        while True:
-            try:
-                card.identify(1, joint.servo)
-                break
-            except BodyError:
-                print("No new servo answers.")
-                _wait_for_enter("Look at its cable and at the supply")
-        print(f"This servo is number {joint.servo} now.")
-    _wait_for_enter("Connect all servos")
-
-
-def _find_zeros(card: "Card") -> None:
-    from miburi.card.calibration import find_zero
-    from miburi.robot import JOINTS
-
-    settings = card.settings
-    card.relax()
-    print("The joints are limp now. Turn each gently, by hand.")
-    for motor, name in enumerate(JOINTS):
-        joint, (zero, onwards) = settings.joints[motor], _BY_HAND[name]
-        while True:
-            places = []
-            for what in (f"to its zero: {zero}", f"by about 10°: {onwards}"):
-                _wait_for_enter(f"Turn the {_words_of(name)} {what}")
-                card.look()
-                if not card.report.heard >> motor & 1:
-                    raise BodyError(f"{name}: its servo does not answer. Look at cable and supply.")
-                places.append(joint.zero + joint.direction * card.report.positions[motor])
-            try:
-                settings = find_zero(settings, motor, places[0], places[1], _TURN)
-                break
-            except BodyError as error:
-                print(f"{error} Once more, please.")
-    card.configure(settings)
-
-
-def _words_of(joint: str) -> str:
-    return joint.replace("_", " ")
-
-
-def _wait_for_enter(what: str) -> None:
-    typer.prompt(f"{what}, then press Enter", default="", show_default=False, prompt_suffix=" ")
+    return f" ({reason}{'' if stop.motor is None else ', ' + stop.motor.replace('_', ' ')})"
 
 
 @contextmanager

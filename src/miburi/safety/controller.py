@@ -95,7 +95,8 @@ class Controller:
         self.latched: Stop | None = None
         #: What the rule compared at its latest reading; it is kept after the move.
         self.window: Window | None = None
-        self._began = 0
+        #: Start of the profile that runs, µs.
+        self.began = 0
         self._yields_at: int | None = None
         self._sag = np.zeros_like(self.origin)
         self.watch = self._plan(self.origin, self.origin, np.ones(len(JOINTS), dtype=np.int64))
@@ -111,7 +112,7 @@ class Controller:
         """
         check_move(self.robot, self.phase, move)
         robot = self.robot
-        self._start(
+        self.start(
             Phase.MOVING,
             to_steps(robot, move.angles),
             to_steps(robot, move.speeds),
@@ -142,7 +143,7 @@ class Controller:
         goal = to_steps(self.robot, aim(self.robot, self.robot.neutral))
         distance = np.abs(goal - self.origin)
         fastest = round(RETURN_SPEED / self.robot.servo.step)
-        self._start(
+        self.start(
             Phase.RETURNING,
             goal,
             distance * fastest // max(int(distance.max()), 1),
@@ -156,7 +157,7 @@ class Controller:
             self._yield(positions, time)
         if self.phase not in (Phase.MOVING, Phase.RETURNING):
             return
-        elapsed = time - self._began
+        elapsed = time - self.began
         contact = self.watch.look(positions, elapsed)
         self.window = self.watch.window or self.window
         if contact is not None:
@@ -179,8 +180,15 @@ class Controller:
 
     def setpoint(self, time: Steps | int) -> Steps:
         """Return where the profiles are, in 1/256 steps: (8,), or (n, 8) for times (n, 1)."""
-        travel = self.watch.profile.position(time - self._began)
+        travel = self.watch.profile.position(time - self.began)
         return self.origin * FINE + self.watch.direction * travel
+
+    def start(self, phase: Phase, goal: Steps, speeds: Steps, positions: Steps, time: int) -> None:
+        """Start towards ``goal``, in steps, at ``speeds`` in steps/s; nothing is checked here."""
+        self.phase = phase
+        self.began = time
+        self._sag = self._measure_sag(positions)
+        self.watch = self._plan(goal, positions, speeds)
 
     @property
     def _goal(self) -> Steps:
@@ -218,12 +226,6 @@ class Controller:
         blocked = np.abs(here - self.origin) > self.rule.guards.slack
         if blocked.any():
             self._stay(np.where(blocked, here, self.origin))
-
-    def _start(self, phase: Phase, goal: Steps, speeds: Steps, positions: Steps, time: int) -> None:
-        self.phase = phase
-        self._began = time
-        self._sag = self._measure_sag(positions)
-        self.watch = self._plan(goal, positions, speeds)
 
     def _plan(self, goal: Steps, positions: Steps, speeds: Steps) -> Watch:
         profile, direction = plan_profile(self.robot, self.origin, goal, speeds)

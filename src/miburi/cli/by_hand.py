@@ -1,0 +1,84 @@
+"""What a person does by hand before a card is calibrated: connect servos, and turn limp joints."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import typer
+
+from miburi.errors import BodyError
+
+if TYPE_CHECKING:
+    from miburi.card.card import Card
+
+__all__ = ["find_zeros", "give_ids", "wait_for_enter"]
+
+#: The least turn from which a direction is read, in encoder steps: 8.8° (ours).
+_TURN = 100
+_SHOULDER = (
+    "with its elbow bent, the forearm hangs straight down",
+    "the bent forearm swings forward",
+)
+_STRAIGHT = "straight out, in line with the upper arm"
+#: Each joint's zero and its positive direction, in words for the person who turns it.
+_BY_HAND = {
+    "waist": ("the chest faces straight ahead", "to the robot's own left"),
+    "right_shoulder": _SHOULDER,
+    "right_elbow": (_STRAIGHT, "the forearm goes down"),
+    "right_fingertip": (_STRAIGHT, "the hand goes down"),
+    "left_shoulder": _SHOULDER,
+    "left_elbow": (_STRAIGHT, "the forearm goes up"),
+    "left_fingertip": (_STRAIGHT, "the hand goes up"),
+    "head": ("its link lies level, forwards", "the head goes up"),
+}
+
+
+def wait_for_enter(what: str) -> None:
+    """Ask the person at the terminal to do something, and wait until it is done."""
+    typer.prompt(f"{what}, then press Enter", default="", show_default=False, prompt_suffix=" ")
+
+
+def give_ids(card: "Card", wait: Callable[[str], None]) -> None:
+    """Give new servos their ids, one after the other; ``wait`` asks the person and waits."""
+    from miburi.robot import JOINTS
+
+    for name, joint in zip(JOINTS, card.settings.joints, strict=True):
+        wait(f"Connect only the servo of the {_in_words(name)}")
+        while True:
+            try:
+                card.identify(1, joint.servo)
+                break
+            except BodyError:
+                print("No new servo answers.")
+                wait("Look at its cable and at the supply")
+        print(f"This servo is number {joint.servo} now.")
+    wait("Connect all servos")
+
+
+def find_zeros(card: "Card", wait: Callable[[str], None]) -> None:
+    """Find each servo's zero and direction while a person turns the limp joints."""
+    from miburi.card.calibration import find_zero
+    from miburi.robot import JOINTS
+
+    settings = card.settings
+    card.relax()
+    print("The joints are limp now. Turn each gently, by hand.")
+    for motor, name in enumerate(JOINTS):
+        joint, (zero, onwards) = settings.joints[motor], _BY_HAND[name]
+        while True:
+            places = []
+            for what in (f"to its zero: {zero}", f"by about 10°: {onwards}"):
+                wait(f"Turn the {_in_words(name)} {what}")
+                card.look()
+                if not card.report.heard >> motor & 1:
+                    raise BodyError(f"{name}: its servo does not answer. Look at cable and supply.")
+                places.append(joint.zero + joint.direction * card.report.positions[motor])
+            try:
+                settings = find_zero(settings, motor, places[0], places[1], _TURN)
+                break
+            except BodyError as error:
+                print(f"{error} Once more, please.")
+    card.configure(settings)
+
+
+def _in_words(joint: str) -> str:
+    return joint.replace("_", " ")
