@@ -35,8 +35,8 @@ from miburi.interface.wire import (
 )
 from miburi.live.bodies import KINDS
 from miburi.live.commands import BusyError
-from miburi.live.runner import Runner
 from miburi.live.state import Entry, MotorsOut, Sample, State
+from miburi.live.view import LivePartner
 from miburi.robot import JOINTS
 from miburi.robot.mjcf import HAND_AWAY, HAND_SIZE
 from miburi.robot.shape import COLOURS, links, parts
@@ -60,7 +60,7 @@ _NO_ROOM: Refusals = {507: {"model": Refusal, "description": "The folder takes n
 _RecordingName = Annotated[str, Path(max_length=60)]
 
 
-def make_api(runner: Runner) -> FastAPI:
+def make_api(runner: LivePartner) -> FastAPI:
     """Return the interface to a live partner, without pages."""
     app = FastAPI(
         title="Miburi",
@@ -76,7 +76,7 @@ def make_api(runner: Runner) -> FastAPI:
     return app
 
 
-def _router(runner: Runner) -> APIRouter:
+def _router(runner: LivePartner) -> APIRouter:
     router = APIRouter(prefix="/api/v1", responses={422: {"model": Refusal}})
     _looking(router, runner)
     _asking(router, runner)
@@ -84,7 +84,7 @@ def _router(runner: Runner) -> APIRouter:
     return router
 
 
-def _looking(router: APIRouter, runner: Runner) -> None:
+def _looking(router: APIRouter, runner: LivePartner) -> None:
     """Add what can be looked at."""
 
     @router.get("/state", response_model=State)
@@ -136,7 +136,7 @@ def _looking(router: APIRouter, runner: Runner) -> None:
         ]
 
 
-def _asking(router: APIRouter, runner: Runner) -> None:
+def _asking(router: APIRouter, runner: LivePartner) -> None:
     """Add what can be asked for."""
 
     @router.post("/stimulus", status_code=_NOTHING, responses=_REFUSED)
@@ -195,7 +195,7 @@ def _asking(router: APIRouter, runner: Runner) -> None:
         await done(await asyncio.to_thread(runner.use, wish.name, wish.port))
 
 
-def _recording(router: APIRouter, runner: Runner) -> None:
+def _recording(router: APIRouter, runner: LivePartner) -> None:
     """Add recordings."""
     kept = runner.recordings
 
@@ -254,13 +254,13 @@ async def done(future: Future[Result]) -> Result:
         raise BusyError("the partner did not answer in time; look at its log.") from None
 
 
-def move_hand(runner: Runner, wish: HandIn) -> Future[None]:
+def move_hand(runner: LivePartner, wish: HandIn) -> Future[None]:
     """Pass a wish for the hand on."""
     position = None if wish.position is None else np.array(wish.position)
     return runner.hand(position, np.array(wish.along))
 
 
-def performance(runner: Runner, wish: ExpressIn) -> list[KeyPose] | None:
+def performance(runner: LivePartner, wish: ExpressIn) -> list[KeyPose] | None:
     """Return the key poses of a wish that is more than a feeling's own gesture.
 
     Raises
@@ -279,7 +279,7 @@ def performance(runner: Runner, wish: ExpressIn) -> list[KeyPose] | None:
     return blend(runner.robot, [(lead, wish.mood), *others])
 
 
-def describe(runner: Runner) -> RobotOut:
+def describe(runner: LivePartner) -> RobotOut:
     """Return what the scene is built from."""
     robot = runner.robot
     return RobotOut(

@@ -18,7 +18,7 @@ from miburi.feelings import Stimulus
 from miburi.interface.api import done, move_hand
 from miburi.interface.wire import HandIn, Message, StimulusIn
 from miburi.live.commands import BusyError
-from miburi.live.runner import Runner
+from miburi.live.view import LivePartner
 
 __all__ = [
     "LARGEST",
@@ -82,7 +82,7 @@ AnyMessage = Annotated[
 _MESSAGE: TypeAdapter[AnyMessage] = TypeAdapter(AnyMessage)
 
 
-def live_router(runner: Runner) -> APIRouter:
+def live_router(runner: LivePartner) -> APIRouter:
     """Return the router with the WebSocket."""
     router = APIRouter()
 
@@ -97,7 +97,7 @@ def live_router(runner: Runner) -> APIRouter:
 class _Viewer:
     """One open WebSocket."""
 
-    def __init__(self, runner: Runner, socket: WebSocket, rate: float) -> None:
+    def __init__(self, runner: LivePartner, socket: WebSocket, rate: float) -> None:
         self._runner = runner
         self._socket = socket
         self._period = 1 / rate

@@ -102,7 +102,7 @@ class Runner:
         self.failure: str | None = None
         self._patience = 0.0
         self._log: deque[Entry] = deque(maxlen=_LOG)
-        self._samples: deque[Sample] = deque(maxlen=_SAMPLES)
+        self._samples: deque[tuple[int, Sample]] = deque(maxlen=_SAMPLES)
         self._serial = self._number = 0
         self._paused = self._at_home = False
         self._recording_end: RecordingEnd | None = None
@@ -110,6 +110,11 @@ class Runner:
         self._use(body, port, make_body(body, robot, port, rule))
 
     # What viewers read.
+
+    @property
+    def reachable(self) -> bool:
+        """Whether the loop lives."""
+        return self.failure is None
 
     @property
     def snapshot(self) -> Snapshot:
@@ -152,7 +157,11 @@ class Runner:
 
     def samples(self) -> list[Sample]:
         """Return the last two minutes, ten samples a second."""
-        return list(self._samples.copy())
+        return [sample for _, sample in self.samples_after(0)]
+
+    def samples_after(self, serial: int) -> list[tuple[int, Sample]]:
+        """Return the samples that were taken after a step, with the serials of their steps."""
+        return [taken for taken in self._samples.copy() if taken[0] > serial]
 
     # What the outside asks for: each runs between two steps.
 
@@ -442,16 +451,15 @@ class Runner:
         self._snapshot = Snapshot(state)
 
     def _sample(self, state: State) -> None:
-        self._samples.append(
-            Sample(
-                time=state.time,
-                mood=state.mood,
-                hand_speed=state.hand_speed,
-                extent=state.extent,
-                ratios=state.ratios,
-                stopped=state.stop is not None,
-            )
+        sample = Sample(
+            time=state.time,
+            mood=state.mood,
+            hand_speed=state.hand_speed,
+            extent=state.extent,
+            ratios=state.ratios,
+            stopped=state.stop is not None,
         )
+        self._samples.append((self._serial, sample))
 
     def _record(self, events: list[Event], sampled: bool) -> None:
         """Hand the step to the recording, if one is on; note what became of recordings."""

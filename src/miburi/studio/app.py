@@ -11,7 +11,7 @@ from starlette.routing import Match
 from miburi.interface.api import make_api
 from miburi.interface.pairing import pairing_router
 from miburi.interface.socket import live_router
-from miburi.live.runner import Runner
+from miburi.live.view import LivePartner
 from miburi.studio.face_page import add_face_page
 from miburi.studio.studio_page import add_studio_page
 
@@ -20,7 +20,7 @@ __all__ = ["HERE", "make_app"]
 HERE = Path(__file__).parent
 
 
-def make_app(runner: Runner, addresses: list[str], token: str | None) -> FastAPI:
+def make_app(runner: LivePartner, addresses: list[str], token: str | None) -> FastAPI:
     """Return the application for a live partner; NiceGUI allows one in a process.
 
     Parameters

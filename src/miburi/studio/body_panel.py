@@ -11,10 +11,10 @@ from serial.tools.list_ports import comports
 
 from miburi.errors import MiburiError
 from miburi.feelings import TEMPERAMENTS
-from miburi.live.archive import Archive, Kept
+from miburi.live.archive import Kept
 from miburi.live.bodies import KINDS
-from miburi.live.runner import Runner
 from miburi.live.state import MotorOut, MotorsOut, State
+from miburi.live.view import LivePartner, Recordings
 from miburi.studio.parts import attempt, button, heading, set_label
 from miburi.studio.words import Words
 
@@ -27,7 +27,7 @@ _LOOK, _LISTED = 0.5, 20
 Update = Callable[[State], None]
 
 
-def body_panel(runner: Runner, words: Words, updates: list[Update]) -> None:
+def body_panel(runner: LivePartner, words: Words, updates: list[Update]) -> None:
     """Add the panel; ``updates`` gets the functions to call with each new state."""
     with ui.element("div").classes("panel"):
         with ui.element("div"):
@@ -38,7 +38,7 @@ def body_panel(runner: Runner, words: Words, updates: list[Update]) -> None:
             _motors(runner, words, updates)
 
 
-def _body(runner: Runner, say: dict[str, str], updates: list[Update]) -> None:
+def _body(runner: LivePartner, say: dict[str, str], updates: list[Update]) -> None:
     kinds = {
         kind.name: say[kind.name] + ("" if kind.available else f" ({say['missing']})")
         for kind in KINDS.values()
@@ -80,7 +80,7 @@ def _body(runner: Runner, say: dict[str, str], updates: list[Update]) -> None:
     updates.append(update)
 
 
-def _temperament(runner: Runner, say: dict[str, str], updates: list[Update]) -> None:
+def _temperament(runner: LivePartner, say: dict[str, str], updates: list[Update]) -> None:
     character = ui.select(
         {name: say[name] if name in TEMPERAMENTS else name for name in runner.temperaments},
         value=runner.snapshot.state.temperament,
@@ -103,7 +103,7 @@ def _temperament(runner: Runner, say: dict[str, str], updates: list[Update]) -> 
     updates.append(update)
 
 
-def _recordings(runner: Runner, say: dict[str, str], updates: list[Update]) -> None:
+def _recordings(runner: LivePartner, say: dict[str, str], updates: list[Update]) -> None:
     with ui.element("div").classes("row-2").style("margin-top: 14px"):
         record = button(say["record"], "")
     heading(say["recordings"]).style("margin-top: 12px")
@@ -144,7 +144,7 @@ def _recordings(runner: Runner, say: dict[str, str], updates: list[Update]) -> N
     updates.append(update)
 
 
-def _add_recording(recordings: Archive, one: Kept, say: dict[str, str]) -> None:
+def _add_recording(recordings: Recordings, one: Kept, say: dict[str, str]) -> None:
     """Add a recording to the list, with a button that deletes it when pressed twice."""
     with ui.element("li"):
         ui.link(one.name, f"/api/v1/recordings/{one.name}").props("download")
@@ -172,7 +172,7 @@ async def _try(act: Callable[[], None]) -> None:
         ui.notify(str(error), type="warning", position="bottom")
 
 
-def _motors(runner: Runner, words: Words, updates: list[Update]) -> None:
+def _motors(runner: LivePartner, words: Words, updates: list[Update]) -> None:
     say = words["body"]
     heading(say["motors"])
     table = ui.html("", sanitize=False)

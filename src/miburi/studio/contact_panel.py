@@ -6,8 +6,8 @@ from html import escape
 from nicegui import ui
 
 from miburi.live.archive import EndReason
-from miburi.live.runner import Runner
 from miburi.live.state import Entry, State, StopOut
+from miburi.live.view import LivePartner
 from miburi.safety.stop import StopReason
 from miburi.studio.parts import heading
 from miburi.studio.words import Words
@@ -17,7 +17,9 @@ __all__ = ["contact_panel", "facts", "line", "why", "why_ended"]
 _LOG_LINES = 60
 
 
-def contact_panel(runner: Runner, words: Words, updates: list[Callable[[State], None]]) -> None:
+def contact_panel(
+    runner: LivePartner, words: Words, updates: list[Callable[[State], None]]
+) -> None:
     """Add the panel; ``updates`` gets the function to call with each new state."""
     say = words["contact"]
     with ui.element("div").classes("panel"):

@@ -9,7 +9,7 @@ from miburi.errors import MiburiError
 from miburi.feelings import FEELINGS, Expression
 from miburi.interface.api import performance
 from miburi.interface.wire import ExpressIn
-from miburi.live.runner import Runner
+from miburi.live.view import LivePartner
 from miburi.studio.parts import attempt, button, heading
 from miburi.studio.words import Words
 
@@ -18,7 +18,7 @@ __all__ = ["gestures_panel"]
 _EFFORT = ("space", "weight", "time", "flow")
 
 
-def gestures_panel(runner: Runner, words: Words) -> None:
+def gestures_panel(runner: LivePartner, words: Words) -> None:
     """Add the panel: a gesture, its μ, a second gesture to blend in, and the effort."""
     say, names = words["gesture"], dict(words["feeling"])
     with ui.element("div").classes("panel"):

@@ -16,8 +16,8 @@ from miburi.feelings import FEELINGS
 from miburi.feelings.catalogue import CATALOGUE
 from miburi.interface.api import describe
 from miburi.interface.pairing import pairing_url, qr_svg
-from miburi.live.runner import Runner
 from miburi.live.state import State
+from miburi.live.view import LivePartner
 from miburi.robot import JOINTS
 from miburi.studio.body_panel import body_panel
 from miburi.studio.contact_panel import contact_panel, why, why_ended
@@ -44,7 +44,7 @@ _CHOOSE_LANGUAGE = (
 )
 
 
-def add_studio_page(runner: Runner, addresses: list[str], token: str | None) -> None:
+def add_studio_page(runner: LivePartner, addresses: list[str], token: str | None) -> None:
     """Add the studio at ``/``."""
 
     @ui.page("/", response_timeout=20.0)
@@ -70,7 +70,7 @@ class _Studio:
     """An open studio page."""
 
     def __init__(
-        self, runner: Runner, words: Words, language: str, dark: bool | None, phones: _Phones
+        self, runner: LivePartner, words: Words, language: str, dark: bool | None, phones: _Phones
     ) -> None:
         self._runner = runner
         self._words = words

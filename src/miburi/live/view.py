@@ -1,0 +1,126 @@
+"""What servers and pages see of a live partner, whether its loop runs in their process or not.
+
+:class:`miburi.live.runner.Runner` is a :class:`LivePartner`, and so is
+:class:`miburi.live.crossing.FarPartner`, behind which the runner has a process of its own.
+"""
+
+from concurrent.futures import Future
+from pathlib import Path
+from typing import Protocol
+
+from miburi.errors import MiburiError
+from miburi.feelings import Expression, Stimulus
+from miburi.gestures import KeyPose, Repertoire
+from miburi.live.archive import Kept
+from miburi.live.state import Entry, MotorsOut, Sample, Snapshot
+from miburi.robot import Array, Robot
+from miburi.senses import Impression
+
+__all__ = ["LivePartner", "Recordings", "UnreachableError"]
+
+
+class UnreachableError(MiburiError):
+    """The partner's loop has ended, or its process does not answer."""
+
+    def __init__(self, words: str = "the robot cannot be reached; look at the terminal.") -> None:
+        super().__init__(words)
+
+
+class Recordings(Protocol):
+    """The recordings of a live partner; what waits for the disk belongs in a thread."""
+
+    @property
+    def limit(self) -> int:
+        """The largest size of all together, bytes."""
+
+    @property
+    def current(self) -> str | None:
+        """The name of the present recording, or None."""
+
+    def kept(self) -> list[Kept]:
+        """Return all recordings, the oldest first."""
+
+    def find(self, name: str) -> Path:
+        """Return the file of an ended recording."""
+
+    def start(self) -> None:
+        """Begin a recording unless one is on."""
+
+    def end(self) -> None:
+        """Finish the present recording, if there is one."""
+
+    def delete(self, name: str) -> None:
+        """Delete an ended recording."""
+
+
+class LivePartner(Protocol):
+    """A partner on the clock; any thread may look at it and ask."""
+
+    @property
+    def robot(self) -> Robot:
+        """The description."""
+
+    @property
+    def repertoire(self) -> Repertoire:
+        """The gestures."""
+
+    @property
+    def recordings(self) -> Recordings:
+        """The recordings."""
+
+    @property
+    def temperaments(self) -> list[str]:
+        """The temperaments to choose from: those that ship, and the one that it began with."""
+
+    @property
+    def reachable(self) -> bool:
+        """Whether the loop lives and answers; while it does not, the snapshot is an old one."""
+
+    @property
+    def snapshot(self) -> Snapshot:
+        """The latest state."""
+
+    @property
+    def body_name(self) -> str:
+        """The kind of body that moves now."""
+
+    @property
+    def motors(self) -> MotorsOut:
+        """How the motors are, at most a second old."""
+
+    def log(self, after: int = 0) -> list[Entry]:
+        """Return the latest entries whose number is above ``after``."""
+
+    def samples(self) -> list[Sample]:
+        """Return the last two minutes, ten samples a second."""
+
+    def stimulate(self, stimulus: Stimulus) -> Future[None]:
+        """Let the partner feel something."""
+
+    def take(self, impression: Impression) -> Future[tuple[Stimulus, ...]]:
+        """Let the partner take what somebody showed, as its temperament does; the log says why."""
+
+    def perform(self, expression: Expression, poses: list[KeyPose] | None = None) -> Future[None]:
+        """Perform a gesture once; refused while the partner rests."""
+
+    def stop(self) -> Future[None]:
+        """Stop the body until :meth:`release`; never refused, and before any other command."""
+
+    def release(self, *, by_person: bool = False) -> Future[None]:
+        """Let a stopped body go back to neutral as soon as it has come to rest, and go on.
+
+        It is refused during the pause after a contact, but to a person who looks at the body
+        (``by_person``).
+        """
+
+    def pause(self, paused: bool) -> Future[None]:
+        """Rest at neutral, or go on."""
+
+    def hand(self, position: Array | None, along: Array) -> Future[None]:
+        """Let the simulated human hand go somewhere, or away (None)."""
+
+    def temperament(self, name: str) -> Future[None]:
+        """Go on with another of the :attr:`temperaments`."""
+
+    def use(self, name: str, port: str | None = None) -> Future[None]:
+        """Move another body from now on; it may take seconds to make it."""
