@@ -4,6 +4,7 @@ ffmpeg writes the films; without it, a sheet of pictures takes the film's place.
 (Debian: libegl1 libegl-mesa0 libgl1-mesa-dri).
 """
 
+import os
 import shutil
 import subprocess
 from collections.abc import Callable, Iterator, Sequence
@@ -26,6 +27,7 @@ __all__ = [
     "BLANK",
     "ELEVATION",
     "Camera",
+    "DrawingError",
     "Picture",
     "Scene",
     "add_caption",
@@ -43,6 +45,10 @@ AZIMUTH, ELEVATION = 212.0, -8.0
 #: The camera looks at a point this far below the shoulders, m. Its distance is this many times the
 #: farthest reach of a hand from the body's axis, or above the base: raised arms fit (ours).
 _BELOW, _BACK_OF_REACH, _BACK_OF_HEIGHT = 0.01, 0.70 / 0.19, 0.70 / 0.26
+
+
+class DrawingError(OutputError):
+    """Pictures cannot be drawn on this machine; everything else works."""
 
 
 @dataclass(frozen=True)
@@ -126,14 +132,15 @@ def camera(robot: Robot, width: int = 640, height: int = 480) -> Iterator[Camera
 
     Raises
     ------
-    OutputError
+    DrawingError
         This machine cannot draw; the message names the missing packages.
     """
     try:
         opened = Camera(robot, width, height)
     except Exception as error:  # each graphics layer raises errors of its own
-        raise OutputError(
-            f"cannot draw pictures here ({error}). "
+        why = "no EGL" if os.environ.get("MUJOCO_GL") == "off" else error
+        raise DrawingError(
+            f"cannot draw pictures here ({why}). "
             "On Debian: apt install libegl1 libegl-mesa0 libgl1-mesa-dri"
         ) from error
     try:
@@ -160,8 +167,10 @@ def write_film(
 
     Raises
     ------
+    DrawingError
+        This machine cannot draw.
     OutputError
-        This machine cannot draw, or ffmpeg fails.
+        ffmpeg fails.
     """
     with camera(robot, *size) as opened:
         program = shutil.which("ffmpeg")

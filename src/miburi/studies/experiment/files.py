@@ -17,7 +17,7 @@ from miburi.robot import Robot
 from miburi.studies import experiment
 from miburi.studies import face as faces
 from miburi.studies.experiment.figures import experiment_figure
-from miburi.studies.film import Scene, add_caption, camera, contact_sheet, write_film
+from miburi.studies.film import DrawingError, Scene, add_caption, camera, contact_sheet, write_film
 
 __all__ = ["write_experiment"]
 
@@ -43,7 +43,7 @@ def write_experiment(
         Folder for ``experiment.json``, ``timing.json``, ``experiment.png``,
         ``experiment.mcap`` and, with ``film``, ``experiment.mp4`` and ``experiment-strip.png``.
     film
-        Whether to draw the film.
+        Whether to draw the film. A machine that cannot draw leaves it out, and the summary says so.
     face
         Whether the phone shows its face in pictures and film.
 
@@ -56,7 +56,7 @@ def write_experiment(
     InputError
         The seed or the length is not allowed.
     OutputError
-        The folder cannot be written to, or this machine cannot draw.
+        The folder cannot be written to, or ffmpeg fails.
     """
     bars = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
     with whole_files(out) as draft, Progress(*bars, console=Console(stderr=True)) as progress:
@@ -75,19 +75,23 @@ def write_experiment(
         _write_json(draft / "experiment.json", result.report())
         _write_json(draft / "timing.json", result.timing())
         experiment_figure(result, draft / "experiment.png")
+        left_out = []
         if film:
             scenes = [_scene(frame, face=face) for frame in result.frames]
-            _write_strip(body.robot, result, scenes, draft / "experiment-strip.png")
-            drawing = progress.add_task("film", total=len(scenes))
-            write_film(
-                body.robot,
-                scenes,
-                draft / "experiment",
-                rate=1 / (experiment.STEP * experiment.STEPS_PER_FRAME),
-                progress=lambda done: progress.update(drawing, completed=done),
-            )
+            try:
+                _write_strip(body.robot, result, scenes, draft / "experiment-strip.png")
+                drawing = progress.add_task("film", total=len(scenes))
+                write_film(
+                    body.robot,
+                    scenes,
+                    draft / "experiment",
+                    rate=1 / (experiment.STEP * experiment.STEPS_PER_FRAME),
+                    progress=lambda done: progress.update(drawing, completed=done),
+                )
+            except DrawingError as error:
+                left_out = [f"The film is left out: {error}"]
         names = sorted(file.name for file in draft.iterdir())
-    return [*_summary(result), f"written to {out}: {', '.join(names)}"]
+    return [*_summary(result), f"written to {out}: {', '.join(names)}", *left_out]
 
 
 def _summary(result: experiment.Experiment) -> list[str]:
