@@ -63,4 +63,5 @@ def test_it_expresses_the_same_feelings_as_the_cascade():
             model.step(15)
     assert spiking.mood[HAPPY] == pytest.approx(cascade.mood[HAPPY], abs=0.15)
     assert spiking.mood.argmax() == cascade.mood.argmax() == HAPPY
-    assert spiking.mood[THRILL] < 0.5 * spiking.mood[HAPPY]
+    rest = spiking.temperament.rest
+    assert (spiking.mood - rest)[THRILL] < 0.5 * (spiking.mood - rest)[HAPPY]

@@ -22,7 +22,7 @@ def test_feelings_are_kept_and_age(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(memory.time, "time", lambda: 4600.0)
     kept = remembered(tmp_path / "deep" / "feelings.json", shipped_temperament())
     assert kept is not None
-    assert kept.mood[0] == pytest.approx(0.8 * 0.3679, rel=1e-3)
+    assert kept.mood[0] == pytest.approx(0.5 + 0.3 * 0.3679, rel=1e-3)
 
 
 def test_nothing_is_remembered_where_nothing_was_kept(tmp_path: Path) -> None:

@@ -249,15 +249,18 @@ def test_rest_leaves_a_body_that_somebody_stopped_where_it_is(robot: Robot, cont
     assert not partner.at_rest
 
 
-def test_one_remark_moves_the_body_a_little(robot: Robot) -> None:
-    """The whole way: a remark, a small mood, a small gesture."""
-    body, feelings = PaperBody(robot), EmotionalModel()
+def test_one_remark_is_seen_within_the_first_gesture(robot: Robot) -> None:
+    """The whole way, as in README's example: a remark, the resting mood, a gesture."""
+    feelings, body = EmotionalModel(), Simulated(robot)
     partner = Partner(body, feelings)
-    feelings.stimulate(Stimulus("happiness", 1.0, "speech"))
-    events = run(partner, 6.0)
-    shown = of(GestureStarted, events)
-    assert {event.expression.feeling for event in shown} == {"happiness"}
-    assert shown[-1].expression.mood < 0.1
+    feelings.stimulate(Stimulus("happiness", 0.8, "speech"))
+    hands, events = [forward(robot, body.state.angles)[:6].reshape(2, 3)], list[Event]()
+    while not of(GestureEnded, events) and body.state.time < 10:
+        events += partner.step(0.02)
+        hands.append(forward(robot, body.state.angles)[:6].reshape(2, 3))
+    assert {event.expression.feeling for event in of(GestureStarted, events)} == {"happiness"}
+    travel = np.linalg.norm(np.diff(hands, axis=0), axis=2).sum(axis=0)
+    assert travel.min() >= 0.05
 
 
 def test_life_breathes_and_varies_and_a_seed_repeats_it(robot: Robot) -> None:

@@ -9,13 +9,17 @@ the longest. A stimulus changes the emotion at once. The feeling takes up its sh
 emotion fades, and the mood while the feeling fades::
 
     emotion  x' = −x/τe
-    feeling  p' = −p/τe    x' = −x/τf + p/τe
-    mood     p' = −p/τf    x' = −x/τm + p/τf
+    feeling  p' = −p/τe + a h/τe (1 − x − p)    x' = −x/τf + p/τe
+    mood     p' = −p/τf + b h/τe (1 − x − p)    x' = −x/τm + p/τf
 
-with x the level and p the part that it has yet to take up. Support, inhibition, habituation and
-saturation act as a jump at the stimulus. Between stimuli everything is linear and integrated
-exactly, so a step of an hour costs no more than a step of a millisecond. Every level stays in
-[0, 1], because x + p only falls between jumps and no jump lifts it above 1.
+with x the level, p the part that it has yet to take up, a and b the temperament's shares, and h an
+emotion that is held (else 0): it is refilled as it fades, and a refill acts on the slower levels
+like a stimulus. Support, inhibition, habituation and saturation act as a jump at the stimulus.
+Between stimuli everything is linear and integrated exactly, so a step of an hour costs no more
+than a step of a millisecond. x + p never exceeds 1, so every level stays in [0, 1].
+
+The mood that is shown is m + (1 − m) x − d, with m the temperament's resting mood and d what
+contacts and inhibition took. d fades with τm, so every mood goes back to rest.
 """
 
 from abc import ABC, abstractmethod
@@ -42,7 +46,7 @@ __all__ += ["EmotionalModel", "Expression", "FeelingModel", "Stimulus"]
 
 #: Factor by which a contact lowers every mood (Section 4: decreased by 20 %).
 CONTACT_FACTOR = 0.8
-STATE_VERSION = 1
+STATE_VERSION = 2
 
 
 @dataclass(frozen=True)
@@ -98,14 +102,14 @@ class FeelingModel(ABC):
     #: The name of the model in a saved state.
     kind: ClassVar[str]
     #: The names of the arrays in a saved state, and the largest value allowed in each.
-    _limits: ClassVar[dict[str, float]]
+    _limits: ClassVar[dict[str, float]] = {"held": 1, "mood": 1, "stale": 1}
 
     def __init__(self, temperament: Temperament | None = None) -> None:
         self._temperament = temperament or shipped_temperament()
         self._time = 0.0
         n = len(FEELINGS)
         self._held = np.zeros((3, n), dtype=bool)
-        self._lost = np.zeros(n)  # share of the mood that contact took and that has not healed
+        self._lowered = np.zeros(n)  # what contact and inhibition took from the mood, not healed
         self._stale = np.zeros((len(SOURCES), n))
 
     @property
@@ -136,8 +140,8 @@ class FeelingModel(ABC):
 
     @property
     def mood(self) -> Array:
-        """The slowest level, (n,) in [0, 1], lowered by contacts."""
-        return np.array(self._current_levels()[2] * (1 - self._lost))
+        """The slowest level, (n,) in [0, 1]; it comes to rest at the temperament's mood."""
+        return np.clip(self._risen_mood() - self._lowered, 0, 1)
 
     def stimulate(self, stimulus: Stimulus) -> None:
         """Let a stimulus act now.
@@ -156,9 +160,10 @@ class FeelingModel(ABC):
     def contact(self) -> None:
         """Lower every mood by 20 %, because the robot met something while it moved (Section 4).
 
-        The losses of several contacts multiply. They heal with the time constant of the mood.
+        The losses of several contacts multiply. They heal with the time constant of the mood, and
+        what later stimuli bring is not lowered.
         """
-        self._lost = 1 - CONTACT_FACTOR * (1 - self._lost)
+        self._lowered += (1 - CONTACT_FACTOR) * self.mood
 
     def step(self, dt: float) -> None:
         """Let ``dt`` seconds pass; the result is exact for any length.
@@ -170,7 +175,7 @@ class FeelingModel(ABC):
         """
         dt = _seconds(dt, "dt")
         self._pass(dt)
-        self._lost *= np.exp(-dt / self.temperament.fading[2])
+        self._lowered *= np.exp(-dt / self.temperament.fading[2])
         self._stale *= np.exp(-dt / self.temperament.habituation.recovery)
         self._time += dt
 
@@ -200,10 +205,11 @@ class FeelingModel(ABC):
         ----------
         emotion, feeling, mood
             Values in [0, 1] by feeling. Feelings that are not named become 0, and a level that is
-            not given stays as it is. Setting the mood also undoes its losses by contacts.
+            not given stays as it is. A rise of one level acts on the slower ones as a stimulus
+            that caused it would.
         hold
-            Keep the named values until their level is set again. Only a contact lowers a held
-            mood, and that loss heals.
+            Keep the named values until their level is set again. The slower levels follow a held
+            one. Only a contact lowers a held mood, and that loss heals.
 
         Raises
         ------
@@ -212,12 +218,18 @@ class FeelingModel(ABC):
         """
         levels = (emotion, feeling, mood)
         values = [None if level is None else _row(level) for level in levels]
-        for row, (level, value) in enumerate(zip(levels, values, strict=True)):
+        # From the slowest: setting a level drops what it has yet to take up, and a faster level
+        # then adds to that.
+        for row in (2, 1, 0):
+            level, value = levels[row], values[row]
             if level is not None and value is not None:
                 self._held[row] = [hold and name in level for name in FEELINGS]
-                self._set(row, value)
-        if mood is not None:
-            self._lost[:] = 0
+                if row == 2:
+                    rest = self._rest()
+                    self._set(row, np.maximum(value - rest, 0) / (1 - rest))
+                    self._lowered = self._risen_mood() - value
+                else:
+                    self._set(row, value)
 
     def save(self) -> dict[str, Any]:
         """Return the state, with a version, ready for JSON."""
@@ -274,9 +286,24 @@ class FeelingModel(ABC):
         model.step(away)
         return model
 
+    def _rest(self) -> Array:
+        """Return the moods from which the slowest level counts; a held one counts from 0."""
+        return np.where(self._held[2], 0.0, self.temperament.rest)
+
+    def _risen_mood(self) -> Array:
+        """Return the mood without what contact and inhibition took."""
+        rest = self._rest()
+        mood: Array = rest + (1 - rest) * self._current_levels()[2]
+        return mood
+
+    def _inhibit_mood(self, remaining: Array) -> None:
+        """Leave a share of the shown mood, (n,); the model does so with its slowest level."""
+        sunk = remaining * self._lowered + (1 - remaining) * self._rest()
+        self._lowered = np.where(self._held[2], self._lowered, sunk)
+
     @abstractmethod
     def _current_levels(self) -> Array:
-        """Return the three levels, (3, n) in [0, 1], without the losses by contacts."""
+        """Return the three levels, (3, n) in [0, 1]; the slowest counts from the resting mood."""
 
     @abstractmethod
     def _excite(self, feeling: int, strength: float) -> None:
@@ -288,15 +315,16 @@ class FeelingModel(ABC):
 
     @abstractmethod
     def _set(self, row: int, values: Array) -> None:
-        """Set one level, and drop what it has yet to take up."""
+        """Set one level, drop what it has yet to take up, and pass a rise on."""
 
     def _state(self) -> dict[str, NDArray[Any]]:
         """Return the arrays of the state, with the names in ``_limits``."""
-        return {"held": self._held, "lost": self._lost, "stale": self._stale}
+        return {"held": self._held, "mood": self.mood, "stale": self._stale}
 
     def _restore(self, arrays: Mapping[str, NDArray[Any]]) -> None:
-        """Restore the arrays that :meth:`_state` returned."""
-        self._held, self._lost, self._stale = (arrays[name] for name in ("held", "lost", "stale"))
+        """Restore the arrays that :meth:`_state` returned, after the model's own."""
+        self._held, self._stale = arrays["held"], arrays["stale"]
+        self._lowered = self._risen_mood() - arrays["mood"]
 
 
 class EmotionalModel(FeelingModel):
@@ -312,11 +340,11 @@ class EmotionalModel(FeelingModel):
     >>> model = EmotionalModel()
     >>> model.stimulate(Stimulus("happiness", 0.8, "speech"))
     >>> model.express()
-    Expression(feeling='happiness', mood=0.0)
+    Expression(feeling='happiness', mood=0.5)
     """
 
     kind = "cascade"
-    _limits: ClassVar = {"levels": 1, "pending": 1, "held": 1, "lost": 1, "stale": 1}
+    _limits: ClassVar = {"levels": 1, "pending": 1, **FeelingModel._limits}
 
     def __init__(self, temperament: Temperament | None = None) -> None:
         super().__init__(temperament)
@@ -333,35 +361,84 @@ class EmotionalModel(FeelingModel):
         remaining = 1 + np.minimum(effect, 0)
         self._levels *= remaining
         self._pending *= remaining
-        rise = np.maximum(effect, 0) * (1 - self._levels - self._pending)
-        self._levels[0] += rise[0]
-        self._pending[1:] += rise[1:]
+        self._inhibit_mood(remaining[2])
+        rise = np.maximum(effect, 0)
+        self._levels[0] += rise[0] * (1 - self._levels[0])
+        self._pass_on(rise[1:])
+
+    def _pass_on(self, rise: Array) -> None:
+        """Add shares, (2, n), to what feeling and mood have yet to take up."""
+        room = 1 - self._levels[1:] - self._pending[1:]
+        self._pending[1:] += np.where(self._held[1:], 0.0, rise) * room
 
     def _pass(self, dt: float) -> None:
-        leaving = 1 / self.temperament.fading
-        # Each level takes up at the rate at which the one before it fades. It lasts at least twice
-        # as long, so that ``apart`` is above 0.
-        arriving = np.vstack([leaving[:1], leaving[:2]])
-        leaving = np.where(self._held, 0.0, leaving)
-        apart = arriving - leaving
-        apart[0] = 1.0  # nothing is pending for the emotion
-        uptake = -np.exp(-leaving * dt) * np.expm1(-apart * dt) * arriving / apart
-        levels = self._levels * np.exp(-leaving * dt) + self._pending * uptake
-        self._levels = np.minimum(levels, 1.0)  # only against rounding
-        self._pending *= np.exp(-arriving * dt)
+        rates = 1 / self.temperament.fading
+        pending, levels = _take_up(
+            self._pending[1:], self._levels[1:], self._supply(), rates[:2], rates[1:], dt
+        )
+        self._pending[1:] = pending
+        levels = np.vstack([self._levels[:1] * np.exp(-rates[:1] * dt), levels])
+        self._levels = np.where(self._held, self._levels, levels)
+
+    def _supply(self) -> Array:
+        """Return the shares per s that held levels bring to feeling and mood, (2, n)."""
+        refill = np.where(self._held, self._levels / self.temperament.fading, 0.0)
+        supply: Array = self.temperament.shares[1:] * refill[0]
+        supply[1] = np.where(self._held[1], self._mood_of_feeling * refill[1], supply[1])
+        supply[self._held[1:]] = 0
+        return supply
+
+    @property
+    def _mood_of_feeling(self) -> float:
+        """The share of a feeling that the mood takes up."""
+        feeling, mood = self.temperament.shares[1:, 0]
+        return float(mood / feeling) if feeling else 0.0
 
     def _set(self, row: int, values: Array) -> None:
+        rise = np.maximum(values - self._levels[row], 0)
         self._levels[row] = values
         self._pending[row] = 0
+        if row == 0:
+            self._pass_on(self.temperament.shares[1:] * rise)
+        elif row == 1:
+            self._pass_on(np.stack([np.zeros_like(rise), self._mood_of_feeling * rise]))
 
     def _state(self) -> dict[str, NDArray[Any]]:
         return {"levels": self._levels, "pending": self._pending, **super()._state()}
 
     def _restore(self, arrays: Mapping[str, NDArray[Any]]) -> None:
-        super()._restore(arrays)
         self._levels, self._pending = arrays["levels"], arrays["pending"]
+        super()._restore(arrays)
         if np.any(self._levels + self._pending > 1 + 1e-9):
             raise InputError("The state's levels and pending must not exceed 1 together.")
+
+
+def _take_up(
+    pending: Array, level: Array, supply: Array, arriving: Array, leaving: Array, dt: float
+) -> tuple[Array, Array]:
+    """Let a level take up what is pending; return both after ``dt`` seconds, exactly.
+
+    The equations are p' = s (1 − x − p) − αp and x' = αp − βx, with s the supply, α the rate of
+    arriving and β that of leaving, each (2, n) 1/s. With y the distance from where both come to
+    rest, y(t) = e^(λ₂t) y + φ (A − λ₂) y, φ = (e^(λ₁t) − e^(λ₂t)) / (λ₁ − λ₂), where λ₁ and λ₂ are
+    the eigenvalues of the matrix A.
+    """
+    rest_level = supply / (leaving + supply + supply * leaving / arriving)
+    rest_pending = leaving / arriving * rest_level
+    p, x = pending - rest_pending, level - rest_level
+    middle = -(supply + arriving + leaving) / 2
+    half = np.sqrt((middle + leaving) ** 2 - supply * arriving + (0j if supply.any() else 0.0))
+    slow, fast = middle + half, middle - half
+    apart = np.where(half == 0, 1e-300, 2 * half)
+    # From the slow one: it is the one that stays finite when both are far apart.
+    phi = -np.exp(slow * dt) * np.expm1(-apart * dt) / apart
+    kept = np.exp(fast * dt)
+    p, x = (
+        kept * p + phi * ((-supply - arriving - fast) * p - supply * x),
+        kept * x + phi * (arriving * p + (-leaving - fast) * x),
+    )
+    # Clipped only against rounding.
+    return np.clip(p.real + rest_pending, 0, 1), np.clip(x.real + rest_level, 0, 1)
 
 
 def _read_array(values: object, like: NDArray[Any], largest: float, name: str) -> NDArray[Any]:

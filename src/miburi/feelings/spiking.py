@@ -19,7 +19,9 @@ with τ the time constant of its level.
 - Every input moves an activation towards 0 or 1 by a share of the remaining distance. So the
   activations, which are the levels, stay in [0, 1].
 
-Spikes only run from layer to layer, so the net falls silent by itself. Between spikes everything
+A held neuron keeps its activation and fires on. The mood counts from the temperament's resting
+mood, as in the other model. Spikes only run from layer to layer, so the net falls silent by itself
+unless a level is held. Between spikes everything
 decays by exact formulas, and the time of the next spike is the root of one equation. The cost of a
 step therefore depends on its spikes, not on its length.
 """
@@ -62,9 +64,7 @@ class SpikingModel(FeelingModel):
         "refractory": 1 + _RESET,
         "trace": 1,
         "learned": 1,
-        "held": 1,
-        "lost": 1,
-        "stale": 1,
+        **FeelingModel._limits,
     }
 
     def __init__(self, temperament: Temperament | None = None) -> None:
@@ -106,10 +106,10 @@ class SpikingModel(FeelingModel):
         return {**self._decay(self._since), **super()._state()}
 
     def _restore(self, arrays: Mapping[str, NDArray[Any]]) -> None:
-        super()._restore(arrays)
         self._activation, self._refractory = arrays["activation"], arrays["refractory"]
         self._trace, self._learned = arrays["trace"], arrays["learned"]
         self._since = 0.0
+        super()._restore(arrays)
         for layer in range(3):
             self._plan(layer)
 
@@ -152,7 +152,10 @@ class SpikingModel(FeelingModel):
 
     def _receive(self, layer: int, effect: Array) -> None:
         effect = np.where(self._held[layer], 0.0, effect)
-        self._activation[layer] *= 1 + np.minimum(effect, 0)
+        remaining = 1 + np.minimum(effect, 0)
+        self._activation[layer] *= remaining
+        if layer == 2:
+            self._inhibit_mood(remaining)
         self._activation[layer] += np.maximum(effect, 0) * (1 - self._activation[layer])
         self._plan(layer)
 
@@ -174,13 +177,11 @@ class SpikingModel(FeelingModel):
 
     def _plan(self, layer: int) -> None:
         """Compute when the neurons of a layer fire if no input arrives before."""
-        slow, fast = self._slow, self._fast
+        slow, fast = self._decay_rates(), self._fast
         for neuron in range(len(FEELINGS)):
             place = layer, neuron
             self._next[place] = inf
-            if (
-                self._activation[place] >= _THRESHOLD and not self._held[place]
-            ):  # held neurons are silent
+            if self._activation[place] >= _THRESHOLD:
                 self._next[place] = _spike_time(
                     float(self._activation[place]),
                     float(self._refractory[place]),
@@ -193,6 +194,8 @@ def _spike_time(a: float, r: float, slow: float, fast: float) -> float:
     """Return when u(t) = a e^(−slow t) − r e^(−fast t) first reaches the threshold, in s."""
     if a - r >= _THRESHOLD:
         return 0.0
+    if slow == 0:  # a held neuron
+        return log(r / (a - _THRESHOLD)) / fast if a > _THRESHOLD else inf
     if r * fast <= a * slow:
         return inf
     # u rises to one peak and falls again.

@@ -94,11 +94,12 @@ class Temperament(Table):
     habituation: Habituation
     sources: dict[Source, Share]
     lasting: dict[FeelingName, Annotated[float, Field(ge=0.1, le=10)]]
+    resting: dict[FeelingName, Annotated[float, Field(ge=0, le=0.9)]]
     effects: dict[FeelingName, dict[FeelingName, Annotated[float, Field(ge=-1, le=1)]]]
     #: What somebody's feeling does to the partner; without a row, the same to it (contagion).
     empathy: dict[FeelingName, dict[FeelingName, Share]] = Field(default_factory=dict)
 
-    @field_validator("sources", "lasting")
+    @field_validator("sources", "lasting", "resting")
     @classmethod
     def _check_complete(cls, value: dict[str, float], info: ValidationInfo) -> dict[str, float]:
         names: tuple[str, ...] = SOURCES if info.field_name == "sources" else FEELINGS
@@ -122,6 +123,11 @@ class Temperament(Table):
         """Time constants, (3, n) s: levels by feelings."""
         constants = [getattr(self.time_constants, level) for level in LEVELS]
         return _freeze(np.outer(constants, [self.lasting[name] for name in FEELINGS]))
+
+    @cached_property
+    def rest(self) -> Array:
+        """The mood of each feeling in a partner that nothing has happened to, (n,)."""
+        return _freeze(np.array([self.resting[name] for name in FEELINGS]))
 
     @cached_property
     def shares(self) -> Array:
@@ -174,7 +180,8 @@ def shipped_temperament(name: str = "default") -> Temperament:
     """Return a temperament that ships with Miburi.
 
     Each was written for the paper's eight feelings. A feeling that a user adds lasts as long as
-    the time constants say and has no effect on others; a temperament file can change that.
+    the time constants say, rests at the mood 0.5 and has no effect on others; a temperament file
+    can change that.
 
     Raises
     ------
@@ -188,5 +195,6 @@ def shipped_temperament(name: str = "default") -> Temperament:
         )
     file = resources.files(__package__) / "temperaments" / f"{name}.toml"
     table = tomllib.loads(file.read_text(encoding="utf-8"))
-    table["lasting"] = dict.fromkeys(FEELINGS, 1.0) | table["lasting"]
+    for key, value in (("lasting", 1.0), ("resting", 0.5)):
+        table[key] = dict.fromkeys(FEELINGS, value) | table[key]
     return Temperament.model_validate(table)

@@ -229,7 +229,9 @@ def _draw(day: Day, temperament: Temperament) -> Figure:
         for feeling, colour in enumerate(COLOURS):
             values = day.levels[:, row, feeling]
             axes.plot(day.hours, values, color=colour, lw=0.6 if row == 0 else 2)
-            axes.fill_between(day.hours, values, color=colour, alpha=0.25 if row == 0 else 0.12)
+            rest = temperament.rest[feeling] if level == "mood" else 0.0
+            alpha = 0.25 if row == 0 else 0.12
+            axes.fill_between(day.hours, rest, values, color=colour, alpha=alpha)
         axes.set_ylim(0, 1.05)
         axes.set_ylabel(
             f"{level}\n({_in_words(getattr(temperament.time_constants, level))})", fontsize=12

@@ -16,7 +16,7 @@ from types import FrameType
 import uvicorn
 
 from miburi.errors import BodyError, InputError, OutputError
-from miburi.feelings import FEELINGS, EmotionalModel, Stimulus, Temperament
+from miburi.feelings import EmotionalModel, Stimulus, Temperament
 from miburi.gestures import Repertoire
 from miburi.interface.access import Gate, is_loopback, kept_token
 from miburi.interface.http import configure
@@ -28,11 +28,9 @@ from miburi.robot import Robot
 from miburi.safety.contact import Rule
 from miburi.studio.words import FALLBACK, words
 
-__all__ = ["FIRST_MOOD", "GREETING", "Wish", "own_folder", "serve"]
+__all__ = ["GREETING", "Wish", "own_folder", "serve"]
 
-#: A partner that meets people for the first time is in this mood (ours): middling in
-#: everything, so that every feeling shows, and glad to see them.
-FIRST_MOOD: dict[str, float] = dict.fromkeys(FEELINGS, 0.5)
+#: A partner that wakes is glad to see people (ours).
 GREETING = Stimulus("happiness", 0.8)
 #: Hosts that mean every address of this computer. To compare with, not to listen on: S104.
 _EVERYWHERE = ("0.0.0.0", "::", "")  # noqa: S104
@@ -57,7 +55,7 @@ class Wish:
     folder
         Where the token, the partner's state and recordings are kept.
     forget
-        Start in the first mood, and keep none.
+        Start in the resting moods, and keep none.
     seed
         Chooses among gestures, and their small variations; 0 or more.
     """
@@ -114,8 +112,6 @@ def serve(wish: Wish) -> None:
         memory = folder / "feelings.json"
         kept = None if wish.forget else _recall(memory, feelings.temperament)
         feelings = kept or feelings
-        if kept is None:
-            feelings.set_state(mood=FIRST_MOOD)
         feelings.stimulate(GREETING)
         robot = wish.robot
         runner = Runner(
