@@ -12,9 +12,9 @@ from miburi.calibration.free_motion import Trace
 from miburi.robot import Robot, iphonoid
 from miburi.robot.guards import Guards
 from miburi.robot.loads import loads
-from miburi.safety.contact import Loading, Rule
+from miburi.safety.contact import LAG_DOUBT, Loading, Rule, Window
 from miburi.safety.free import FreeRule
-from miburi.safety.profile import FINE, Profile
+from miburi.safety.profile import FINE, SECOND, Profile
 from miburi.safety.stop import Phase
 from miburi.servos import load_servo
 from miburi.servos.free import STEP, FreeServo, advance
@@ -119,6 +119,27 @@ def test_a_loaded_motor_at_rest_is_expected_to_rest(rule: FreeRule) -> None:
         for time in range(20_000, 400_000, 20_000):
             assert watch.look(0 * EIGHT, time) is None
         assert (np.abs(watch.window.expected) < FINE).all()
+
+
+@pytest.mark.parametrize(("speed", "share"), [(0, 0.5), (128, 0.625), (512, 1.0), (1500, 1.0)])
+def test_a_slow_motor_is_granted_less(rule: FreeRule, speed: int, share: float) -> None:
+    """A person whom the robot meets slowly must not wait until a fast move's errors are reached."""
+    profile = Profile.plan((speed // 2) * EIGHT, FINE * max(speed, 1) * EIGHT, 13_000 * EIGHT)
+
+    def look(positions: np.ndarray, **guards: np.ndarray) -> tuple[bool, Window]:
+        one = replace(rule, guards=replace(GUARDS, **guards))
+        watch = one.watch(profile, 0 * EIGHT, EIGHT)
+        return watch.look(positions, 250_000) is not None, watch.window
+
+    window = look(0 * EIGHT, slack=300 * EIGHT, behind=300 * EIGHT)[1]
+    assert window.granted - window.measured == pytest.approx(300 * FINE * share * EIGHT, rel=0.01)
+    here = np.rint(window.expected / FINE).astype(np.int64)
+    for guard, way in ((GUARDS.behind, -1), (GUARDS.ahead, 1)):
+        most = (guard * share + speed * LAG_DOUBT / SECOND).astype(np.int64)
+        assert not look(here + way * (most - 1), slack=300 * EIGHT)[0]
+        for motor in range(8):
+            one = np.where(np.arange(8) == motor, most + 2, 0)
+            assert look(here + way * one, slack=300 * EIGHT)[0]
 
 
 def test_expectations_do_not_depend_on_when_they_are_asked_much(rule, traces) -> None:

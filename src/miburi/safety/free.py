@@ -5,6 +5,13 @@ stiff servo would do; :mod:`miburi.servos.free` is what *this* servo with *this*
 is in its way: at nominal voltage, with each joint's inertia in the middle of the joints' ranges,
 and the load straight between what it is at the move's start and at its end.
 
+What the model misses grows with the speed, up to some 500 steps/s. So the guards ``slack``,
+``behind`` and ``ahead`` are those of a motor that reaches ``FAST`` in its move. A motor at rest is
+granted half of each, and one in between in proportion. With a slack of 10 steps::
+
+    top speed in the move [steps/s]     0   128   256   384   512   1000
+    slack [steps]                       5  6.25   7.5  8.75    10     10
+
 Import it where it is first needed: it loads Numba.
 """
 
@@ -15,12 +22,14 @@ import numpy as np
 from miburi.robot import Robot
 from miburi.robot.guards import Guards, in_whole_units
 from miburi.robot.loads import loads
-from miburi.safety.contact import UNLOADED, Loading, Rule, Watch
+from miburi.safety.contact import UNLOADED, Loading, Rule, Watch, lag_doubt
 from miburi.safety.profile import FINE, Profile, Steps
 from miburi.servos.free import STEP, FreeServo, advance
 
-__all__ = ["GUARDS", "FreeRule"]
+__all__ = ["FAST", "GUARDS", "FreeRule"]
 
+#: A motor that gets this fast in its move is granted its whole guards, 1/256 steps/s (ours).
+FAST = 512 * FINE
 _STEP = 2 * np.pi / 4096
 
 
@@ -69,6 +78,10 @@ class _FreeWatch(Watch):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        guards, doubt = self.rule.guards, lag_doubt(self.profile)
+        share = (FINE + FINE * np.minimum(self.profile.fastest, FAST) // FAST) // 2  # of 256
+        self._slack = guards.slack * share
+        self._behind, self._ahead = guards.behind * share + doubt, guards.ahead * share + doubt
         loading = self.loading
         # Where loaded motors come to rest, but for friction.
         self._goal = self._goal + loading.offset - loading.end
