@@ -8,39 +8,10 @@ from dynamixel_sdk import (
     GroupSyncWrite,
     PacketHandler,
 )
+from tests.emulation.port import Port
 
 from miburi.emulation.bus import Bus
 from miburi.emulation.servos import MODEL, SPEED_UNIT, Servo
-
-
-class Port:
-    """A serial port for the SDK, with the emulated bus at its other end."""
-
-    is_using = False
-
-    def __init__(self, bus: Bus) -> None:
-        self.bus, self.time, self._received = bus, 0.0, b""
-
-    def clearPort(self) -> None:  # noqa: N802  (the SDK's name)
-        self._received = b""
-
-    def writePort(self, data: list[int]) -> int:  # noqa: N802  (the SDK's name)
-        self.time += 1000
-        self._received += b"".join(reply for _, reply in self.bus.answer(bytes(data), self.time))
-        return len(data)
-
-    def readPort(self, count: int) -> bytes:  # noqa: N802  (the SDK's name)
-        data, self._received = self._received[:count], self._received[count:]
-        return data
-
-    def setPacketTimeout(self, _length: int) -> None:  # noqa: N802  (the SDK's name)
-        pass
-
-    def setPacketTimeoutMillis(self, _ms: float) -> None:  # noqa: N802  (the SDK's name)
-        pass
-
-    def isPacketTimeout(self) -> bool:  # noqa: N802  (the SDK's name)
-        return not self._received
 
 
 @pytest.fixture

@@ -11,6 +11,7 @@ steps, the PWM's slope, play.
 """
 
 import numpy as np
+from numpy.typing import NDArray
 
 from miburi.bodies.base import Touch
 from miburi.errors import InputError
@@ -49,7 +50,7 @@ class Plant:
         #: Constants of each servo's dry friction, (8, 6).
         self.friction = np.array([self._servo.friction.row] * len(JOINTS))
         motor = self._servo.motor
-        self._braking = self._servo.damping - self._servo.friction.viscous
+        self._braking = np.full(len(JOINTS), self._servo.damping - self._servo.friction.viscous)
         self._stiffness, self._damping = self._servo.stiffness, self._servo.control_damping
         #: V that the supply loses for each N²·m² of torque under voltage.
         self._drop = self._servo.supply.resistance * motor.resistance / motor.torque_constant**2
@@ -121,18 +122,41 @@ class Plant:
         ``torque`` is what a motor at rest would give with that duty at nominal voltage, N·m:
         (8,), or the same for all.
         """
-        model, data = self.model, self.data
-        force = data.actuator_force
-        # Of the current through a motor, the supply feeds the share that the duty is.
-        fed = float(force @ (force - self._braking * data.qvel.take(self._dofs)))
-        voltage = self.voltage - self._drop * max(fed, 0.0) / self.voltage
-        strength = voltage / self._servo.supply.voltage
+        model = self.model
+        strength = self.loaded_voltage / self._servo.supply.voltage
         model.actuator_gainprm[:, 0] = self._stiffness * strength
         model.actuator_biasprm[:, 1] = -self._stiffness * strength
         model.actuator_biasprm[:, 2] = -self._damping * strength
         most = torque * strength
         model.actuator_forcerange[:, 0] = -most
         model.actuator_forcerange[:, 1] = most
+
+    @property
+    def loaded_voltage(self) -> float:
+        """V of the supply under the current that the motors draw."""
+        force = self.data.actuator_force
+        # Of the current through a motor, the supply feeds the share that the duty is.
+        fed = float(force @ (force - self._braking * self.data.qvel.take(self._dofs)))
+        return self.voltage - self._drop * max(fed, 0.0) / self.voltage
+
+    def push(self, duties: Array, driven: NDArray[np.bool_]) -> Touch:
+        """Let one physics step pass with the motors at ``duties`` (8,), −1 to 1.
+
+        Whose motor is not ``driven`` (8,) turns freely: no current flows, so nothing brakes it but
+        its gears. A plant that was pushed once does not :meth:`advance`.
+        """
+        model, servo = self.model, self._servo
+        braking = servo.damping - servo.friction.viscous
+        self._braking = np.where(driven, braking, 0.0)
+        model.dof_damping[self._dofs] = servo.friction.viscous + self._braking
+        model.actuator_gainprm[:, 0] = (
+            servo.motor_torque * self.loaded_voltage / servo.supply.voltage
+        )
+        model.actuator_biasprm[:] = 0.0
+        model.actuator_forcerange[:, 0], model.actuator_forcerange[:, 1] = -np.inf, np.inf
+        self.data.ctrl[:] = np.where(driven, duties, 0.0)
+        self.step()
+        return self._touch() if self.data.ncon else Touch()
 
     def step(self) -> None:
         """Let one physics step pass, and dry friction follow the torques."""
@@ -148,20 +172,19 @@ class Plant:
 
         ``torque`` in N·m limits their duty; see :meth:`power`.
         """
-        data = self.data
-        force, began, part, itself = 0.0, None, None, None
+        touch = Touch()
         self.power(torque)
-        control = data.ctrl
+        control = self.data.ctrl
         for setpoint in setpoints:
             control[:] = setpoint
             self.step()
-            if data.ncon:
-                now, touched, met = self._touched()
-                itself = itself or met
-                if touched is not None:
-                    began = self.time if began is None else began
-                    part, force = touched, max(force, now)
-        return Touch(force, began, part, itself)
+            if self.data.ncon:
+                touch = touch.then(self._touch())
+        return touch
+
+    def _touch(self) -> Touch:
+        force, part, itself = self._touched()
+        return Touch(force, None if part is None else self.time, part, itself)
 
     def _touched(self) -> tuple[float, str | None, tuple[str, str] | None]:
         """Force on the hand (N) and the part it met; and a pair of the robot's own parts."""

@@ -13,15 +13,18 @@ import numpy as np
 from miburi.bodies.base import BodyState, Touch
 from miburi.bodies.plant import Plant
 from miburi.card.card import Card
-from miburi.card.settings import MILLIAMPERES_PER_NM, CardSettings, JointSettings
+from miburi.card.settings import CardSettings, JointSettings
 from miburi.emulation.bus import Bus
 from miburi.emulation.card import EmulatedCard
 from miburi.emulation.servos import Servo, Shaft
 from miburi.robot import Array, Robot
-from miburi.robot.mjcf import TIMESTEP
 from miburi.safety.contact import Rule
 
 __all__ = ["EmulatedBody"]
+
+
+#: s between two turns of the servos' control, and steps of the physics: it runs as finely as they.
+_TURN = 0.001
 
 
 class _Joint(Shaft):
@@ -40,12 +43,10 @@ class _Joint(Shaft):
         """Return the present speed, in steps/s."""
         return self._settings.direction * float(self._plant.velocities[self._motor]) / self._step
 
-    def wanted(self, servo: Servo, time: float) -> float:
-        """Return where the servo drives the joint, in rad; with torque off, where the joint is."""
-        goal = servo.setpoint(time)
-        if goal is None:
-            return float(self._plant.angles[self._motor])
-        return (goal - self._settings.zero) * self._settings.direction * self._step
+    def drive(self, servo: Servo, time: float) -> float | None:
+        """Return the duty at which the servo drives the joint; None with torque off."""
+        duty = servo.drive(time, self.position(servo, time), self.speed(servo, time))
+        return None if duty is None else self._settings.direction * duty
 
 
 class _World:
@@ -57,15 +58,15 @@ class _World:
 
     def advance(self, time: float) -> None:
         """Run the physics until ``time`` µs."""
-        while (self._plant.time + TIMESTEP) * 1e6 <= time:
-            now = (self._plant.time + TIMESTEP) * 1e6
-            pairs = list(zip(self._joints, self._servos, strict=True))
-            goals = np.array([joint.wanted(servo, now) for joint, servo in pairs])
-            currents = [
-                0 if servo.segment is None else servo.get("goal_current") for servo in self._servos
+        while (self._plant.time + _TURN) * 1e6 <= time:
+            now = (self._plant.time + _TURN) * 1e6
+            duties = [
+                joint.drive(servo, now)
+                for joint, servo in zip(self._joints, self._servos, strict=True)
             ]
-            torques = np.array(currents) / MILLIAMPERES_PER_NM
-            self.touch = self.touch.then(self._plant.advance(goals[None], torques))
+            driven = np.array([duty is not None for duty in duties])
+            push = np.array([duty or 0.0 for duty in duties])
+            self.touch = self.touch.then(self._plant.push(push, driven))
 
 
 class EmulatedBody(Card):
@@ -86,12 +87,13 @@ class EmulatedBody(Card):
 
     def __init__(self, robot: Robot, rule: Rule | None = None) -> None:
         settings, self._plant = CardSettings.of(robot, rule), Plant(robot)
+        self._plant.model.opt.timestep = _TURN
         joints = [
             _Joint(self._plant, motor, joint, robot.servo.step)
             for motor, joint in enumerate(settings.joints)
         ]
         servos = [
-            Servo.new(of_joint.servo, shaft=joint)
+            Servo.new(of_joint.servo, shaft=joint, model=robot.servo.model)
             for of_joint, joint in zip(settings.joints, joints, strict=True)
         ]
         # The servos hold the body, because it would sink before the card has started.

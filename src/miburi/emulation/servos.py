@@ -9,8 +9,12 @@ Times are µs on the card's clock; positions are the servo's own steps, as float
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import sqrt
+from struct import Struct
 
+from miburi.emulation.control import FULL, Control, PidGains
 from miburi.emulation.control_table import EEPROM_END, REGISTERS, SIZE, Register
+from miburi.servos import Servo as Model
+from miburi.servos import load_servo
 
 __all__ = [
     "ACCELERATION_UNIT",
@@ -28,7 +32,17 @@ INSTRUCTION_ERROR, _RANGE_ERROR, _LENGTH_ERROR = 0x02, 0x04, 0x05
 _LIMIT_ERROR, _ACCESS_ERROR = 0x06, 0x07
 #: Operating modes that exist, and those in which goals are places within one turn, or many.
 _MODES, _POSITION, _TURNS = (0, 1, 3, 4, 5, 16), 3, 1_048_575
+_CURRENT_AND_POSITION, _PWM = 5, 16
 _ALERT = 0x80
+#: The position control's gains, in the order of the table.
+_GAINS = (
+    "position_d_gain",
+    "position_i_gain",
+    "position_p_gain",
+    "feedforward_2nd_gain",
+    "feedforward_1st_gain",
+)
+_GAINS_BYTES, _GAINS_AT = Struct("<3H2x2H"), REGISTERS[_GAINS[0]].address
 #: Read-only registers that count to both sides of 0, and the watchdog, which says −1 when it bit.
 _SIGNED = ("bus_watchdog", "pwm", "current", "speed", "position", "velocity_trajectory")
 #: What one unit of the servo's speed and acceleration is, in steps/s and steps/s².
@@ -114,6 +128,8 @@ class Servo:
 
     Attributes
     ----------
+    model
+        The constants of its motor and control.
     dead
         Unplugged, or without power: hears and says nothing.
     deaf
@@ -129,6 +145,7 @@ class Servo:
     """
 
     shaft: Shaft
+    model: Model
     table: bytearray = field(default_factory=lambda: bytearray(SIZE))
     dead: bool = False
     deaf: bool = False
@@ -139,15 +156,32 @@ class Servo:
     before: Segment | None = None
     _heard: float = 0.0
 
+    def __post_init__(self) -> None:
+        self.control = Control(self.model)
+
     @classmethod
-    def new(cls, servo: int, position: float = 2048.0, shaft: Shaft | None = None) -> "Servo":
-        """Return a servo that has been given an id, and is otherwise as from the factory."""
-        made = cls(shaft or Shaft(position))
-        for name, register in REGISTERS.items():
-            made.set(name, register.default)
+    def new(
+        cls,
+        servo: int,
+        position: float = 2048.0,
+        shaft: Shaft | None = None,
+        model: Model | None = None,
+    ) -> "Servo":
+        """Return a servo that has been given an id, and is otherwise as from the factory.
+
+        ``model`` is by default the identified XL330.
+        """
+        made = cls(shaft or Shaft(position), model or load_servo("xl330-m288-t"))
+        for name in REGISTERS:
+            made.set(name, made._default(name))
         made.set("id", servo)
         made.set("baud", 3)
         return made
+
+    def _default(self, name: str) -> int:
+        """Return what stands in a register after the factory, or with the power."""
+        gains = {"position_p_gain": self.model.gains.p, "position_d_gain": self.model.gains.d}
+        return round(gains.get(name, REGISTERS[name].default))
 
     def get(self, name: str) -> int:
         """Return an entry of the control table."""
@@ -166,8 +200,37 @@ class Servo:
         """Forget all but the EEPROM, as after a loss of power."""
         for name, register in REGISTERS.items():
             if register.address >= EEPROM_END:
-                self.set(name, register.default)
+                self.set(name, self._default(name))
+        self._limit_goals()
         self.segment = self.before = None
+
+    def _limit_goals(self) -> None:
+        for goal, limit in (("goal_pwm", "pwm_limit"), ("goal_current", "current_limit")):
+            self.set(goal, self.get(limit))
+
+    def drive(self, time: float, place: float, speed: float) -> float | None:
+        """Return the motor's duty, −1 to 1, at a turn of the control; None with torque off.
+
+        ``place`` is where the shaft is, in steps; ``speed`` its speed, in steps/s.
+        """
+        goal = self.setpoint(time)
+        if goal is None or self.segment is None:
+            self.control.rest()
+            return None
+        mode = self.get("operating_mode")
+        ceiling = self.get("goal_pwm")
+        most: float = min(abs(ceiling), self.get("pwm_limit"))
+        if mode == _PWM:
+            pwm = min(max(ceiling, -most), most)
+        else:
+            if mode == _CURRENT_AND_POSITION:
+                share = abs(self.get("goal_current")) / 1e3 / self.model.data_sheet.stall_current
+                most = min(most, share * FULL)
+            gains = PidGains(*_GAINS_BYTES.unpack_from(self.table, _GAINS_AT))
+            before = self.segment.at(time - 1e6 / self.model.loop.rate)
+            wanted = (goal - before) * self.model.loop.rate
+            pwm = self.control.follow(gains, goal - round(place), speed, wanted, most)
+        return self.control.set_pwm(pwm, self.get("pwm_slope"))
 
     def setpoint(self, time: float) -> float | None:
         """Where the servo wants its shaft at ``time``, in steps; None with torque off."""
@@ -199,13 +262,23 @@ class Servo:
             return self._error(error)
         if self.deaf:
             return self._error(0)
+        self.shaft.position(self, time)  # what follows from the write begins now
         torque = REGISTERS["torque_enable"].address
         if address <= torque < end:
             self._set_torque(bool(data[torque - address]), time)
+        mode = self.get("operating_mode")
         self.table[address:end] = data
+        if self.get("operating_mode") != mode:
+            self._change_mode()
         if goals and end > REGISTERS["goal_position"].address and self.segment is not None:
             self._go(time)
         return self._error(0)
+
+    def _change_mode(self) -> None:
+        """Set gains, profile and limits back, as the manual says of another operating mode."""
+        for name in (*_GAINS, "profile_speed", "profile_acceleration"):
+            self.set(name, self._default(name))
+        self._limit_goals()
 
     def _refusal(self, address: int, data: bytes) -> int:
         """Return the error for which the servo does not take a write; 0 if it does."""

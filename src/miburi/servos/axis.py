@@ -6,7 +6,7 @@ emulated servos.
 """
 
 from dataclasses import dataclass
-from math import copysign
+from math import copysign, inf
 
 from miburi.servos.model import dry_friction
 from miburi.servos.servo import Servo
@@ -15,7 +15,8 @@ __all__ = ["Axis"]
 
 #: s; the rotor against the play's stop needs less than 0.4 ms.
 _STEP = 1e-4
-#: Stiffness of gears and horn where the play ends, N·m/rad, and its damping (ours).
+#: Stiffness of gears and horn where the play ends, and of what blocks the horn, N·m/rad, and its
+#: damping (ours).
 _STOP, _STOP_DAMPING = 200.0, 0.05
 
 
@@ -35,6 +36,8 @@ class Axis:
         The largest duty, 0 to 1 (Goal PWM).
     angle, speed
         Of the horn, where the encoder sits; rad and rad/s.
+    low, high
+        Angles that the horn does not pass: something stiff is there.
     duty
         What the control sets now, −1 to 1.
     current
@@ -45,6 +48,8 @@ class Axis:
     inertia: float
     load: float = 0.0
     duty_limit: float = 1.0
+    low: float = -inf
+    high: float = inf
     angle: float = 0.0
     speed: float = 0.0
     duty: float = 0.0
@@ -55,6 +60,13 @@ class Axis:
         self._rotor, self._rotor_speed = self.angle, self.speed
         self._steps = round(1 / (self.servo.loop.rate * _STEP))
         self._until_control = 0
+        self._open = False
+
+    def turn(self, duty: float | None, seconds: float) -> None:
+        """Let ``seconds`` pass (whole tenths of ms) at a duty; None: without a current."""
+        self._open, self.duty = duty is None, duty or 0.0
+        for _ in range(round(seconds / _STEP)):
+            self._move()
 
     def advance(self, goal: float, seconds: float) -> None:
         """Let ``seconds`` pass (whole tenths of ms) with the trajectory at ``goal`` rad."""
@@ -76,14 +88,18 @@ class Axis:
     def _move(self) -> None:
         servo, motor, friction = self.servo, self.servo.motor, self.servo.friction
         voltage = servo.supply.voltage - servo.supply.resistance * abs(self.duty * self.current)
-        self.current = (self.duty * voltage - motor.back_emf * self._rotor_speed) / motor.resistance
+        driving = self.duty * voltage - motor.back_emf * self._rotor_speed
+        self.current = 0.0 if self._open else driving / motor.resistance
         torque = motor.torque_constant * self.current
-        bound = dry_friction(*friction.row, torque, self.load, self._rotor_speed)
+        load, beyond = self.load, self.angle - min(max(self.angle, self.low), self.high)
+        if beyond:
+            load -= _STOP * beyond + _STOP_DAMPING * self.speed
+        bound = dry_friction(*friction.row, torque, load, self._rotor_speed)
         bound += friction.viscous * abs(self._rotor_speed)
         self.time += _STEP
         if servo.loop.backlash == 0:
             inertia = motor.armature + self.inertia
-            self.speed = _stopped(self.speed, torque + self.load, bound, inertia)
+            self.speed = _stopped(self.speed, torque + load, bound, inertia)
             self.angle += self.speed * _STEP
             self._rotor, self._rotor_speed = self.angle, self.speed
             return
@@ -91,7 +107,7 @@ class Axis:
         over = play - copysign(min(abs(play), servo.loop.backlash / 2), play)
         passed = _STOP * over + (_STOP_DAMPING * (self._rotor_speed - self.speed) if over else 0.0)
         self._rotor_speed = _stopped(self._rotor_speed, torque - passed, bound, motor.armature)
-        self.speed += (passed + self.load) / self.inertia * _STEP
+        self.speed += (passed + load) / self.inertia * _STEP
         self._rotor += self._rotor_speed * _STEP
         self.angle += self.speed * _STEP
 

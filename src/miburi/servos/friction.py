@@ -18,7 +18,7 @@ _dry_friction = compiled(dry_friction)
 def set_friction(
     bound: Array,
     rows: Array,
-    braking: float,
+    braking: Array,
     dofs: NDArray[np.int64],
     motor: Array,
     speed: Array,
@@ -34,7 +34,7 @@ def set_friction(
     rows
         (8, 6), the constants of each servo: :attr:`miburi.servos.servo.Friction.row`.
     braking
-        N·m·s/rad that back EMF takes from the motor's torque.
+        (8,) N·m·s/rad that back EMF takes from the motor's torque.
     dofs
         (8,), where each joint is in MuJoCo's arrays.
     motor
@@ -47,7 +47,7 @@ def set_friction(
     """
     for joint, dof in enumerate(dofs):
         load = constraint[dof] - bias[dof] - row_forces[first_row + dof]
-        torque = motor[joint] - braking * speed[dof]
+        torque = motor[joint] - braking[joint] * speed[dof]
         dry, stiction, motor_load, load_stiction, stribeck_speed, stribeck_shape = rows[joint]
         bound[dof] = _dry_friction(
             dry, stiction, motor_load, load_stiction, stribeck_speed, stribeck_shape,

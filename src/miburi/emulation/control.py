@@ -1,0 +1,86 @@
+"""A servo's position control: from its gains, its trajectory and its encoder to a duty.
+
+It is that of ROBOTIS's e-manual, "Position PID Gain", in PWM units (885 are the whole voltage)::
+
+    PWM = P/p_divisor · e + I/65536 · Σ e − D/d_divisor · v + FF1/4 · u + FF2/4 · (change of u)
+
+e is the error in steps, v the speed and u the trajectory's, both in steps for each turn of the
+control. Goal PWM and PWM Limit bound it, and the duty follows with the PWM's slope. In which units
+the manual's feed-forward counts, and how its anti-windup works, it does not say: both are ours.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from miburi.servos import Servo
+
+__all__ = ["FULL", "Control", "PidGains"]
+
+#: PWM units of the whole voltage.
+FULL = 885
+_I_DIVISOR, _FF_DIVISOR = 65_536, 4
+#: The PWM's slope from the factory, to which the servo's constants refer.
+_SLOPE = 140
+
+
+class PidGains(NamedTuple):
+    """The registers of the position control, 80 to 90."""
+
+    d: int
+    i: int
+    p: int
+    second: int
+    first: int
+
+
+@dataclass
+class Control:
+    """The control of one servo, with what it remembers from turn to turn.
+
+    Attributes
+    ----------
+    model
+        The servo's constants.
+    duty
+        What the motor gets now, −1 to 1.
+    """
+
+    model: Servo
+    duty: float = 0.0
+    _sum: float = 0.0
+    _before: float = 0.0
+
+    def rest(self) -> None:
+        """Forget all, as with torque off."""
+        self.duty = self._sum = self._before = 0.0
+
+    def follow(
+        self, gains: PidGains, error: float, speed: float, wanted: float, most: float
+    ) -> float:
+        """Return the PWM of the position control, at most ``most`` to both sides.
+
+        ``error`` is in steps, ``speed`` and the trajectory's, ``wanted``, in steps/s.
+        """
+        rate = self.model.loop.rate
+        ahead = gains.first * wanted + gains.second * (wanted - self._before)
+        pwm = (
+            gains.p / self.model.divisor.p_divisor * error
+            - gains.d / self.model.gains.d_divisor * speed / rate
+            + ahead / _FF_DIVISOR / rate
+        )
+        self._before = wanted
+        whole = self._sum + gains.i / _I_DIVISOR * error
+        # Where the PWM has its limit already, the integral does not grow beyond.
+        if abs(pwm + whole) <= most or abs(whole) < abs(self._sum):
+            self._sum = whole
+        return min(max(pwm + self._sum, -most), most)
+
+    def set_pwm(self, pwm: float, slope: int) -> float:
+        """Return the duty of the next turn, that goes to ``pwm`` no faster than the slope allows.
+
+        ``slope`` is register 62.
+        """
+        volts = self.model.gains.pwm_slope * slope / _SLOPE
+        most = volts / self.model.loop.rate / self.model.supply.voltage
+        self.duty += min(max(pwm / FULL - self.duty, -most), most)
+        return self.duty
