@@ -1,5 +1,6 @@
 """The command ``miburi``: parse the arguments, call the library, print the result."""
 
+import io
 import json
 import os
 import signal
@@ -68,6 +69,9 @@ def main() -> None:
     """Run the command line; an error becomes one clear line and an exit code."""
     signal.signal(signal.SIGINT, _interrupt)
     signal.signal(signal.SIGTERM, _interrupt)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a pipe on Windows has no arrows, nor a mu
     try:
         app()
     except InputError as error:

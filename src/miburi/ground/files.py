@@ -39,7 +39,7 @@ def whole_files(folder: Path | str) -> Iterator[Path]:
     try:
         yield draft
         for file in sorted(draft.iterdir()):
-            with file.open("rb") as written:
+            with file.open("r+b") as written:  # Windows flushes only what may be written
                 os.fsync(written.fileno())
             file.replace(folder / file.name)
     except OSError as error:

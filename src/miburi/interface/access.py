@@ -6,6 +6,7 @@ everywhere but on the pairing page. Requests from other sites' pages are refused
 
 import hmac
 import json
+import os
 import re
 import secrets
 import time
@@ -89,15 +90,17 @@ def kept_token(path: Path) -> str:
         It can be neither read nor written.
     """
     try:
-        if path.is_file() and path.stat().st_mode & 0o077 == 0:
-            token = path.read_text(errors="replace").strip()
+        # Windows knows no such bits: there a user's own folder is closed to others.
+        open_to_others = os.name == "posix" and path.is_file() and path.stat().st_mode & 0o077
+        if path.is_file() and not open_to_others:
+            token = path.read_text(encoding="utf-8", errors="replace").strip()
             if re.fullmatch(r"[A-Za-z0-9_-]{32,}", token):
                 return token
         path.parent.mkdir(parents=True, exist_ok=True)
         path.unlink(missing_ok=True)
         path.touch(mode=0o600)
         token = secrets.token_urlsafe(32)
-        path.write_text(token + "\n")
+        path.write_text(token + "\n", encoding="utf-8")
     except OSError as error:
         raise OutputError(f"{path}: the token cannot be kept there: {error.strerror}.") from error
     return token

@@ -281,7 +281,7 @@ def _announce(url: str, token: str | None, headless: bool) -> None:
         print(qr_for_terminal(shown), flush=True)
     if headless:
         return
-    can_show = sys.platform == "darwin" or any(
+    can_show = sys.platform in ("darwin", "win32") or any(
         os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY")
     )
     if not (can_show and webbrowser.open(shown)):

@@ -49,4 +49,4 @@ def write_page(
         face=ISO_LIMITS["face"],
         median=np.median,
     )
-    (folder / "safety.md").write_text(page)
+    (folder / "safety.md").write_text(page, encoding="utf-8")
