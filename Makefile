@@ -41,8 +41,17 @@ firmware-proof: .venv/test.stamp ## the firmware's tests with the full counts (a
 	MIBURI_TRACES=100000 MIBURI_MOVES=2000,500 MIBURI_FUZZ=1000000 \
 		$(BIN)/python -m pytest -n auto tests/firmware
 
+# uv alone can resolve to the lowest versions.
+.PHONY: test-lowest
+test-lowest: ## the tests with the lowest versions that pyproject.toml allows (about 10 minutes)
+	$(PYTHON) -m venv .venv-lowest
+	.venv-lowest/bin/python -m pip install --quiet --disable-pip-version-check uv
+	.venv-lowest/bin/uv pip install --quiet --python .venv-lowest/bin/python \
+		--resolution lowest-direct -e '.[dev,studies]'
+	.venv-lowest/bin/python -m pytest -n auto --ignore $(PAGES) --ignore tests/firmware
+
 clean: ## remove what was built
-	rm -rf .venv .venv-bench build dist out .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	rm -rf .venv .venv-bench .venv-lowest build dist out .mypy_cache .pytest_cache .ruff_cache .hypothesis
 
 # Python packages go into .venv, at the versions of constraints.txt. Debian packages: see tools.
 .venv/bin/python:

@@ -86,6 +86,20 @@ def test_many_lines_in_many_lines_out(robot: Robot) -> None:
         assert max(answer["error_m"]) < 1e-4
 
 
+def test_each_command_reads_what_the_other_prints() -> None:
+    places = miburi("forward", "--json", *NEUTRAL).stdout
+    turned = json.dumps(dict(reversed(json.loads(places).items())))  # the names say which is which
+    angles = miburi("ik", "--json", given=f"{places}{turned}\n").stdout
+    again = miburi("forward", "--json", given=angles).stdout.splitlines()
+    for line in again:
+        for name, place in json.loads(line).items():
+            np.testing.assert_allclose(place, json.loads(places)[name], atol=1e-6)
+    assert len(again) == 2
+    refused = miburi("ik", "--json", given='{"right": [0, 0, 0], "left": 3}')
+    assert refused.returncode == 2
+    assert refused.stderr.startswith("miburi: 9 coordinates are needed, got [0, 0, 0, 3, null]")
+
+
 def test_ik_in_words(robot: Robot) -> None:
     out = miburi("ik", *places(robot, robot.neutral))
     assert out.returncode == 0

@@ -5,7 +5,7 @@ import json
 import os
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from importlib import import_module
 from pathlib import Path
 from types import FrameType
@@ -190,7 +190,7 @@ def forward(
     description = robot_of(robot)
     solve = body.forward_as_printed if printed else body.forward
     for pose in [angles] if angles else _lines():
-        place = solve(description, _row(pose, 8, "angles")).round(9)
+        place = solve(description, _row(pose, 8, "angles", ["angles"])).round(9)
         places = {
             name: place[3 * i : 3 * i + 3].tolist() for i, name in enumerate(body.EXTREMITIES)
         }
@@ -218,7 +218,7 @@ def ik(
     if points and len(points) < len(EXTREMITIES):
         raise InputError("ik needs all of --right, --left and --head, each with X Y Z in m.")
     for target in [[x for point in points for x in point]] if points else _lines():
-        solution = solve(description, _row(target, 9, "coordinates"))
+        solution = solve(description, _row(target, 9, "coordinates", EXTREMITIES))
         angles, error = solution.angles.round(9).tolist(), solution.error.round(9).tolist()
         if as_json:
             print(json.dumps({"angles": angles, "error_m": error, "status": solution.status}))
@@ -291,7 +291,11 @@ def _lines() -> Iterator[Any]:
                 raise InputError(f"line {number} is not JSON: {error}.") from error
 
 
-def _row(values: Any, width: int, what: str) -> list[float]:
+def _row(values: Any, width: int, what: str, keys: Sequence[str]) -> list[float]:
+    """Return a row of numbers; of an object, as the other command prints it, what ``keys`` name."""
+    if isinstance(values, dict):
+        parts = [values.get(key) for key in keys]
+        values = [x for part in parts for x in (part if isinstance(part, list) else [part])]
     numbers = isinstance(values, list) and all(
         isinstance(value, int | float) and not isinstance(value, bool) for value in values
     )
