@@ -80,6 +80,24 @@ def test_profile_speed_is_the_speed() -> None:
     assert (after - before) * 10 == pytest.approx(100 * SPEED_UNIT)
 
 
+def test_a_servo_may_begin_late_and_count_its_own_time() -> None:
+    """Twice as fast a clock brings it in half the time to its goal; until it begins, it rests."""
+
+    def arrives(delay: float, clock: float) -> float:
+        servo = Servo.new(1, 0.0)
+        servo.start_delay, servo.clock = delay, clock
+        servo.write(108, (50).to_bytes(4, "little") + (100).to_bytes(4, "little"), 0.0)
+        servo.write(64, b"\x01", 0.0)
+        servo.write(116, (1000).to_bytes(4, "little"), 0.0)
+        servo.write(98, b"\0", 0.0)
+        assert servo.setpoint(delay) == 0
+        return next(time for time in range(0, 3_000_000, 1000) if servo.setpoint(time) == 1000)
+
+    plain = arrives(0.0, 1.0)
+    assert arrives(3000.0, 1.0) == plain + 3000
+    assert arrives(0.0, 2.0) == pytest.approx(plain / 2, abs=1000)
+
+
 def test_bus_watchdog_stops_a_servo_that_hears_nothing() -> None:
     servo = Servo.new(1, 0.0)
     servo.write(64, b"\x01", 0.0)

@@ -23,6 +23,7 @@ from miburi.emulation.card import EmulatedCard
 from miburi.emulation.terminal import pump, servos
 from miburi.errors import BodyError
 from miburi.robot import JOINTS, iphonoid
+from miburi.robot.specimens import specimens
 from miburi.safety.contact import Rule
 from miburi.safety.move import plan_move
 from miburi.safety.stop import Phase
@@ -206,3 +207,18 @@ def test_zeros_and_directions_are_found_by_hand(
     mounting = rig.body.settings.mounting
     assert mounting.zero == [1500 + 10 * i for i in range(8)]
     assert mounting.direction == [1, 1, 1, -1, 1, 1, 1, 1]
+
+
+def test_a_specimen_moves_as_it_is_and_the_card_as_it_is_described(firmware: Path) -> None:
+    """Half the stiffness and a supply of 4.75 V: the same orders, and another way."""
+    robot = iphonoid()
+    (one,) = specimens(robot, 4, 1)
+    ways = []
+    for body in (EmulatedBody(robot), EmulatedBody(robot, specimen=one)):
+        angles = robot.neutral.copy()
+        angles[0] += 0.5
+        body.move(plan_move(robot, body.state.angles, angles, 0.8))
+        ways.append([body.step(0.02).angles[0] for _ in range(60)])
+        assert body.state.phase is Phase.IDLE, body.state.stop
+        assert abs(body.state.angles[0] - angles[0]) < 0.02
+    assert 0.002 < np.abs(np.subtract(*ways)).max() < 0.05

@@ -18,6 +18,7 @@ from miburi.emulation.bus import Bus
 from miburi.emulation.card import EmulatedCard
 from miburi.emulation.servos import Servo, Shaft
 from miburi.robot import Array, Robot
+from miburi.robot.specimens import Specimen
 from miburi.safety.contact import Rule
 
 __all__ = ["EmulatedBody"]
@@ -78,6 +79,9 @@ class EmulatedBody(Card):
         The description.
     rule
         The card's contact rule; by default the robot's own.
+    specimen
+        The robot as it is; by default as it is described. The play of its gears is left out, as in
+        :class:`~miburi.bodies.plant.Plant`.
 
     Raises
     ------
@@ -85,19 +89,23 @@ class EmulatedBody(Card):
         The firmware or the emulated processor has not been built (``make firmware``).
     """
 
-    def __init__(self, robot: Robot, rule: Rule | None = None) -> None:
-        settings, self._plant = CardSettings.of(robot, rule), Plant(robot)
+    def __init__(
+        self, robot: Robot, rule: Rule | None = None, specimen: Specimen | None = None
+    ) -> None:
+        true = specimen or Specimen(robot, start_delay=0.0, clock=1.0)
+        settings, self._plant = CardSettings.of(robot, rule), Plant(true.robot)
         self._plant.model.opt.timestep = _TURN
         joints = [
             _Joint(self._plant, motor, joint, robot.servo.step)
             for motor, joint in enumerate(settings.joints)
         ]
         servos = [
-            Servo.new(of_joint.servo, shaft=joint, model=robot.servo.model)
+            Servo.new(of_joint.servo, shaft=joint, model=true.robot.servo.model)
             for of_joint, joint in zip(settings.joints, joints, strict=True)
         ]
         # The servos hold the body, because it would sink before the card has started.
         for servo, joint in zip(servos, joints, strict=True):
+            servo.start_delay, servo.clock = true.start_delay * 1e6, true.clock
             servo.set("return_delay", 25)  # as the card sets a new servo up
             servo.set("operating_mode", 5)
             servo.set("goal_position", round(joint.position(servo, 0.0)))

@@ -130,6 +130,8 @@ class Servo:
     ----------
     model
         The constants of its motor and control.
+    start_delay, clock
+        µs from an order to its trajectory's start, and how fast its clock is.
     dead
         Unplugged, or without power: hears and says nothing.
     deaf
@@ -147,6 +149,8 @@ class Servo:
     shaft: Shaft
     model: Model
     table: bytearray = field(default_factory=lambda: bytearray(SIZE))
+    start_delay: float = 0.0
+    clock: float = 1.0
     dead: bool = False
     deaf: bool = False
     delay: float = 0.0
@@ -235,7 +239,10 @@ class Servo:
     def setpoint(self, time: float) -> float | None:
         """Where the servo wants its shaft at ``time``, in steps; None with torque off."""
         self._check_watchdog(time)
-        return None if self.segment is None else self.segment.at(time)
+        segment = self.segment
+        if segment is not None and self.before is not None and time < segment.began:
+            segment = self.before
+        return None if segment is None else segment.at(time)
 
     def heard(self, time: float) -> None:
         """Note that some packet was on the bus."""
@@ -324,12 +331,13 @@ class Servo:
     def _go(self, time: float) -> None:
         assert self.segment is not None  # noqa: S101  (only a servo with torque goes anywhere)
         self.before = self.segment
+        began = time + self.start_delay
         self.segment = Segment(
-            time,
-            self.segment.at(time),
+            began,
+            self.segment.at(began),
             self.get("goal_position"),
-            self.get("profile_speed") * SPEED_UNIT,
-            self.get("profile_acceleration") * ACCELERATION_UNIT,
+            self.get("profile_speed") * SPEED_UNIT * self.clock,
+            self.get("profile_acceleration") * ACCELERATION_UNIT * self.clock**2,
         )
 
     def _set_torque(self, on: bool, time: float) -> None:

@@ -1,0 +1,81 @@
+"""Robots as they leave a workshop: each differs from its description where nobody looks.
+
+In go a description and a seed; out come robots whose servos and masses are spread as widely as may
+be expected of such servos, new and worn. Who drives them knows the description alone. All ranges
+are ours, but the two divisors: the e-manual and those who identified the servo differ.
+"""
+
+from dataclasses import dataclass
+from math import radians
+
+import numpy as np
+
+from miburi.robot.description import Robot
+from miburi.servos import Servo
+
+__all__ = ["Specimen", "specimens"]
+
+#: Stiffness and dry friction are up to so many times those of the description, or that part of it.
+_FACTOR = 2.0
+#: By which share resistance (cold and hot), masses, the supply's voltage and the clock may be off.
+_RESISTANCE, _MASS, _VOLTAGE, _CLOCK = 0.2, 0.1, 0.05, 0.005
+#: The most that a profile begins late, s, and that gears play, rad.
+_DELAY, _BACKLASH = 0.003, radians(0.5)
+
+
+@dataclass(frozen=True)
+class Specimen:
+    """One robot, as it is.
+
+    Attributes
+    ----------
+    robot
+        With the true constants of its servos, all eight alike, and its true masses.
+    start_delay
+        s from a command to the start of a servo's profile.
+    clock
+        How many seconds pass on a servo's clock in a second.
+    """
+
+    robot: Robot
+    start_delay: float
+    clock: float
+
+
+def specimens(robot: Robot, seed: int, count: int) -> tuple[Specimen, ...]:
+    """Return robots that were built from a description; the same ones for the same seed.
+
+    Every other one counts its P gain in half the description's divisor, which doubles its
+    stiffness: in the XL330, 256 were identified, and the e-manual says 128.
+    """
+    rng = np.random.default_rng([seed, _STREAM])
+    return tuple(_specimen(robot, rng, 2.0 if number % 2 else 1.0) for number in range(count))
+
+
+def _specimen(robot: Robot, rng: np.random.Generator, finer: float) -> Specimen:
+    def about(share: float) -> float:
+        return float(1 + rng.uniform(-share, share))
+
+    def times() -> float:
+        return float(_FACTOR ** rng.uniform(-1.0, 1.0))
+
+    servo = robot.servo.model
+    own = _changed(servo.varied(friction=times()), "divisor", p_divisor=1 / (finer * times()))
+    own = _changed(own, "motor", resistance=about(_RESISTANCE))
+    own = _changed(own, "supply", voltage=about(_VOLTAGE))
+    loop = own.loop.model_copy(update={"backlash": float(rng.uniform(0.0, _BACKLASH))})
+    masses = {name: mass * about(_MASS) for name, mass in robot.masses.model_dump().items()}
+    true = robot.with_servo(own.model_copy(update={"loop": loop})).model_copy(
+        update={"masses": robot.masses.model_copy(update=masses)}
+    )
+    return Specimen(true, float(rng.uniform(0.0, _DELAY)), about(_CLOCK))
+
+
+def _changed(servo: Servo, table: str, **factors: float) -> Servo:
+    """Return a servo with constants of a table multiplied by factors."""
+    old = getattr(servo, table)
+    new = {name: getattr(old, name) * factor for name, factor in factors.items()}
+    return servo.model_copy(update={table: old.model_copy(update=new)})
+
+
+_STREAM = 11  # its own stream of random numbers
