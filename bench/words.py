@@ -125,13 +125,15 @@ def main() -> None:
         table(read_goemotions(wish.data, part))
         print(f"\n# XED, {part} split\n")
         table(read_xed(wish.data, part))
-    for name, kept in (("tuning half", False), ("kept-back half", True)):
-        if kept and wish.tuning:
-            break
+    sets = {"tuning half": half(rows, False)}
+    if not wish.tuning:
+        sets["kept-back half"] = half(rows, True)
+        sets["a stranger's"] = utterances("utterances-stranger.tsv")
+    for name, some in sets.items():
         print(f"\n# Everyday utterances, {name}\n")
-        everyday(half(rows, kept))
+        everyday(some)
         print(f"\n# Everyday utterances, {name}, without punctuation\n")
-        everyday(half(rows, kept), without_punctuation)
+        everyday(some, without_punctuation)
     print("\n# Japanese, by stems (none kept back)\n")
     answers = [(a, hear(b).feeling) for a, b in utterances("utterances-ja.tsv")]
     felt = [a == b for a, b in answers if a in LABELS[:-1]]
