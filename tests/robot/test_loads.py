@@ -21,7 +21,7 @@ def test_loads_are_the_physical_models(robot: Robot) -> None:
         found = loads(robot, angles)
         np.testing.assert_allclose(found.gravity, data.qfrc_bias[dofs], atol=1e-6)
         np.testing.assert_allclose(
-            found.inertia, mass.diagonal()[dofs] - model.dof_armature[dofs], atol=3e-4
+            found.inertia, mass.diagonal()[dofs] - model.dof_armature[dofs], atol=1e-7
         )
 
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from miburi.robot.description import JOINTS, Array, Lengths, Masses, Robot, Shape
-from miburi.robot.shape import links, parts
+from miburi.robot.shape import Part, links, parts
 
 __all__ = ["GRAVITY", "Loads", "loads"]
 
@@ -26,8 +26,7 @@ class Loads(NamedTuple):
     gravity
         (..., 8) N·m that each motor must give to hold its joint.
     inertia
-        (..., 8) kg·m² that it moves, all other joints held; without rotors, and without what the
-        parts' own extent adds (for the iphonoid's waist 0.0003 kg·m², less for others).
+        (..., 8) kg·m² that it moves, all other joints held; without rotors.
     """
 
     gravity: Array
@@ -43,6 +42,7 @@ class _Solids(NamedTuple):
     axes: Array  # (8, 3)
     links: list[int]  # (n,), which carries each part
     middles: Array  # (n, 3), m in the link's frame
+    spreads: Array  # (n, 3, 3), m², mean of x xᵀ about the middle in the link's frame
     masses: Array  # (8, n), kg, of the parts that each joint turns
 
 
@@ -67,6 +67,10 @@ def loads(robot: Robot, angles: Array) -> Loads:
     u, v, w = np.moveaxis(centres[..., None, :, :] - axles[..., None, :], -1, 0)
     up = x * v - y * u  # what the joint's turn lifts, m/rad
     far = (y * w - z * v) ** 2 + (z * u - x * w) ** 2 + up**2
+    # What a part's own extent adds: its mean square distance from the axis through its middle.
+    seen = np.einsum("...ki,...pij->...kpj", axes, turns[..., body.links, :, :])
+    along = np.einsum("...kpi,pij,...kpj->...kp", seen, body.spreads, seen)
+    far += np.trace(body.spreads, axis1=1, axis2=2) - along
     gravity, inertia = np.empty((2, *angles.shape))
     gravity[..., body.order] = GRAVITY * (up * body.masses).sum(axis=-1)
     inertia[..., body.order] = (far * body.masses).sum(axis=-1)
@@ -92,6 +96,7 @@ def _solids(lengths: Lengths, masses: Masses, shape: Shape) -> _Solids:
         axes=np.array([link.axis for link in table], dtype=np.float64),
         links=where,
         middles=np.array([part.middle for part in heavy]),
+        spreads=np.array([_spread(part) for part in heavy]),
         masses=np.array(
             [
                 [
@@ -102,6 +107,29 @@ def _solids(lengths: Lengths, masses: Masses, shape: Shape) -> _Solids:
             ]
         ),
     )
+
+
+def _spread(part: Part) -> Array:
+    """Return the mean of x xᵀ over a solid's mass about its middle, (3, 3) m²."""
+    size = np.array(part.size)
+    if part.kind == "box":
+        sine, cosine = np.sin(part.tilt), np.cos(part.tilt)
+        turn = np.array([[cosine, 0.0, -sine], [0.0, 1.0, 0.0], [sine, 0.0, cosine]])
+        box: Array = turn @ np.diag(size**2 / 3) @ turn.T
+        return box
+    radius = size[0]
+    if part.end is None:
+        sphere: Array = np.eye(3) * radius**2 / 5
+        return sphere
+    # A capsule: a cylinder, and a ball in two halves.
+    way = np.subtract(part.end, part.position)
+    length = float(np.linalg.norm(way))
+    ball = 4 * radius / (4 * radius + 3 * length)
+    across = (1 - ball) * radius**2 / 4 + ball * radius**2 / 5
+    halves = radius**2 / 5 + 3 * length * radius / 8 + length**2 / 4
+    lengthwise = (1 - ball) * length**2 / 12 + ball * halves
+    capsule: Array = np.eye(3) * across + np.outer(way, way) / length**2 * (lengthwise - across)
+    return capsule
 
 
 def _turns(axes: Array, angles: Array) -> Array:

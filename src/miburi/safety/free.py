@@ -33,19 +33,21 @@ FAST = 512 * FINE
 _STEP = 2 * np.pi / 4096
 
 
-def _each(waist: float, others: float) -> list[float]:
-    return [waist] + [others] * 7
+def _each(
+    waist: float, shoulder: float, elbow: float, fingertip: float, head: float
+) -> list[float]:
+    return [waist, *(2 * [shoulder, elbow, fingertip]), head]
 
 
-#: The guards of servos that nobody has calibrated, s and rad: the least with which no free move of
-#: 1,000 was stopped (``bench/servos/rules.py``; ours). The waist's inertia varies with the pose.
+#: The guards of servos that nobody has calibrated, s and rad (ours): what 1,000 free moves of
+#: varied robots needed times 1.3 or more, and the waist's wider, for its inertia varies by pose.
 GUARDS = Guards(
-    lag=_each(0.0055, 0.0055),
-    slack=_each(16 * _STEP, 10 * _STEP),
-    least=_each(8 * _STEP, 8 * _STEP),
-    behind=_each(18 * _STEP, 14 * _STEP),
-    ahead=_each(18 * _STEP, 14 * _STEP),
-    arrival=_each(18 * _STEP, 14 * _STEP),
+    lag=_each(0.0055, 0.0055, 0.0055, 0.0055, 0.0055),
+    slack=_each(16 * _STEP, 10 * _STEP, 10 * _STEP, 8 * _STEP, 10 * _STEP),
+    least=_each(8 * _STEP, 8 * _STEP, 8 * _STEP, 8 * _STEP, 8 * _STEP),
+    behind=_each(18 * _STEP, 12 * _STEP, 12 * _STEP, 10 * _STEP, 12 * _STEP),
+    ahead=_each(18 * _STEP, 12 * _STEP, 12 * _STEP, 10 * _STEP, 12 * _STEP),
+    arrival=_each(12 * _STEP, 12 * _STEP, 12 * _STEP, 12 * _STEP, 12 * _STEP),
 )
 
 
