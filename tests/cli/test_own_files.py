@@ -103,6 +103,24 @@ def test_the_servo_that_others_identified_moves_freely(tmp_path: Path) -> None:
     assert counts["false_stops"] == counts["missed_above_2N"] == 0
 
 
+def test_without_a_rule_the_motors_limit_alone_keeps_the_push_low() -> None:
+    options = ("--free", "2", "--blocked", "24", "--rule", "off", "--json")
+    done = miburi("trials", *options, "--servo", "xl330-m288-t")
+    assert done.returncode == 0, done.stderr
+    figures = json.loads(done.stdout)
+    assert figures["missed"] == 24  # nothing stops
+    assert figures["sustained_force_p95"] <= 7.0
+    imagined = json.loads(miburi("trials", *options, "--servo", "imagined").stdout)
+    assert imagined["sustained_force_p95"] > 7.0  # it has no such limit
+
+
+@pytest.mark.parametrize("command", ["run", "experiment", "calibrate", "tune"])
+def test_trials_alone_can_switch_the_rule_off(command: str) -> None:
+    done = miburi(command, "--rule", "off")
+    assert done.returncode == 2
+    assert "rule" in done.stderr
+
+
 def test_an_unknown_servo_is_refused_with_those_that_there_are() -> None:
     done = miburi("experiment", "--servo", "ax-12")
     assert done.returncode == 2

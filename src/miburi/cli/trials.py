@@ -46,7 +46,11 @@ def trials(
         int, typer.Option(help="0: the robot's servo; N: N varied servos, each calibrated.", min=0)
     ] = 0,
     rule: Annotated[
-        str, typer.Option(help="miburi, or printed: the paper's rule as printed.")
+        str,
+        typer.Option(
+            help="miburi; printed: the paper's rule as printed; off: no rule, to see what the "
+            "limit of the motors' push brings alone."
+        ),
     ] = "miburi",
     calibration: CalibrationFile = None,
     ray: Annotated[str | None, typer.Option(help="Address of a Ray cluster to use.")] = None,
@@ -209,11 +213,12 @@ def _plan(
     from miburi.safety.contact import Rule
     from miburi.safety.printed import PrintedRule
     from miburi.studies.trials.conditions import varied_servos
-    from miburi.studies.trials.replay import calibrate_rule
+    from miburi.studies.trials.replay import DeafRule, calibrate_rule
     from miburi.studies.trials.runs import Plan
 
-    if rule_name not in ("miburi", "printed"):
-        raise InputError(f'--rule must be "miburi" or "printed", got {rule_name!r}.')
+    others = {"printed": PrintedRule, "off": DeafRule}
+    if rule_name not in ("miburi", *others):
+        raise InputError(f'--rule must be "miburi", "printed" or "off", got {rule_name!r}.')
     if calibration is not None and servos:
         raise InputError("--servos calibrates each servo itself; leave --calibration out.")
     if servos:
@@ -229,8 +234,8 @@ def _plan(
         watched = [(measured.robot, measured.rule)]
     else:
         watched = [(body, rule_of(body, None, servo) or Rule.of(body))]
-    if rule_name == "printed":
-        watched = [(one, PrintedRule(rule.guards)) for one, rule in watched]
+    if rule_name in others:
+        watched = [(one, others[rule_name](rule.guards)) for one, rule in watched]
     return Plan(tuple(watched), seed, free, blocked, repertoire)
 
 

@@ -33,7 +33,10 @@ class _DeafWatch(Watch):
 
 
 class DeafRule(Rule):
-    """A rule that never stops: a blocked move just ends. For recording only."""
+    """A rule that never stops: a blocked move just ends.
+
+    Trials alone use it, to record runs and to see what the ceiling of the motors' push brings.
+    """
 
     def watch(
         self, profile: Profile, start: Steps, direction: Steps, loading: Loading = UNLOADED
