@@ -128,10 +128,10 @@ def test_what_a_servo_does_not_take_it_refuses_as_the_manual_says(
     port: Port, address: int, value: bytes, error: int
 ) -> None:
     sdk = PacketHandler(2.0)
-    before = bytes(port.bus.servos[0].table)
+    before = bytes(port.bus.servos[0].table.data)
     said = sdk.writeTxRx(port, 1, address, len(value), list(value))
     assert said == (COMM_SUCCESS, error)
-    assert (bytes(port.bus.servos[0].table) == before) == bool(error)
+    assert (bytes(port.bus.servos[0].table.data) == before) == bool(error)
 
 
 def test_the_table_begins_with_the_manuals_values_and_gains_are_lost_with_the_power(

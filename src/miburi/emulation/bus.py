@@ -1,21 +1,31 @@
 """The wire between a card and its emulated servos: who hears a packet, and who answers when.
 
 Behaviour that firmware must cope with is taken at its worst: after a missing servo, the others
-never answer a sync read. Times are µs on the card's clock.
+never answer a sync read. Who speaks at the same time as another spoils it: where either pulls the
+wire down, it is down. Times are µs on the card's clock.
 """
 
 import struct
 from collections.abc import Callable
 
 from miburi.emulation.packets import (
+    ACTION,
     BROADCAST,
+    BULK_READ,
+    BULK_WRITE,
+    CLEAR,
+    FACTORY_RESET,
+    FAST_BULK_READ,
+    FAST_SYNC_READ,
     PING,
     READ,
     REBOOT,
+    REG_WRITE,
     STATUS,
     SYNC_READ,
     SYNC_WRITE,
     WRITE,
+    fast_blocks,
     packet,
     packets,
 )
@@ -28,6 +38,15 @@ BAUDS = (9_600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000)
 _BAUD_TOLERANCE = 0.03
 #: A packet that pauses for longer, in µs, is not completed.
 _PAUSE = 2_000
+#: µs between the answers of two ids to a ping of all, for which the official SDK waits.
+_PING_TURN = 3_000
+#: From which status return level on an instruction is answered; all others at 2 alone.
+_LEVELS = {PING: 0, READ: 1}
+#: The highest id that may be a secondary one.
+_LAST_ID = 252
+
+#: What a servo says, and when it begins.
+Answer = tuple[float, bytes]
 
 
 class Bus:
@@ -36,32 +55,32 @@ class Bus:
     Attributes
     ----------
     servos
-        In any order; ids must differ.
+        In any order. Two with one id speak at the same time.
     spoil
         Changes bytes on their way, from the card and to it.
     instructions
         How many whole instruction packets the servos have heard.
     """
 
-    def __init__(self, servos: list[Servo], baud: int = 1_000_000) -> None:
+    def __init__(self, servos: list[Servo]) -> None:
         self.servos = servos
         self.spoil: Callable[[bytes], bytes] = lambda data: data
         self.instructions = 0
-        self._byte = 1e7 / baud
+        self._byte = 0.0
         self._alive: list[Servo] = []
         self._begun, self._last = b"", 0.0
 
-    def answer(self, data: bytes, time: float, baud: int = 1_000_000) -> list[tuple[float, bytes]]:
+    def answer(self, data: bytes, time: float, baud: int = 1_000_000) -> list[Answer]:
         """Let the servos of this speed hear a burst of bytes that ended at ``time``.
 
         Returns
         -------
         Bytes that they send, each with the time at which it begins.
         """
-        answers: list[tuple[float, bytes]] = []
+        answers: list[Answer] = []
         begun = self._begun if time - self._last < _PAUSE else b""
         heard, self._begun = packets(begun + self.spoil(data))
-        self._last = time
+        self._last, self._byte = time, 1e7 / baud
         for servo, instruction, parameters in heard:
             if instruction == STATUS:
                 continue
@@ -73,71 +92,122 @@ class Bus:
             ]
             for one in alive:
                 one.heard(time)
-            if instruction == SYNC_READ:
-                answers += self._sync_read(parameters, time)
-            elif instruction == SYNC_WRITE:
-                self._sync_write(parameters, time)
-            else:
-                for one in alive:
-                    if servo in (one.get("id"), BROADCAST):
-                        answers += self._single(one, servo, instruction, parameters, time)
+            answers += self._collide(self._obey(servo, instruction, parameters, time))
         return [(start, self.spoil(said)) for start, said in answers]
 
-    def _say(self, one: Servo, error: int, data: bytes, time: float) -> tuple[float, bytes]:
+    def _obey(self, servo: int, instruction: int, parameters: bytes, time: float) -> list[Answer]:
+        if instruction in (SYNC_READ, FAST_SYNC_READ):
+            if len(parameters) < 5:
+                return []
+            address, count = struct.unpack_from("<HH", parameters)
+            asked = [(one, address, count) for one in parameters[4:]]
+            return self._read_in_turn(asked, time, fast=instruction == FAST_SYNC_READ)
+        if instruction in (BULK_READ, FAST_BULK_READ):
+            asked = list(struct.iter_unpack("<BHH", parameters[: len(parameters) // 5 * 5]))
+            return self._read_in_turn(asked, time, fast=instruction == FAST_BULK_READ)
+        if instruction == SYNC_WRITE and len(parameters) >= 4:
+            address, count = struct.unpack_from("<HH", parameters)
+            for at in range(4, len(parameters) - count, count + 1):
+                self._write(parameters[at], address, parameters[at + 1 : at + 1 + count], time)
+            return []
+        if instruction == BULK_WRITE:
+            at = 0
+            while at + 5 <= len(parameters):
+                one, address, count = struct.unpack_from("<BHH", parameters, at)
+                self._write(one, address, parameters[at + 5 : at + 5 + count], time)
+                at += 5 + count
+            return []
+        answers = []
+        for one in self._alive:
+            if servo in (one.get("id"), BROADCAST):
+                answers += self._single(one, servo, instruction, parameters, time)
+            elif servo == one.get("secondary_id") <= _LAST_ID and instruction == WRITE:
+                address = struct.unpack_from("<H", parameters)[0]
+                one.write(address, parameters[2:], time, shared=True)
+        return answers
+
+    def _collide(self, answers: list[Answer]) -> list[Answer]:
+        """Return what is heard on the wire where several speak."""
+        merged: list[Answer] = []
+        for start, said in sorted(answers, key=lambda answer: answer[0]):
+            if merged and start < merged[-1][0] + len(merged[-1][1]) * self._byte:
+                first, other = merged.pop()
+                offset = round((start - first) / self._byte)
+                wire = bytearray(max(len(other), offset + len(said)))
+                wire[: len(other)] = other
+                for at, byte in enumerate(said, offset):
+                    wire[at] = byte & wire[at] if at < len(other) else byte
+                merged.append((first, bytes(wire)))
+            else:
+                merged.append((start, said))
+        return merged
+
+    def _say(self, one: Servo, error: int, data: bytes, time: float) -> Answer:
         start = time + 2 * one.get("return_delay") + one.delay
         servo = one.get("id") if one.alias is None else one.alias
         return start, packet(servo, STATUS, bytes((error,)) + data)
 
-    def _sync_read(self, parameters: bytes, time: float) -> list[tuple[float, bytes]]:
-        if len(parameters) < 5:
-            return []
-        address, count = struct.unpack_from("<HH", parameters)
-        by_id = {one.get("id"): one for one in self._alive}
-        answers = []
-        for servo in parameters[4:]:
-            one = by_id.get(servo)
-            if one is None:
+    def _read_in_turn(
+        self, asked: list[tuple[int, int, int]], time: float, *, fast: bool
+    ) -> list[Answer]:
+        """Let each servo answer after the one before it; after one that is missing, nobody does."""
+        answers: list[Answer] = []
+        blocks: list[tuple[int, int, bytes]] = []
+        for servo, address, count in asked:
+            those = [one for one in self._alive if one.get("id") == servo]
+            if not those:
                 break
-            error, data = one.read(address, count, time)
-            start, said = self._say(one, error, data, time)
-            answers.append((start, said))
-            time = start + len(said) * self._byte
+            said = []
+            for one in those:
+                error, data = one.read(address, count, time)
+                if fast:
+                    block = (error, servo, data.ljust(count, b"\0"))
+                    counts = [width for _, _, width in asked]
+                    start, _ = self._say(one, error, data, time) if not blocks else (time, b"")
+                    said.append((start, fast_blocks([*blocks, block], counts)[-1]))
+                else:
+                    said.append(self._say(one, error, data, time))
+            if fast:
+                blocks.append(block)
+            answers += said
+            time = max(start + len(spoken) * self._byte for start, spoken in said)
         return answers
 
-    def _sync_write(self, parameters: bytes, time: float) -> None:
-        if len(parameters) < 4:
-            return
-        address, count = struct.unpack_from("<HH", parameters)
-        by_id = {one.get("id"): one for one in self._alive}
-        for at in range(4, len(parameters) - count, count + 1):
-            one = by_id.get(parameters[at])
-            if one is not None:
-                one.write(address, parameters[at + 1 : at + 1 + count], time)
+    def _write(self, servo: int, address: int, data: bytes, time: float) -> None:
+        for one in self._alive:
+            if one.get("id") == servo:
+                one.write(address, data, time)
 
     def _single(
         self, one: Servo, servo: int, instruction: int, parameters: bytes, time: float
-    ) -> list[tuple[float, bytes]]:
-        data = b""
+    ) -> list[Answer]:
+        data, to_all = b"", servo == BROADCAST
+        # What changes the id is still answered under the old one, and at the old speed.
+        own = one.get("id") if one.alias is None else one.alias
+        start = time + 2 * one.get("return_delay") + one.delay
+        level = one.get("status_return_level")
         if instruction == PING:
             error, data = one.read(0, 2, time)
             data += bytes((one.get("firmware"),))
+            start += _PING_TURN * own if to_all else 0.0
         elif instruction == READ and len(parameters) == 4:
             address, count = struct.unpack("<HH", parameters)
             error, data = one.read(address, count, time)
         elif instruction == WRITE and len(parameters) > 2:
-            answers = one.get("id")
             error = one.write(struct.unpack_from("<H", parameters)[0], parameters[2:], time)
-            if one.get("id") != answers:
-                # The answer to a change of id still comes under the old one.
-                said = packet(answers, STATUS, bytes((error,)))
-                return [(time + 2 * one.get("return_delay") + one.delay, said)]
+        elif instruction == REG_WRITE and len(parameters) > 2:
+            error = one.register(struct.unpack_from("<H", parameters)[0], parameters[2:])
+        elif instruction == ACTION:
+            error = one.act(time)
+        elif instruction == FACTORY_RESET and len(parameters) == 1:
+            error = one.reset(parameters[0], to_all=to_all)
+        elif instruction == CLEAR:
+            error = one.clear(parameters, time)
         elif instruction == REBOOT:
             one.power_up()
             error = 0
         else:
             error = INSTRUCTION_ERROR
-        # Status return level: 0 answers pings alone, 1 reads too, 2 all.
-        least = {PING: 0, READ: 1}.get(instruction, 2)
-        if one.get("status_return_level") < least or (servo == BROADCAST and instruction != PING):
+        if level < _LEVELS.get(instruction, 2) or (to_all and instruction != PING):
             return []
-        return [self._say(one, error, data, time)]
+        return [(start, packet(own, STATUS, bytes((error,)) + data))]

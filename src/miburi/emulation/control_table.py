@@ -37,7 +37,7 @@ _GAIN = 16_383
 REGISTERS = {
     "model": Register(0, 2, 1200),
     "model_information": Register(2, 4),
-    "firmware": Register(6, 1, 45),
+    "firmware": Register(6, 1, 46),
     "id": Register(7, 1, 1, 0, 252),
     "baud": Register(8, 1, 1, 0, 6),
     "return_delay": Register(9, 1, 250, 0, 254),

@@ -3,85 +3,42 @@
 They follow speed profiles as the XL330's manual describes them, and can be blocked, loaded, dead,
 deaf, hot, slow to answer, and unplugged. :class:`miburi.emulation.bus.Bus` is their wire.
 
-Times are µs on the card's clock; positions are the servo's own steps, as floats until read.
+Times are µs on the card's clock; positions are the shaft's, in the servo's steps, as floats until
+read. What a host reads and writes counts turns, direction and homing offset as the servo does.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from math import sqrt
+from dataclasses import dataclass
 from struct import Struct
 
 from miburi.emulation.control import FULL, Control, PidGains
-from miburi.emulation.control_table import EEPROM_END, REGISTERS, SIZE, Register
+from miburi.emulation.control_table import EEPROM_END, REGISTERS
+from miburi.emulation.table import ACCESS_ERROR, GAINS, RANGE_ERROR, ControlTable
+from miburi.emulation.trajectory import Segment
 from miburi.servos import Servo as Model
 from miburi.servos import load_servo
 
-__all__ = [
-    "ACCELERATION_UNIT",
-    "INSTRUCTION_ERROR",
-    "MODEL",
-    "SPEED_UNIT",
-    "Segment",
-    "Servo",
-    "Shaft",
-]
+__all__ = ["ACCELERATION_UNIT", "INSTRUCTION_ERROR", "MODEL", "SPEED_UNIT", "Servo", "Shaft"]
 
 MODEL = 1200
-#: Errors of a status packet (protocol 2.0).
-INSTRUCTION_ERROR, _RANGE_ERROR, _LENGTH_ERROR = 0x02, 0x04, 0x05
-_LIMIT_ERROR, _ACCESS_ERROR = 0x06, 0x07
-#: Operating modes that exist, and those in which goals are places within one turn, or many.
-_MODES, _POSITION, _TURNS = (0, 1, 3, 4, 5, 16), 3, 1_048_575
-_CURRENT_AND_POSITION, _PWM = 5, 16
-_ALERT = 0x80
-#: The position control's gains, in the order of the table.
-_GAINS = (
-    "position_d_gain",
-    "position_i_gain",
-    "position_p_gain",
-    "feedforward_2nd_gain",
-    "feedforward_1st_gain",
-)
-_GAINS_BYTES, _GAINS_AT = Struct("<3H2x2H"), REGISTERS[_GAINS[0]].address
-#: Read-only registers that count to both sides of 0, and the watchdog, which says −1 when it bit.
-_SIGNED = ("bus_watchdog", "pwm", "current", "speed", "position", "velocity_trajectory")
+_FAILED, INSTRUCTION_ERROR, _ALERT = 0x01, 0x02, 0x80
+#: Operating modes that drive the motor here; in those of current and speed it gets no duty.
+_POSITION, _EXTENDED, _CURRENT_AND_POSITION, _PWM = 3, 4, 5, 16
+_POSITIONS = (_POSITION, _EXTENDED, _CURRENT_AND_POSITION)
+_GAINS_BYTES, _GAINS_AT = Struct("<3H2x2H"), REGISTERS[GAINS[0]].address
 #: What one unit of the servo's speed and acceleration is, in steps/s and steps/s².
 SPEED_UNIT = 0.229 * 4096 / 60
 ACCELERATION_UNIT = 214.577 * 4096 / 3600
-
-
-@dataclass(frozen=True)
-class Segment:
-    """A stretch of the servo's trajectory: from rest at ``origin`` to rest at ``goal``."""
-
-    began: float
-    origin: float
-    goal: float
-    speed: float  # steps/s; 0 for at once
-    acceleration: float  # steps/s²; 0 for at once
-
-    def at(self, time: float) -> float:
-        """Where the trajectory is at ``time``, in steps."""
-        t = (time - self.began) / 1e6
-        way = abs(self.goal - self.origin)
-        if t <= 0:
-            return self.origin
-        if self.speed == 0 or way == 0:
-            return self.goal
-        ramp = self.speed / self.acceleration if self.acceleration else 0.0
-        if self.acceleration and self.speed * ramp > way:
-            ramp = sqrt(way / self.acceleration)
-        top = self.acceleration * ramp if self.acceleration else self.speed
-        total = way / top + ramp
-        if t >= total:
-            return self.goal
-        if t < ramp:
-            done = self.acceleration * t * t / 2
-        elif t > total - ramp:
-            done = way - self.acceleration * (total - t) ** 2 / 2
-        else:
-            done = top * (t - ramp / 2)
-        return self.origin + done * (1 if self.goal > self.origin else -1)
+_TURN = 4096
+#: The largest homing offset that counts in position control.
+_HOMING = 1024
+#: Bits of Drive Mode.
+_REVERSE, _IN_TIME, _TORQUE_BY_GOAL = 0x01, 0x04, 0x08
+#: Bits of Moving Status, and the steps within which a servo is in position (ours).
+_IN_POSITION, _ONGOING, _FOLLOWING_ERROR, _NEAR = 0x01, 0x02, 0x08, 10
+#: Options of Factory Reset, with what each keeps; and what Clear asks for, with its key.
+_RESETS = {0xFF: (), 0x01: ("id",), 0x02: ("id", "baud")}
+_CLEAR = bytes((0x01, 0x44, 0x58, 0x4C, 0x22))
 
 
 class Shaft:
@@ -128,8 +85,8 @@ class Servo:
 
     Attributes
     ----------
-    model
-        The constants of its motor and control.
+    shaft, table
+        What it turns, and its control table.
     start_delay, clock
         µs from an order to its trajectory's start, and how fast its clock is.
     dead
@@ -139,7 +96,7 @@ class Servo:
     delay
         Extra µs before each answer.
     lie
-        Turns the place where the shaft is into what is read, both in steps.
+        Turns the position to be read into what is read, both in steps.
     alias
         The id with which it answers, where that is another's.
     segment, before
@@ -147,8 +104,7 @@ class Servo:
     """
 
     shaft: Shaft
-    model: Model
-    table: bytearray = field(default_factory=lambda: bytearray(SIZE))
+    table: ControlTable
     start_delay: float = 0.0
     clock: float = 1.0
     dead: bool = False
@@ -159,9 +115,11 @@ class Servo:
     segment: Segment | None = None
     before: Segment | None = None
     _heard: float = 0.0
+    _registered: tuple[int, bytes] | None = None
+    _turns: int = 0  # whole turns that it does not count, in steps
 
     def __post_init__(self) -> None:
-        self.control = Control(self.model)
+        self.control = Control(self.table.model)
 
     @classmethod
     def new(
@@ -175,42 +133,32 @@ class Servo:
 
         ``model`` is by default the identified XL330.
         """
-        made = cls(shaft or Shaft(position), model or load_servo("xl330-m288-t"))
-        for name in REGISTERS:
-            made.set(name, made._default(name))
+        made = cls(shaft or Shaft(position), ControlTable(model or load_servo("xl330-m288-t")))
         made.set("id", servo)
         made.set("baud", 3)
         return made
 
-    def _default(self, name: str) -> int:
-        """Return what stands in a register after the factory, or with the power."""
-        gains = {"position_p_gain": self.model.gains.p, "position_d_gain": self.model.gains.d}
-        return round(gains.get(name, REGISTERS[name].default))
-
     def get(self, name: str) -> int:
         """Return an entry of the control table."""
-        at = REGISTERS[name]
-        signed = at.low < 0 or name in _SIGNED
-        data = self.table[at.address : at.address + at.size]
-        return int.from_bytes(data, "little", signed=signed)
+        return self.table.get(name)
 
     def set(self, name: str, value: int) -> None:
         """Set an entry of the control table, past all protection."""
-        at = REGISTERS[name]
-        data = (value % (1 << 8 * at.size)).to_bytes(at.size, "little")
-        self.table[at.address : at.address + at.size] = data
+        self.table.set(name, value)
+
+    # --- power, torque and trajectory -------------------------------------------------------------
 
     def power_up(self) -> None:
         """Forget all but the EEPROM, as after a loss of power."""
-        for name, register in REGISTERS.items():
-            if register.address >= EEPROM_END:
-                self.set(name, self._default(name))
-        self._limit_goals()
-        self.segment = self.before = None
+        self.table.forget()
+        self.segment = self.before = self._registered = None
+        self._count_anew(self._heard)
 
-    def _limit_goals(self) -> None:
-        for goal, limit in (("goal_pwm", "pwm_limit"), ("goal_current", "current_limit")):
-            self.set(goal, self.get(limit))
+    def fail(self, error: int) -> None:
+        """Report a hardware error (4 overheating, 32 overload, …) and take torque off."""
+        self.set("hardware_error", error)
+        self.set("torque_enable", 0)
+        self.segment = self.before = None
 
     def drive(self, time: float, place: float, speed: float) -> float | None:
         """Return the motor's duty, −1 to 1, at a turn of the control; None with torque off.
@@ -221,135 +169,59 @@ class Servo:
         if goal is None or self.segment is None:
             self.control.rest()
             return None
-        mode = self.get("operating_mode")
-        ceiling = self.get("goal_pwm")
+        model, mode, ceiling = self.table.model, self.get("operating_mode"), self.get("goal_pwm")
         most: float = min(abs(ceiling), self.get("pwm_limit"))
+        pwm = 0.0
         if mode == _PWM:
-            pwm = min(max(ceiling, -most), most)
-        else:
+            pwm = min(max(ceiling, -most), most) * self._sign
+        elif mode in _POSITIONS:
             if mode == _CURRENT_AND_POSITION:
-                share = abs(self.get("goal_current")) / 1e3 / self.model.data_sheet.stall_current
+                share = abs(self.get("goal_current")) / 1e3 / model.data_sheet.stall_current
                 most = min(most, share * FULL)
-            gains = PidGains(*_GAINS_BYTES.unpack_from(self.table, _GAINS_AT))
-            before = self.segment.at(time - 1e6 / self.model.loop.rate)
-            wanted = (goal - before) * self.model.loop.rate
+            gains = PidGains(*_GAINS_BYTES.unpack_from(self.table.data, _GAINS_AT))
+            wanted = self.segment.speed_at(time, 1e6 / model.loop.rate)
             pwm = self.control.follow(gains, goal - round(place), speed, wanted, most)
         return self.control.set_pwm(pwm, self.get("pwm_slope"))
 
     def setpoint(self, time: float) -> float | None:
         """Where the servo wants its shaft at ``time``, in steps; None with torque off."""
         self._check_watchdog(time)
-        segment = self.segment
-        if segment is not None and self.before is not None and time < segment.began:
-            segment = self.before
+        segment = self._under_way(time)
         return None if segment is None else segment.at(time)
 
-    def heard(self, time: float) -> None:
-        """Note that some packet was on the bus."""
-        self._check_watchdog(time)
-        self._heard = time
-
-    def read(self, address: int, count: int, time: float) -> tuple[int, bytes]:
-        """Return the error and the bytes of the control table."""
-        if address + count > SIZE:
-            return self._error(_RANGE_ERROR), b""
-        self.set("speed", round(self.shaft.speed(self, time) / SPEED_UNIT))
-        place = round(self.shaft.position(self, time) + self.shaft.noise())
-        self.set("position", self.lie(place))
-        return self._error(0), bytes(self.table[address : address + count])
-
-    def write(self, address: int, data: bytes, time: float) -> int:
-        """Write to the control table; return the error."""
-        end = address + len(data)
-        goals = REGISTERS["goal_pwm"].address < end and address < REGISTERS["realtime_tick"].address
-        error = self._refusal(address, data)
-        if not error and goals and self.get("bus_watchdog") == -1:
-            error = _RANGE_ERROR
-        if error:
-            return self._error(error)
-        if self.deaf:
-            return self._error(0)
-        self.shaft.position(self, time)  # what follows from the write begins now
-        torque = REGISTERS["torque_enable"].address
-        if address <= torque < end:
-            self._set_torque(bool(data[torque - address]), time)
-        mode = self.get("operating_mode")
-        self.table[address:end] = data
-        if self.get("operating_mode") != mode:
-            self._change_mode()
-        if goals and end > REGISTERS["goal_position"].address and self.segment is not None:
-            self._go(time)
-        return self._error(0)
-
-    def _change_mode(self) -> None:
-        """Set gains, profile and limits back, as the manual says of another operating mode."""
-        for name in (*_GAINS, "profile_speed", "profile_acceleration"):
-            self.set(name, self._default(name))
-        self._limit_goals()
-
-    def _refusal(self, address: int, data: bytes) -> int:
-        """Return the error for which the servo does not take a write; 0 if it does."""
-        end, known = address + len(data), 0
-        for name, at in REGISTERS.items():
-            last = at.address + at.size
-            if last <= address or end <= at.address:
-                continue
-            known += at.size
-            if not at.writable or (at.address < EEPROM_END and self.get("torque_enable")):
-                return _ACCESS_ERROR
-            if at.address < address or end < last:
-                return _LENGTH_ERROR
-            start = at.address - address
-            value = int.from_bytes(data[start : start + at.size], "little", signed=at.low < 0)
-            error = self._refused_value(name, at, value)
-            if error:
-                return error
-        return 0 if known == len(data) else _ACCESS_ERROR
-
-    def _refused_value(self, name: str, at: Register, value: int) -> int:
-        if not at.low <= value <= at.high or (name == "operating_mode" and value not in _MODES):
-            return _RANGE_ERROR
-        if at.limit and abs(value) > self.get(at.limit):
-            return _LIMIT_ERROR
-        if name == "goal_position" and not self._may_go_to(value):
-            return _LIMIT_ERROR
-        # After a shutdown, only a reboot gives torque back.
-        shut = name == "torque_enable" and value and self.get("hardware_error")
-        return _ACCESS_ERROR if shut else 0
-
-    def _may_go_to(self, goal: int) -> bool:
-        if self.get("operating_mode") == _POSITION:
-            return self.get("min_position_limit") <= goal <= self.get("max_position_limit")
-        return abs(goal) <= _TURNS
-
-    def fail(self, error: int) -> None:
-        """Report a hardware error (4 overheating, 32 overload, …) and take torque off."""
-        self.set("hardware_error", error)
-        self.set("torque_enable", 0)
-        self.segment = self.before = None
+    def _under_way(self, time: float) -> Segment | None:
+        late = self.segment is not None and self.before is not None and time < self.segment.began
+        return self.before if late else self.segment
 
     def _go(self, time: float) -> None:
-        assert self.segment is not None  # noqa: S101  (only a servo with torque goes anywhere)
-        self.before = self.segment
-        began = time + self.start_delay
+        if self.segment is None:
+            return
+        began, self.before = time + self.start_delay, self.segment
+        origin, goal = self.segment.at(began), self._to_shaft(self.get("goal_position"))
+        speed, ramp = self.get("profile_speed"), self.get("profile_acceleration")
+        if self.get("drive_mode") & _IN_TIME:
+            ms = 1e-3 / self.clock
+            self.segment = Segment.in_time(began, origin, goal, speed * ms, ramp * ms)
+            return
         self.segment = Segment(
             began,
-            self.segment.at(began),
-            self.get("goal_position"),
-            self.get("profile_speed") * SPEED_UNIT * self.clock,
-            self.get("profile_acceleration") * ACCELERATION_UNIT * self.clock**2,
+            origin,
+            goal,
+            speed * SPEED_UNIT * self.clock,
+            ramp * ACCELERATION_UNIT * self.clock**2,
         )
 
     def _set_torque(self, on: bool, time: float) -> None:
-        on = on and not self.get("hardware_error")
-        if on and self.segment is None:
-            place = self.shaft.position(self, time)
-            # Torque on pulls towards the goal that stands in the table, at once.
-            self.segment = Segment(time, place, self.get("goal_position"), 0.0, 0.0)
-            self.before = Segment(time - 1e6, place, place, 0.0, 0.0)
-        elif not on:
-            self.shaft.position(self, time)
+        place = self.shaft.position(self, time)
+        if not on:
             self.segment = self.before = None
+        elif self.segment is None:
+            if self.get("operating_mode") == _POSITION:
+                self._count_anew(time)
+            # Torque on pulls towards the goal that stands in the table, at once.
+            goal = self._to_shaft(self.get("goal_position"))
+            self.segment = Segment(time, place, goal, 0.0, 0.0)
+            self.before = Segment(time - 1e6, place, place, 0.0, 0.0)
 
     def _check_watchdog(self, time: float) -> None:
         patience = self.get("bus_watchdog") * 20_000
@@ -360,6 +232,151 @@ class Servo:
                 here = self.segment.at(tripped)
                 self.before = self.segment
                 self.segment = Segment(tripped, here, here, 0.0, 0.0)
+
+    # --- how it counts positions ------------------------------------------------------------------
+
+    @property
+    def _sign(self) -> int:
+        return -1 if self.get("drive_mode") & _REVERSE else 1
+
+    @property
+    def _offset(self) -> int:
+        """What is added to the shaft's own steps, with their sign."""
+        homing = self.get("homing_offset")
+        if self.get("operating_mode") == _POSITION and abs(homing) > _HOMING:
+            homing = 0
+        return homing - self._turns
+
+    def _to_shaft(self, position: float) -> float:
+        return (position - self._offset) * self._sign
+
+    def _to_host(self, place: float) -> int:
+        return round(place * self._sign) + self._offset
+
+    def _count_anew(self, time: float) -> None:
+        """Count positions within one turn again."""
+        self._turns = round(self.shaft.position(self, time) * self._sign) // _TURN * _TURN
+
+    # --- what it does when it is told to ----------------------------------------------------------
+
+    def heard(self, time: float) -> None:
+        """Note that some packet was on the bus."""
+        self._check_watchdog(time)
+        self._heard = time
+
+    def read(self, address: int, count: int, time: float) -> tuple[int, bytes]:
+        """Return the error and the bytes of the control table."""
+        addresses = self.table.behind(address, count)
+        if self.table.unreadable(addresses):
+            return self._error(ACCESS_ERROR), b""
+        self._measure(time)
+        data = self.table.data
+        return self._error(0), bytes(data[at] if at < len(data) else 0 for at in addresses)
+
+    def _measure(self, time: float) -> None:
+        """Write into the table what there is to read."""
+        speed, place = self.shaft.speed(self, time), self.shaft.position(self, time)
+        segment, span = self._under_way(time), 1e6 / self.table.model.loop.rate
+        motor, duty = self.table.model.motor, self.control.duty
+        volts = duty * self.table.model.supply.voltage
+        turning = speed * self.table.model.step
+        # The XL330 measures the current that it takes from the supply.
+        amperes = duty * (volts - motor.back_emf * turning) / motor.resistance
+        now = {
+            "realtime_tick": int(time / 1000) % 32_768,
+            "pwm": round(duty * FULL) * self._sign,
+            "current": round(amperes * 1000) * (1 if duty >= 0 else -1) * self._sign,
+            "speed": round(speed / SPEED_UNIT) * self._sign,
+            "position": self.lie(self._to_host(place + self.shaft.noise())),
+            "velocity_trajectory": 0,
+            "position_trajectory": self._to_host(place),
+        }
+        status = 0
+        if segment is not None:
+            wanted, there = segment.at(time), segment.speed_at(time, span) / SPEED_UNIT
+            ongoing = wanted != segment.goal
+            near, behind = abs(segment.goal - place) <= _NEAR, abs(wanted - place) > _TURN / 16
+            status = segment.kind | _ONGOING * ongoing
+            status |= _IN_POSITION * near | _FOLLOWING_ERROR * behind
+            now["velocity_trajectory"] = round(there) * self._sign
+            now["position_trajectory"] = self._to_host(wanted)
+        moves = abs(now["speed"]) > self.get("moving_threshold") or status & _ONGOING
+        for name, value in (now | {"moving": bool(moves), "moving_status": status}).items():
+            self.set(name, value)
+
+    def write(self, address: int, data: bytes, time: float, *, shared: bool = False) -> int:
+        """Write to the control table; return the error.
+
+        A ``shared`` write is one to the secondary id, which does not reach the EEPROM.
+        """
+        error = self._refusal(address, data)
+        if shared and address < EEPROM_END:
+            error = ACCESS_ERROR
+        if error or self.deaf:
+            return self._error(error)
+        self.shaft.position(self, time)  # what follows from the write begins now
+        written = self.table.behind(address, len(data))
+        torque, mode = REGISTERS["torque_enable"].address, self.get("operating_mode")
+        if torque in written:
+            self._set_torque(bool(data[written.index(torque)]), time)
+        for at, byte in zip(written, data, strict=True):
+            self.table.data[at] = byte
+        if self.get("operating_mode") != mode:
+            self.table.change_mode()
+            if self.get("operating_mode") == _POSITION:
+                self._count_anew(time)
+        if REGISTERS["goal_position"].address in written:
+            if self.get("drive_mode") & _TORQUE_BY_GOAL and not self.get("hardware_error"):
+                self._set_torque(True, time)
+                self.set("torque_enable", 1)
+            self._go(time)
+        return self._error(0)
+
+    def _refusal(self, address: int, data: bytes) -> int:
+        written = self.table.behind(address, len(data))
+        error = self.table.refusal(written, data)
+        first, last = REGISTERS["goal_pwm"].address, REGISTERS["realtime_tick"].address
+        bitten = self.get("bus_watchdog") == -1 and any(first <= at < last for at in written)
+        return error or (RANGE_ERROR if bitten else 0)
+
+    def register(self, address: int, data: bytes) -> int:
+        """Keep a write for an action; return the error."""
+        error = self._refusal(address, data)
+        if not error and not self.deaf:
+            self._registered = address, data
+            self.set("registered_instruction", 1)
+        return self._error(error)
+
+    def act(self, time: float) -> int:
+        """Write what was kept; return the error."""
+        if self._registered is None:
+            return self._error(INSTRUCTION_ERROR)
+        (address, data), self._registered = self._registered, None
+        self.set("registered_instruction", 0)
+        return self.write(address, data, time)
+
+    def reset(self, option: int, *, to_all: bool) -> int:
+        """Go back to the factory's table, but for what the option keeps; return the error.
+
+        A reset of everything that is told ``to_all`` is not carried out.
+        """
+        if option not in _RESETS or (to_all and not _RESETS[option]):
+            return self._error(RANGE_ERROR)
+        if not self.deaf:
+            self.table.reset(*_RESETS[option])
+            self.power_up()
+        return self._error(0)
+
+    def clear(self, what: bytes, time: float) -> int:
+        """Count positions within one turn again, at rest; return the error."""
+        if what != _CLEAR:
+            return self._error(RANGE_ERROR)
+        self._measure(time)
+        if self.get("moving"):
+            return self._error(_FAILED)
+        if not self.deaf:
+            self._count_anew(time)
+        return self._error(0)
 
     def _error(self, error: int) -> int:
         return error | (_ALERT if self.get("hardware_error") else 0)

@@ -1,0 +1,145 @@
+"""One servo's control table: what stands in it, what it takes, and where indirect data leads."""
+
+from dataclasses import dataclass, field
+from itertools import groupby
+
+from miburi.emulation.control_table import EEPROM_END, REGISTERS, SIZE, Register
+from miburi.servos import Servo as Model
+
+__all__ = ["ACCESS_ERROR", "GAINS", "RANGE_ERROR", "ControlTable"]
+
+#: Errors of a status packet (protocol 2.0).
+RANGE_ERROR, _LENGTH_ERROR, _LIMIT_ERROR, ACCESS_ERROR = 0x04, 0x05, 0x06, 0x07
+#: Operating modes that exist, and those in which goals are places within one turn, or many.
+_MODES, _POSITION, _TURNS = (0, 1, 3, 4, 5, 16), 3, 1_048_575
+#: Protocols that exist.
+_PROTOCOLS = (2, 20, 21, 22)
+#: The position control's gains, in the order of the table.
+GAINS = (
+    "position_d_gain",
+    "position_i_gain",
+    "position_p_gain",
+    "feedforward_2nd_gain",
+    "feedforward_1st_gain",
+)
+#: Read-only registers that count to both sides of 0, and the watchdog, which says −1 when it bit.
+_SIGNED = (
+    "bus_watchdog", "pwm", "current", "speed", "position", "velocity_trajectory",
+    "position_trajectory",
+)  # fmt: skip
+#: Indirect data, and the addresses that they lead to.
+_DATA, _DATA_END = REGISTERS["indirect_data_1"].address, SIZE
+#: The register at each defined address.
+_AT = {
+    address: name
+    for name, register in REGISTERS.items()
+    for address in range(register.address, register.address + register.size)
+}
+
+
+@dataclass
+class ControlTable:
+    """The bytes of a control table, with the factory's values of one kind of servo."""
+
+    model: Model
+    data: bytearray = field(default_factory=lambda: bytearray(SIZE))
+
+    def __post_init__(self) -> None:
+        self.reset()
+
+    def get(self, name: str) -> int:
+        """Return an entry."""
+        at = REGISTERS[name]
+        signed = at.low < 0 or name in _SIGNED
+        data = self.data[at.address : at.address + at.size]
+        return int.from_bytes(data, "little", signed=signed)
+
+    def set(self, name: str, value: int) -> None:
+        """Set an entry, past all protection."""
+        at = REGISTERS[name]
+        data = (value % (1 << 8 * at.size)).to_bytes(at.size, "little")
+        self.data[at.address : at.address + at.size] = data
+
+    def reset(self, *keep: str) -> None:
+        """Set all but the entries to ``keep`` back to the factory's values."""
+        for name in REGISTERS:
+            if name not in keep:
+                self.set(name, self._default(name))
+
+    def forget(self) -> None:
+        """Lose all that does not outlast a loss of power."""
+        for name, register in REGISTERS.items():
+            if register.address >= EEPROM_END:
+                self.set(name, self._default(name))
+        self._limit_goals()
+
+    def change_mode(self) -> None:
+        """Set gains, profile and limits back, as the manual says of another operating mode."""
+        for name in (*GAINS, "profile_speed", "profile_acceleration"):
+            self.set(name, self._default(name))
+        self._limit_goals()
+
+    def _limit_goals(self) -> None:
+        for goal, limit in (("goal_pwm", "pwm_limit"), ("goal_current", "current_limit")):
+            self.set(goal, self.get(limit))
+
+    def _default(self, name: str) -> int:
+        gains = {"position_p_gain": self.model.gains.p, "position_d_gain": self.model.gains.d}
+        return round(gains.get(name, REGISTERS[name].default))
+
+    def behind(self, address: int, count: int) -> list[int]:
+        """Return which addresses ``count`` bytes from ``address`` mean: indirect ones lead on."""
+        return [
+            self.get(f"indirect_address_{at - _DATA + 1}") if _DATA <= at < _DATA_END else at
+            for at in range(address, address + count)
+        ]
+
+    def unreadable(self, addresses: list[int]) -> bool:
+        """Whether a read begins or ends where nothing is defined; gaps between are 0 (ours)."""
+        return not (addresses and addresses[0] in _AT and addresses[-1] in _AT)
+
+    def refusal(self, addresses: list[int], data: bytes) -> int:
+        """Return the error for which the servo does not take a write; 0 if it does."""
+        pairs = list(enumerate(addresses))
+        # Where an indirect address leads elsewhere, another write begins.
+        for _, run in groupby(pairs, key=lambda pair: pair[1] - pair[0]):
+            places = list(run)
+            own = bytes(data[index] for index, _ in places)
+            error = self._refused_run(places[0][1], own)
+            if error:
+                return error
+        return 0
+
+    def _refused_run(self, address: int, data: bytes) -> int:
+        end, known = address + len(data), 0
+        for name in dict.fromkeys(_AT[at] for at in range(address, end) if at in _AT):
+            at = REGISTERS[name]
+            last = at.address + at.size
+            known += at.size
+            if not at.writable or (at.address < EEPROM_END and self.get("torque_enable")):
+                return ACCESS_ERROR
+            if at.address < address or end < last:
+                return _LENGTH_ERROR
+            start = at.address - address
+            value = int.from_bytes(data[start : start + at.size], "little", signed=at.low < 0)
+            error = self._refused_value(name, at, value)
+            if error:
+                return error
+        return 0 if known == len(data) else ACCESS_ERROR
+
+    def _refused_value(self, name: str, at: Register, value: int) -> int:
+        exist = {"operating_mode": _MODES, "protocol": _PROTOCOLS}.get(name)
+        if not at.low <= value <= at.high or (exist and value not in exist):
+            return RANGE_ERROR
+        if at.limit and abs(value) > self.get(at.limit):
+            return _LIMIT_ERROR
+        if name == "goal_position" and not self._may_go_to(value):
+            return _LIMIT_ERROR
+        # After a shutdown, only a reboot gives torque back.
+        shut = name == "torque_enable" and value and self.get("hardware_error")
+        return ACCESS_ERROR if shut else 0
+
+    def _may_go_to(self, goal: int) -> bool:
+        if self.get("operating_mode") == _POSITION:
+            return self.get("min_position_limit") <= goal <= self.get("max_position_limit")
+        return abs(goal) <= _TURNS
