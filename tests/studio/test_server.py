@@ -1,22 +1,24 @@
 """The server as a user starts it: how it begins, whom it lets in, and how it ends."""
 
-import json
+import os
 import signal
 import socket
 import subprocess
 import sys
 from collections.abc import Callable
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, suppress
 from pathlib import Path
 
 import httpx
 import numpy as np
 import pytest
 from tests.fixtures.live import address, own_environment
-from websockets.exceptions import InvalidStatus
+from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 import miburi
+from miburi.feelings import shipped_temperament
+from miburi.live.memory import remembered
 from miburi.live.recording import read
 
 Start = Callable[..., AbstractContextManager[str]]
@@ -36,7 +38,30 @@ def awake(folder: Path) -> subprocess.Popen[str]:
         [sys.executable, "-m", "miburi", "run", "--headless", "--port", "0", "--folder",
          str(folder)],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=own_environment(),
+        start_new_session=True,
     )  # fmt: skip
+
+
+def session(leader: int) -> dict[int, str]:
+    """The living processes of a session, and their command lines."""
+    found = {}
+    for folder in Path("/proc").glob("[0-9]*"):
+        with suppress(OSError):
+            state, _, _, session = (folder / "stat").read_text().rsplit(")", 1)[1].split()[:4]
+            if session == str(leader) and state != "Z":
+                found[int(folder.name)] = (folder / "cmdline").read_text()
+    return found
+
+
+def server_of(partner: int) -> int:
+    """The process that the partner's process has given the server."""
+    (server,) = [pid for pid, words in session(partner).items() if "spawn_main" in words]
+    return server
+
+
+def nobody_left(leader: int) -> None:
+    while session(leader):
+        pass
 
 
 def test_on_this_computer_it_answers_at_once_and_moves(start: Start, tmp_path: Path) -> None:
@@ -49,8 +74,9 @@ def test_on_this_computer_it_answers_at_once_and_moves(start: Start, tmp_path: P
         for source in ("http://", "https://"):
             assert source not in page.text.replace("http://www.w3.org", "")
         assert httpx.get(url + "/face").status_code == 200
-        state = httpx.get(url + "/api/v1/state").json()
-        assert state["expressed"]["feeling"] == "happiness"
+        while (shown := httpx.get(url + "/api/v1/state").json()["expressed"]) is None:
+            pass  # it breathes, and is about to greet
+        assert shown["feeling"] == "happiness"
         assert httpx.get(url, headers={"Host": "evil.example"}).status_code == 403
         evil = {"Origin": "https://evil.example"}
         assert httpx.post(url + "/api/v1/stop", headers=evil).status_code == 403
@@ -58,7 +84,7 @@ def test_on_this_computer_it_answers_at_once_and_moves(start: Start, tmp_path: P
             connect(url.replace("http", "ws") + "/api/v1/live", additional_headers=evil)
         socket_io = url + "/_nicegui_ws/socket.io/?EIO=4&transport=polling"
         assert httpx.get(socket_io, headers=evil).status_code == 403
-    assert json.loads((tmp_path / "feelings.json").read_text())["feelings"]["version"] == 1
+    assert remembered(tmp_path / "feelings.json", shipped_temperament("playful")) is not None
 
 
 def test_elsewhere_nothing_but_the_pairing_page_answers_without_the_token(
@@ -201,6 +227,87 @@ def test_ctrl_c_leaves_a_stopped_body_where_it_is(tmp_path: Path) -> None:
     assert said.startswith("Good-bye. The body was stopped and stays where it is, softly held; ")
 
 
+def test_ctrl_c_in_a_terminal_reaches_both_processes_and_is_a_good_end(tmp_path: Path) -> None:
+    process = awake(tmp_path)
+    assert process.stdout is not None
+    process.stdout.readline()
+    os.killpg(process.pid, signal.SIGINT)
+    said, errors = process.communicate(timeout=30)
+    assert (process.returncode, errors) == (0, "")
+    assert said.startswith("Good-bye. The body rests at neutral")
+    nobody_left(process.pid)
+
+
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGTERM])
+def test_if_the_server_ends_the_body_is_stopped_and_the_program_ends_with_a_word(
+    tmp_path: Path, how: signal.Signals
+) -> None:
+    process = awake(tmp_path)
+    assert process.stdout is not None
+    process.stdout.readline()
+    os.kill(server_of(process.pid), how)
+    said, errors = process.communicate(timeout=30)
+    assert (process.returncode, said) == (1, "")
+    assert "the server has ended" in errors
+    assert "stopped where it was" in errors
+    assert "Traceback" not in errors
+    assert remembered(tmp_path / "feelings.json", shipped_temperament("playful")) is not None
+    nobody_left(process.pid)
+
+
+def test_if_the_partner_is_killed_the_server_ends_too(tmp_path: Path) -> None:
+    process = awake(tmp_path)
+    assert process.stdout is not None
+    url = address(process.stdout.readline())
+    with connect(url.replace("http", "ws") + "/api/v1/live") as socket:
+        socket.recv()
+        process.kill()
+        with pytest.raises(ConnectionClosed):
+            while True:
+                socket.recv(10)
+    _, errors = process.communicate(timeout=30)
+    assert "Traceback" not in errors
+    nobody_left(process.pid)
+
+
+def test_while_the_partner_hangs_the_server_says_that_it_cannot_be_reached(tmp_path: Path) -> None:
+    process = awake(tmp_path)
+    assert process.stdout is not None
+    url = address(process.stdout.readline()) + "/api/v1"
+    process.send_signal(signal.SIGSTOP)
+    try:
+        while (answer := httpx.get(url + "/state")).status_code == 200:
+            pass
+        assert (answer.status_code, "cannot be reached" in answer.text) == (503, True)
+        assert httpx.post(url + "/stop").status_code == 503
+    finally:
+        process.send_signal(signal.SIGCONT)
+    while (answer := httpx.get(url + "/state")).status_code == 503:
+        pass
+    assert answer.json()["phase"] == "stopped"  # that Stop has waited for it
+    process.terminate()
+    _, errors = process.communicate(timeout=30)
+    assert (process.returncode, errors) == (0, "")
+
+
+def test_while_the_server_hangs_the_body_is_stopped(tmp_path: Path) -> None:
+    process = awake(tmp_path)
+    assert process.stdout is not None
+    assert process.stderr is not None
+    url = address(process.stdout.readline()) + "/api/v1"
+    server = server_of(process.pid)
+    os.kill(server, signal.SIGSTOP)
+    try:
+        assert "the server hangs, so the body was stopped" in process.stderr.readline()
+    finally:
+        os.kill(server, signal.SIGCONT)
+    state = httpx.get(url + "/state").json()
+    assert (state["phase"], state["held"]) == ("stopped", True)
+    process.terminate()
+    process.communicate(timeout=30)
+    assert process.returncode == 0
+
+
 def test_a_recording_of_a_killed_program_is_read_up_to_its_last_second(tmp_path: Path) -> None:
     process = awake(tmp_path)
     assert process.stdout is not None
@@ -232,4 +339,4 @@ def test_bad_feelings_are_said_and_kept_aside(tmp_path: Path, content: bytes) ->
     assert errors.count("\n") == 1
     assert "the partner starts afresh" in errors
     assert path.with_name("feelings.json.bad").read_bytes() == content
-    assert json.loads(path.read_text())["feelings"]["version"] == 1
+    assert remembered(path, shipped_temperament("playful")) is not None

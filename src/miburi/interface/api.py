@@ -36,7 +36,7 @@ from miburi.interface.wire import (
 from miburi.live.bodies import KINDS
 from miburi.live.commands import BusyError
 from miburi.live.state import Entry, MotorsOut, Sample, State
-from miburi.live.view import LivePartner
+from miburi.live.view import LivePartner, UnreachableError
 from miburi.robot import JOINTS
 from miburi.robot.mjcf import HAND_AWAY, HAND_SIZE
 from miburi.robot.shape import COLOURS, links, parts
@@ -53,7 +53,7 @@ Refusals = dict[int | str, dict[str, Any]]
 _REFUSED: Refusals = {
     400: {"model": Refusal, "description": "A value is not allowed."},
     409: {"model": Refusal, "description": "The body cannot do that now."},
-    503: {"model": Refusal, "description": "Too much at once."},
+    503: {"model": Refusal, "description": "Too much at once, or the robot cannot be reached."},
 }
 _NONE: Refusals = {404: {"model": Refusal, "description": "There is none of that name."}}
 _NO_ROOM: Refusals = {507: {"model": Refusal, "description": "The folder takes no more."}}
@@ -90,6 +90,8 @@ def _looking(router: APIRouter, runner: LivePartner) -> None:
     @router.get("/state", response_model=State)
     async def state() -> Response:
         """Return everything that a viewer needs, now."""
+        if not runner.reachable:
+            raise UnreachableError
         return Response(runner.snapshot.json, media_type="application/json")
 
     @router.get("/robot")
@@ -323,7 +325,13 @@ def describe(runner: LivePartner) -> RobotOut:
 
 async def _say(_request: Request, error: Exception) -> JSONResponse:
     """Turn what Miburi refuses into a status and its words."""
-    statuses = {BodyError: 409, InputError: 400, BusyError: 503, OutputError: 507}
+    statuses = {
+        BodyError: 409,
+        InputError: 400,
+        BusyError: 503,
+        UnreachableError: 503,
+        OutputError: 507,
+    }
     status = next((statuses[kind] for kind in statuses if isinstance(error, kind)), 500)
     return JSONResponse({"detail": str(error)}, status)
 

@@ -124,7 +124,7 @@ class _Viewer:
     async def _send_states(self) -> None:
         last = None
         due = time.monotonic()
-        while True:
+        while self._runner.reachable:
             snapshot = self._runner.snapshot
             if snapshot is not last:
                 last = snapshot

@@ -30,7 +30,7 @@ from miburi.robot import Array, Robot, forward
 from miburi.safety.contact import Rule
 from miburi.senses import Impression, stimuli
 
-__all__ = ["STEP", "Runner"]
+__all__ = ["LOGGED", "SAMPLED", "STEP", "Runner"]
 
 #: The loop's period in s; the encoders are read twice in it.
 STEP = 0.02
@@ -40,7 +40,8 @@ _PATIENCE = 0.2
 _PERIOD = 0.5
 #: Steps in a row that may fail before the loop is given up: a second.
 _FAILURES = 50
-_LOG, _SAMPLES = 300, 1200
+#: Entries of the log and samples that are kept.
+LOGGED, SAMPLED = 300, 1200
 _STEPS_PER_SAMPLE = 5
 _STEPS_PER_MOTORS = 50
 
@@ -101,8 +102,8 @@ class Runner:
         #: Why the loop had to be given up; None while it lives.
         self.failure: str | None = None
         self._patience = 0.0
-        self._log: deque[Entry] = deque(maxlen=_LOG)
-        self._samples: deque[tuple[int, Sample]] = deque(maxlen=_SAMPLES)
+        self._log: deque[Entry] = deque(maxlen=LOGGED)
+        self._samples: deque[tuple[int, Sample]] = deque(maxlen=SAMPLED)
         self._serial = self._number = 0
         self._paused = self._at_home = False
         self._recording_end: RecordingEnd | None = None

@@ -188,15 +188,20 @@ class MotorsOut(BaseModel):
 
 
 class Snapshot:
-    """One state, and its JSON, which is written once however many viewers there are."""
+    """One state, and its JSON; each is made of the other at most once, for all viewers."""
 
-    def __init__(self, state: State) -> None:
-        self.state = state
+    def __init__(self, state: State | None = None, json: str = "") -> None:
+        self._given, self._json = state, json
+
+    @cached_property
+    def state(self) -> State:
+        """The state."""
+        return self._given or State.model_validate_json(self._json)
 
     @cached_property
     def json(self) -> str:
         """The state as JSON."""
-        return self.state.model_dump_json()
+        return self._json or self.state.model_dump_json()
 
     def halted(self) -> "Snapshot":
         """Return this as it is once the body was stopped because the loop was late."""

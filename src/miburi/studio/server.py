@@ -1,37 +1,48 @@
-"""Start the live partner and its server, and bring both to a good end."""
+"""Start the live partner and its server, and bring both to a good end.
+
+The partner's loop and its watchdog run here. The server has a process of its own
+(:mod:`miburi.studio.serving`), which cannot starve them.
+"""
 
 import os
 import signal
 import socket
 import sys
 import threading
-import time
 import webbrowser
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from enum import Enum, auto
+from multiprocessing import get_context
+from multiprocessing.process import BaseProcess
 from pathlib import Path
+from queue import Empty, SimpleQueue
 from types import FrameType
-
-import uvicorn
 
 from miburi.errors import BodyError, InputError, OutputError
 from miburi.feelings import EmotionalModel, Stimulus, Temperament
 from miburi.gestures import Repertoire
-from miburi.interface.access import Gate, is_loopback, kept_token
-from miburi.interface.http import configure
+from miburi.interface.access import is_loopback, kept_token
+from miburi.live.answering import answer
 from miburi.live.archive import Archive
 from miburi.live.bodies import KINDS
+from miburi.live.crossing import Lanes, lanes
 from miburi.live.memory import keep, remember, remembered
 from miburi.live.runner import Runner
 from miburi.robot import Robot
 from miburi.safety.contact import Rule
+from miburi.studio.serving import Pages, serve_pages
 from miburi.studio.words import FALLBACK, words
 
 __all__ = ["GREETING", "Wish", "own_folder", "serve"]
 
 #: A partner that wakes is glad to see people (ours).
 GREETING = Stimulus("happiness", 0.8)
+#: s in which the server must have ended.
+_PATIENCE = 4.0
+#: s; Windows takes a signal only between two waits.
+_GLANCE = 0.5
 #: Hosts that mean every address of this computer. To compare with, not to listen on: S104.
 _EVERYWHERE = ("0.0.0.0", "::", "")  # noqa: S104
 
@@ -83,7 +94,7 @@ def own_folder() -> Path:
 def serve(wish: Wish) -> None:
     """Run the live partner and its server until SIGINT or SIGTERM; then bring the body home.
 
-    A body that somebody stopped stays where it is.
+    The server answers until the body is home. A body that somebody stopped stays where it is.
 
     Raises
     ------
@@ -91,12 +102,40 @@ def serve(wish: Wish) -> None:
         The seed, the host, the port or the body is not one.
     OutputError
         The port is taken.
+    BodyError
+        The body cannot be reached, or the loop or the server has failed; the body was stopped.
     """
+    _check(wish)
+    folder = wish.folder or own_folder()
+    memory = None if wish.forget else folder / "feelings.json"
+    token = None if is_loopback(wish.host) else kept_token(folder / "token")
+    with _listening(wish.host, wish.port) as listener:
+        url = _url(listener, wish.host)
+        ends, theirs = lanes()
+        server = _start(Pages(listener, _addresses(listener, wish.host), token), theirs)
+    try:
+        feelings = _feelings(wish, memory)
+        runner = _wake(wish, feelings, folder)
+        end = _live(runner, server, ends, memory, lambda: _announce(url, token, wish.headless))
+    finally:
+        server.terminate()
+        server.join(_PATIENCE)
+        server.kill()
+    kept = memory is not None and _keep(memory, feelings)
+    if runner.failure is not None:
+        raise BodyError(runner.failure)
+    if end is _Happening.SERVER_ENDED:
+        raise BodyError(
+            "the server has ended, and nobody could have stopped the body any more: it was stopped "
+            "where it was. Start Miburi again."
+        )
+    _say_good_bye(runner, folder, kept=kept)
+
+
+def _check(wish: Wish) -> None:
+    """Refuse what cannot be started."""
     if wish.seed < 0:
         raise InputError(f"the seed must be 0 or more, got {wish.seed}.")
-    folder = wish.folder or own_folder()
-    token = None if is_loopback(wish.host) else kept_token(folder / "token")
-    feelings = EmotionalModel(wish.temperament)
     if wish.body not in KINDS:
         raise InputError(f"the body must be one of {', '.join(KINDS)}, got {wish.body!r}.")
     if KINDS[wish.body].needs_port and not wish.port_of_body:
@@ -108,87 +147,115 @@ def serve(wish: Wish) -> None:
         raise InputError(
             "a card has its own calibration; load this one onto it with `miburi card load`."
         )
-    with _listening(wish.host, wish.port) as listener:
-        memory = folder / "feelings.json"
-        kept = None if wish.forget else _recall(memory, feelings.temperament)
-        feelings = kept or feelings
-        feelings.stimulate(GREETING)
-        robot = wish.robot
-        runner = Runner(
-            robot,
-            feelings,
-            Archive(folder / "recordings"),
-            body=wish.body,
-            port=wish.port_of_body,
-            seed=wish.seed,
-            rule=wish.rule,
-            repertoire=wish.repertoire,
+
+
+def _feelings(wish: Wish, memory: Path | None) -> EmotionalModel:
+    """Return the feelings of last time, or those of a first meeting, glad in both cases."""
+    kept = None if memory is None else _recall(memory, wish.temperament)
+    feelings = kept or EmotionalModel(wish.temperament)
+    feelings.stimulate(GREETING)
+    return feelings
+
+
+def _wake(wish: Wish, feelings: EmotionalModel, folder: Path) -> Runner:
+    runner = Runner(
+        wish.robot,
+        feelings,
+        Archive(folder / "recordings"),
+        body=wish.body,
+        port=wish.port_of_body,
+        seed=wish.seed,
+        rule=wish.rule,
+        repertoire=wish.repertoire,
+    )
+    stop = runner.body.state.stop
+    if stop is not None:
+        why = words(FALLBACK)["reason"][stop.reason]
+        print(f"The body is stopped: {why}. Make room, then release it in the studio.")
+    return runner
+
+
+def _live(
+    runner: Runner,
+    server: BaseProcess,
+    ends: Lanes,
+    memory: Path | None,
+    announce: Callable[[], None],
+) -> "_Happening":
+    """Let the partner live until something ends that; return what did. The body is home then."""
+    happenings: SimpleQueue[_Happening] = SimpleQueue()
+    runner.start(on_failure=lambda: happenings.put(_Happening.LOOP_GAVE_UP))
+    ending = threading.Event()
+    threads = [threading.Thread(target=_watch, args=(server, happenings), daemon=True)]
+    if memory is not None:
+        arguments = (memory, runner.feelings, ending.wait)
+        threads.append(threading.Thread(target=keep, args=arguments, daemon=True))
+    for thread in threads:
+        thread.start()
+    with _signals(happenings):
+        answer(
+            runner,
+            ends,
+            on_ready=lambda: happenings.put(_Happening.LISTENS),
+            on_hang=lambda: happenings.put(_Happening.SERVER_ENDED),
         )
-        stop = runner.body.state.stop
-        if stop is not None:
-            why = words(FALLBACK)["reason"][stop.reason]
-            print(f"The body is stopped: {why}. Make room, then release it in the studio.")
-        runner.start(on_failure=lambda: signal.raise_signal(signal.SIGTERM))
-        ending = threading.Event()
-        keeper = threading.Thread(
-            target=keep, args=(memory, runner.feelings, ending.wait), daemon=True
-        )
-        if not wish.forget:
-            keeper.start()
-        try:
-            # NiceGUI takes a second to load: the robot moves already.
-            from miburi.studio.app import make_app
-
-            app = Gate(make_app(runner, _addresses(listener, wish.host), token), token)
-            _run(app, listener, lambda url: _announce(url, token, wish.headless), wish.host)
-        finally:
-            ending.set()
-            runner.close()
-            if not wish.forget:
-                keeper.join()
-            kept_now = not wish.forget and _keep(memory, feelings)
-            if runner.failure is None:
-                _say_good_bye(runner, folder, kept=kept_now)
-        if runner.failure is not None:
-            raise BodyError(runner.failure)
+        end = _next(happenings)
+        if end is _Happening.LISTENS:
+            announce()
+            end = _next(happenings)
+        if end is _Happening.SERVER_ENDED:
+            runner.stop()  # nobody else can any more
+        ending.set()
+        runner.close()
+    return end
 
 
-def _run(app: Gate, listener: socket.socket, ready: object, host: str) -> None:
-    server = _Server(configure(app))
-    threading.Thread(
-        target=_when_started, args=(server, ready, _url(listener, host)), daemon=True
-    ).start()
-    server.run(sockets=[listener])
+class _Happening(Enum):
+    """What the partner's process waits for while its loop runs."""
+
+    LISTENS = auto()
+    SERVER_ENDED = auto()
+    LOOP_GAVE_UP = auto()
+    SIGNAL = auto()
 
 
-def _when_started(server: uvicorn.Server, ready: object, url: str) -> None:
-    while not (server.started or server.should_exit):
-        time.sleep(0.02)  # uvicorn has no event for it
-    if server.started and callable(ready):
-        ready(url)
+def _next(happenings: "SimpleQueue[_Happening]") -> _Happening:
+    while True:
+        with suppress(Empty):
+            return happenings.get(timeout=_GLANCE)
 
 
-class _Server(uvicorn.Server):
-    """Ends at SIGINT and SIGTERM, and leaves it at that: both are a good end."""
-
-    @contextmanager
-    def capture_signals(self) -> Iterator[None]:
-        """Take the signals while the server runs."""
-        if threading.current_thread() is not threading.main_thread():
-            yield
-            return
-        kept = {number: signal.signal(number, self._end) for number in _ENDING}
-        try:
-            yield
-        finally:
-            for number, handler in kept.items():
-                signal.signal(number, handler)
-
-    def _end(self, number: int, frame: FrameType | None) -> None:
-        self.handle_exit(number, frame)
+def _start(pages: Pages, theirs: Lanes) -> BaseProcess:
+    """Start the server's process; keep nothing of what is its own, so that it sees our end."""
+    process = get_context("spawn").Process(target=serve_pages, args=(pages, theirs), name="server")
+    # Ctrl-C reaches the whole group; this process decides, and the server serves until the end.
+    handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        process.start()
+    finally:
+        signal.signal(signal.SIGINT, handler)
+    theirs.close()
+    return process
 
 
-_ENDING = (signal.SIGINT, signal.SIGTERM)
+def _watch(server: BaseProcess, happenings: "SimpleQueue[_Happening]") -> None:
+    server.join()
+    happenings.put(_Happening.SERVER_ENDED)
+
+
+@contextmanager
+def _signals(happenings: "SimpleQueue[_Happening]") -> Iterator[None]:
+    """Let SIGINT and SIGTERM be happenings."""
+
+    def take(_number: int, _frame: FrameType | None) -> None:
+        happenings.put(_Happening.SIGNAL)  # the one queue that a signal's handler may use
+
+    kept = {number: signal.signal(number, take) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield
+    finally:
+        for number, handler in kept.items():
+            signal.signal(number, handler)
 
 
 @contextmanager

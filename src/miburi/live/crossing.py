@@ -1,0 +1,130 @@
+"""The crossing between the partner's process and the server's: its pipes and its messages.
+
+The partner's loop has a process of its own, so that no page and no request can starve it. The
+server's process holds a :class:`~miburi.live.far.FarPartner`, which asks; beside the runner,
+:func:`~miburi.live.answering.answer` answers it. Two pipes lie between them, one for Stop alone::
+
+    FarPartner ── Ask, Cancel, Look ─▶ answer ──▶ Runner
+               ◀── Answer, Latest ──────
+               ═══ Stop ═════════════▶
+
+The server looks at the partner at every step, so that nothing piles up while it is busy. Neither
+side waits for the other: each sends from a thread of its own.
+"""
+
+import pickle
+import threading
+from contextlib import suppress
+from multiprocessing.connection import Connection, Pipe
+from queue import SimpleQueue
+from typing import Any, NamedTuple
+
+from miburi.gestures import Repertoire
+from miburi.live.state import Entry, MotorsOut, Sample
+from miburi.robot import Robot
+
+__all__ = [
+    "LONG",
+    "Answer",
+    "Ask",
+    "Cancel",
+    "Hello",
+    "Lanes",
+    "Latest",
+    "Look",
+    "Post",
+    "Ready",
+    "lanes",
+]
+
+#: s to wait for what may take long: a body that is made, a disk.
+LONG = 60.0
+
+
+class Lanes(NamedTuple):
+    """One side's ends of the two pipes."""
+
+    asking: Connection
+    stopping: Connection
+
+    def close(self) -> None:
+        """Close both."""
+        self.asking.close()
+        self.stopping.close()
+
+
+class Hello(NamedTuple):
+    """What does not change; the partner's first message."""
+
+    robot: Robot
+    repertoire: Repertoire
+    temperaments: list[str]
+    limit: int
+
+
+class Ask(NamedTuple):
+    """A method to call; ``stops`` is how often the server had pressed Stop by then."""
+
+    number: int
+    what: str
+    with_: tuple[Any, ...]
+    stops: int
+
+
+class Cancel(NamedTuple):
+    """Nobody waits for an answer any more."""
+
+    number: int
+
+
+class Answer(NamedTuple):
+    """What became of a question."""
+
+    number: int
+    result: Any
+    error: Exception | None
+
+
+class Ready(NamedTuple):
+    """The server listens."""
+
+
+class Look(NamedTuple):
+    """Ask for news; what comes after these numbers is new. Beats count while the server serves."""
+
+    entry: int
+    sample: int
+    beats: int
+
+
+class Latest(NamedTuple):
+    """The latest state as JSON and what is new beside it; None where nothing is."""
+
+    state: str
+    entries: list[Entry]
+    samples: list[tuple[int, Sample]]
+    motors: MotorsOut | None
+
+
+def lanes() -> tuple[Lanes, Lanes]:
+    """Return the partner's ends and the server's."""
+    (asking, asked), (stopping, stopped) = Pipe(), Pipe()
+    return Lanes(asked, stopped), Lanes(asking, stopping)
+
+
+class Post:
+    """Sends from a thread of its own: who hands something over never waits."""
+
+    def __init__(self, connection: Connection) -> None:
+        self._connection = connection
+        self._waiting: SimpleQueue[bytes] = SimpleQueue()
+        threading.Thread(target=self._run, name="post", daemon=True).start()
+
+    def send(self, message: object) -> None:
+        """Hand a message over."""
+        self._waiting.put(pickle.dumps(message))
+
+    def _run(self) -> None:
+        with suppress(OSError):  # the other side has gone
+            while True:
+                self._connection.send_bytes(self._waiting.get())

@@ -1,0 +1,291 @@
+"""The server's side of the crossing: a live partner whose loop runs in another process."""
+
+import threading
+import time
+from collections import deque
+from concurrent.futures import Future
+from contextlib import suppress
+from functools import partial
+from multiprocessing.connection import wait
+from pathlib import Path
+from typing import Any
+
+from miburi.feelings import Expression, Stimulus
+from miburi.gestures import KeyPose
+from miburi.live.archive import Kept
+from miburi.live.commands import Result
+from miburi.live.crossing import LONG, Answer, Ask, Cancel, Hello, Lanes, Latest, Look, Post, Ready
+from miburi.live.runner import LOGGED, SAMPLED, STEP
+from miburi.live.state import Entry, MotorsOut, Sample, Snapshot
+from miburi.live.view import UnreachableError
+from miburi.robot import Array
+from miburi.senses import Impression
+
+__all__ = ["SILENCE", "FarPartner"]
+
+#: s without news after which the partner cannot be reached (ours).
+SILENCE = 1.0
+
+
+class FarPartner:
+    """A live partner in another process; see :class:`miburi.live.view.LivePartner`.
+
+    Parameters
+    ----------
+    ends
+        The server's ends of the pipes.
+
+    Raises
+    ------
+    UnreachableError
+        The partner's process has ended before it said anything.
+    """
+
+    def __init__(self, ends: Lanes) -> None:
+        self._ends = ends
+        self._motors: MotorsOut
+        self._lock = threading.Lock()
+        self._open: dict[int, Future[Any]] = {}
+        self._number = self._stops = self._beats = 0
+        self._sent_stop: Future[None] | None = None
+        self._next_stop: Future[None] | None = None
+        self._log: deque[Entry] = deque(maxlen=LOGGED)
+        self._samples: deque[tuple[int, Sample]] = deque(maxlen=SAMPLED)
+        #: Set when the partner's process has ended.
+        self.over = threading.Event()
+        self._post = Post(ends.asking)
+        try:
+            hello: Hello = ends.asking.recv()
+            self._look()
+            self._take(ends.asking.recv())
+        except (OSError, EOFError):
+            raise UnreachableError from None
+        self.robot, self.repertoire = hello.robot, hello.repertoire
+        self.temperaments = hello.temperaments
+        self.recordings = _FarRecordings(self, hello.limit)
+        threading.Thread(target=self._listen, name="listen", daemon=True).start()
+
+    @property
+    def reachable(self) -> bool:
+        """Whether the partner's process has said something of late."""
+        return not self.over.is_set() and time.monotonic() - self._heard < SILENCE
+
+    @property
+    def snapshot(self) -> Snapshot:
+        """The latest state that was heard."""
+        return self._snapshot
+
+    @property
+    def body_name(self) -> str:
+        """The kind of body that moves now."""
+        return self._snapshot.state.body
+
+    @property
+    def motors(self) -> MotorsOut:
+        """How the motors are, at most a second old."""
+        return self._motors
+
+    def log(self, after: int = 0) -> list[Entry]:
+        """Return the latest entries whose number is above ``after``."""
+        return [entry for entry in self._log.copy() if entry.number > after]
+
+    def samples(self) -> list[Sample]:
+        """Return the last two minutes, ten samples a second."""
+        return [sample for _, sample in self._samples.copy()]
+
+    def stimulate(self, stimulus: Stimulus) -> Future[None]:
+        """Let the partner feel something."""
+        return self.ask("stimulate", stimulus)
+
+    def take(self, impression: Impression) -> Future[tuple[Stimulus, ...]]:
+        """Let the partner take what somebody showed."""
+        return self.ask("take", impression)
+
+    def perform(self, expression: Expression, poses: list[KeyPose] | None = None) -> Future[None]:
+        """Perform a gesture once."""
+        return self.ask("perform", expression, poses)
+
+    def release(self, *, by_person: bool = False) -> Future[None]:
+        """Let a stopped body go back to neutral, and go on."""
+        return self.ask("release", by_person)
+
+    def pause(self, paused: bool) -> Future[None]:
+        """Rest at neutral, or go on."""
+        return self.ask("pause", paused)
+
+    def hand(self, position: Array | None, along: Array) -> Future[None]:
+        """Let the simulated human hand go somewhere, or away (None)."""
+        return self.ask("hand", position, along)
+
+    def temperament(self, name: str) -> Future[None]:
+        """Go on with another of the :attr:`temperaments`."""
+        return self.ask("temperament", name)
+
+    def use(self, name: str, port: str | None = None) -> Future[None]:
+        """Move another body from now on; this waits until it is made and moves."""
+        future: Future[None] = self.ask("use", name, port)
+        future.exception(LONG)
+        return future
+
+    def stop(self) -> Future[None]:
+        """Stop the body before anything else is done.
+
+        At most one Stop is on its way: who asks meanwhile shares the next one, which goes out as
+        soon as the first is answered. So a flood of Stops fills no pipe, and none is left out.
+
+        Raises
+        ------
+        UnreachableError
+            The partner does not answer; should it do so later, it will stop.
+        """
+        with self._lock:
+            self._stops += 1
+            if self._next_stop is None:
+                self._next_stop = Future()
+                self._next_stop.set_running_or_notify_cancel()  # nobody can take it back
+            future = self._next_stop
+            if self._sent_stop is None:
+                self._send_stop()
+        self._need_reach()
+        return future
+
+    def ask(self, what: str, *with_: object) -> Future[Result]:
+        """Call a method of the runner or of its recordings; see :func:`answer` for their names.
+
+        Raises
+        ------
+        UnreachableError
+            The partner does not answer.
+        """
+        self._need_reach()
+        future: Future[Result] = Future()
+        with self._lock:
+            self._number += 1
+            number = self._number
+            self._open[number] = future
+        future.add_done_callback(partial(self._forget, number))
+        self._post.send(Ask(number, what, with_, self._stops))
+        return future
+
+    def tell_ready(self) -> None:
+        """Tell the partner's process that the server listens."""
+        self._post.send(Ready())
+
+    def beat(self) -> None:
+        """Take in that the server serves; :func:`miburi.live.answering.answer` says what for."""
+        self._beats += 1
+
+    def _need_reach(self) -> None:
+        if not self.reachable:
+            raise UnreachableError
+
+    def _forget(self, number: int, future: Future[Any]) -> None:
+        with self._lock:
+            self._open.pop(number, None)
+        if future.cancelled():
+            self._post.send(Cancel(number))
+
+    def _send_stop(self) -> None:
+        self._sent_stop, self._next_stop = self._next_stop, None
+        with suppress(OSError):
+            self._ends.stopping.send(self._stops)
+
+    def _look(self) -> None:
+        entry = self._log[-1].number if self._log else 0
+        sample = self._samples[-1][0] if self._samples else 0
+        self._post.send(Look(entry, sample, self._beats))
+
+    def _take(self, news: Latest) -> None:
+        self._heard = time.monotonic()
+        self._snapshot = Snapshot(json=news.state)
+        self._log.extend(news.entries)
+        self._samples.extend(news.samples)
+        if news.motors is not None:
+            self._motors = news.motors
+
+    def _listen(self) -> None:
+        """Take in what the partner says, and look at it every step."""
+        asking, stopping = self._ends
+        due, asked = time.monotonic(), False
+        try:
+            while True:
+                now = time.monotonic()
+                if not asked and now >= due:
+                    self._look()
+                    asked, due = True, now + STEP
+                for ready in wait([asking, stopping], None if asked else due - now):
+                    if ready is stopping:
+                        stopping.recv()
+                        self._take_stopped()
+                        continue
+                    match asking.recv():
+                        case Latest() as news:
+                            self._take(news)
+                            asked = False
+                        case Answer(number, result, error):
+                            self._settle(number, result, error)
+        except (OSError, EOFError):
+            self._lose()
+
+    def _take_stopped(self) -> None:
+        with self._lock:
+            done, self._sent_stop = self._sent_stop, None
+            if self._next_stop is not None:
+                self._send_stop()
+        if done is not None:
+            done.set_result(None)
+
+    def _settle(self, number: int, result: object, error: Exception | None) -> None:
+        with self._lock:
+            future = self._open.get(number)
+        if future is None or not future.set_running_or_notify_cancel():
+            return
+        if error is None:
+            future.set_result(result)
+        else:
+            future.set_exception(error)
+
+    def _lose(self) -> None:
+        """Let nobody wait for who has gone."""
+        self.over.set()
+        with self._lock:
+            left = [*self._open]
+            stops = [stop for stop in (self._sent_stop, self._next_stop) if stop is not None]
+            self._sent_stop = self._next_stop = None
+        for number in left:
+            self._settle(number, None, UnreachableError())
+        for stop in stops:
+            stop.set_exception(UnreachableError())
+
+
+class _FarRecordings:
+    """The recordings of a far partner; see :class:`miburi.live.view.Recordings`."""
+
+    def __init__(self, partner: FarPartner, limit: int) -> None:
+        self.limit = limit
+        self._partner = partner
+
+    @property
+    def current(self) -> str | None:
+        return self._partner.snapshot.state.recording
+
+    def kept(self) -> list[Kept]:
+        kept: Future[list[Kept]] = self._partner.ask("kept")
+        return kept.result(LONG)
+
+    def find(self, name: str) -> Path:
+        found: Future[Path] = self._partner.ask("find", name)
+        return found.result(LONG)
+
+    def start(self) -> None:
+        self._do("start")
+
+    def end(self) -> None:
+        self._do("end")
+
+    def delete(self, name: str) -> None:
+        self._do("delete", name)
+
+    def _do(self, what: str, *with_: object) -> None:
+        done: Future[None] = self._partner.ask(what, *with_)
+        done.result(LONG)

@@ -1,0 +1,214 @@
+"""The partner from another process: what crosses, what overtakes, and what is said of silence."""
+
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future
+
+import httpx
+import numpy as np
+import pytest
+from tests.fixtures.live import block, interface, run, serving
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import connect
+
+from miburi.errors import BodyError, InputError
+from miburi.feelings import Expression, Stimulus
+from miburi.live.answering import answer
+from miburi.live.crossing import Answer, Ask, Hello, Lanes, Latest, Look, lanes
+from miburi.live.far import FarPartner
+from miburi.live.runner import Runner
+from miburi.live.view import UnreachableError
+
+
+def until(wanted: Callable[[], object]) -> None:
+    while not wanted():
+        pass
+
+
+def done(runner: Runner, future: Future[object]) -> object:
+    """Let time pass until a command has been answered."""
+    while not future.done():
+        runner.tick()
+    return future.result()
+
+
+@pytest.fixture
+def far(runner: Runner) -> Iterator[FarPartner]:
+    """The runner, seen through pipes; time passes when a test calls ``tick``."""
+    near, ends = lanes()
+    answer(runner, near)
+    yield FarPartner(ends)
+    ends.close()
+
+
+@pytest.fixture
+def pair(runner: Runner) -> Iterator[tuple[FarPartner, Lanes]]:
+    """A far partner whose other side is the test itself."""
+    near, ends = lanes()
+    near.asking.send(Hello(runner.robot, runner.repertoire, ["calm"], 5))
+    near.asking.send(Latest(runner.snapshot.json, [], [], runner.motors))
+    yield FarPartner(ends), near
+    near.close()
+
+
+def test_it_shows_what_the_runner_has(runner: Runner, far: FarPartner) -> None:
+    assert (far.robot.name, far.temperaments) == (runner.robot.name, runner.temperaments)
+    done(runner, far.stimulate(Stimulus("happiness", 0.9, "speech")))
+    run(runner, 3.0)
+    until(lambda: far.snapshot.json == runner.snapshot.json)
+    assert far.snapshot.state == runner.snapshot.state
+    until(lambda: far.log() == runner.log())
+    until(lambda: far.samples() == runner.samples())
+    assert len(far.samples()) >= 30
+    assert far.log(after=1) == runner.log(after=1)
+    until(lambda: far.motors == runner.motors)
+    assert far.body_name == "simulated"
+
+
+def test_everything_that_can_be_asked_crosses(runner: Runner, far: FarPartner) -> None:
+    done(runner, far.perform(Expression("happiness", 1.0)))
+    until(lambda: runner.tick() or runner.snapshot.state.asked)
+    done(runner, far.pause(True))
+    done(runner, far.hand(np.array([0.05, -0.24, 0.16]), np.array([0.0, 1.0, 0.0])))
+    done(runner, far.temperament("calm"))
+    state = runner.snapshot.state
+    assert (state.paused, state.hand_out, state.temperament) == (True, True, "calm")
+    done(runner, far.stop())
+    assert runner.snapshot.state.phase == "stopped"
+    run(runner, 1.0)
+    done(runner, far.release(by_person=True))
+    assert runner.snapshot.state.phase == "returning"
+
+
+def test_recordings_are_started_listed_and_deleted_from_afar(
+    runner: Runner, far: FarPartner
+) -> None:
+    far.recordings.start()
+    run(runner, 1.0)
+    until(lambda: far.recordings.current == "miburi-0001.mcap")
+    far.recordings.end()
+    assert [(kept.name, kept.whole) for kept in far.recordings.kept()] == [
+        ("miburi-0001.mcap", True)
+    ]
+    assert far.recordings.find("miburi-0001.mcap").is_file()
+    runner.tick()
+    until(lambda: far.recordings.current is None)
+    far.recordings.delete("miburi-0001.mcap")
+    assert far.recordings.kept() == []
+    with pytest.raises(InputError, match="no recording"):
+        far.recordings.find("miburi-0001.mcap")
+
+
+def test_refusals_keep_their_kind_and_words(runner: Runner, far: FarPartner) -> None:
+    with pytest.raises(BodyError, match="only a stopped body"):
+        done(runner, far.release())
+    with pytest.raises(InputError, match="one of simulated"):
+        done(runner, far.use("marble"))
+    with pytest.raises(InputError, match="along"):
+        done(runner, far.hand(np.zeros(3), np.zeros(3)))
+
+
+def test_who_gives_up_waiting_takes_a_command_back_but_no_stop(
+    runner: Runner, far: FarPartner
+) -> None:
+    far.pause(True).cancel()
+    done(runner, far.stimulate(Stimulus("fear", 0.1)))  # it came later
+    assert not runner.snapshot.state.paused
+    far.stop().cancel()
+    until(lambda: runner.tick() or runner.snapshot.state.phase == "stopped")
+
+
+def test_a_stop_makes_a_release_void_that_it_has_overtaken(runner: Runner) -> None:
+    near, ends = lanes()
+    answer(runner, near)
+    assert isinstance(ends.asking.recv(), Hello)
+    ends.stopping.send(1)
+    until(lambda: runner.tick() or ends.stopping.poll())
+    run(runner, 1.0)
+    ends.asking.send(Ask(1, "release", (True,), 0))  # pressed before the Stop
+    until(lambda: runner.tick() or ends.asking.poll())
+    refused = ends.asking.recv()
+    assert isinstance(refused, Answer)
+    assert "Stop has been pressed since" in str(refused.error)
+    ends.asking.send(Ask(2, "release", (True,), 1))
+    until(lambda: runner.tick() or ends.asking.poll())
+    assert ends.asking.recv().error is None
+    ends.close()
+
+
+def test_a_flood_of_stops_fills_no_pipe_and_none_is_lost(
+    pair: tuple[FarPartner, Lanes],
+) -> None:
+    far, near = pair
+    futures = {id(future): future for future in (far.stop() for _ in range(10_000))}
+    assert len(futures) == 2
+    first, second = futures.values()
+    assert near.stopping.recv() == 1
+    assert not near.stopping.poll()
+    near.stopping.send(None)
+    first.result(5)
+    assert near.stopping.recv() == 10_000
+    assert not second.done()
+    near.stopping.send(None)
+    second.result(5)
+
+
+def test_a_stop_is_sent_even_to_who_does_not_answer(
+    pair: tuple[FarPartner, Lanes], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    far, near = pair
+    monkeypatch.setattr("miburi.live.far.SILENCE", 0.0)
+    with pytest.raises(UnreachableError, match="cannot be reached"):
+        far.stop()
+    assert near.stopping.recv() == 1
+
+
+def test_silence_is_said_and_ends_with_news(
+    runner: Runner, pair: tuple[FarPartner, Lanes], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    far, near = pair
+    monkeypatch.setattr("miburi.live.far.SILENCE", 0.2)
+    until(lambda: not far.reachable)
+    with pytest.raises(UnreachableError):
+        far.stimulate(Stimulus("fear", 0.1))
+    with serving(interface(far)) as url:
+        for method, path in (("GET", "/state"), ("POST", "/stop"), ("POST", "/release")):
+            refused = httpx.request(method, f"{url}/api/v1{path}")
+            assert (refused.status_code, "cannot be reached" in refused.text) == (503, True)
+        address = url.replace("http", "ws") + "/api/v1/live"
+        with connect(address) as socket, pytest.raises(ConnectionClosed):
+            socket.recv(5)
+    monkeypatch.setattr("miburi.live.far.SILENCE", 60.0)
+    assert isinstance(near.asking.recv(), Look)
+    near.asking.send(Latest(runner.snapshot.json, [], [], None))
+    assert isinstance(near.asking.recv(), Look)
+    assert far.reachable
+
+
+def test_nobody_waits_for_a_process_that_has_ended(pair: tuple[FarPartner, Lanes]) -> None:
+    far, near = pair
+    waiting: list[Future[None]] = [far.pause(True), far.stop()]
+    near.close()
+    assert far.over.wait(5)
+    for future in waiting:
+        with pytest.raises(UnreachableError):
+            future.result(5)
+    assert not far.reachable
+
+
+def test_the_body_is_stopped_while_the_server_serves_nobody(
+    live: Runner, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("miburi.live.answering.UNSERVED", -8.0)  # the fixture's patience is 8 s
+    near, ends = lanes()
+    answer(live, near)
+    far = FarPartner(ends)
+    far.tell_ready()
+    until(lambda: live.held)
+    assert "the server hangs" in capsys.readouterr().err
+    ends.close()
+
+
+def test_a_contact_is_told_from_afar(runner: Runner, far: FarPartner) -> None:
+    stop = block(runner).stop
+    until(lambda: far.snapshot.state.stop == stop)
+    until(lambda: far.log() and far.log()[-1].kind == "stopped")
