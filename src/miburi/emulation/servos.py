@@ -70,7 +70,7 @@ class Shaft:
             if past < segment.began and servo.before is not None:
                 segment = servo.before
             self.place = segment.at(past) + self.load
-        self.place = min(max(self.place, self.low), self.high)
+        self.place = float(min(max(self.place, self.low), self.high))
         return self.place
 
     def speed(self, servo: "Servo", time: float) -> float:
