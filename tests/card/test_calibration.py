@@ -7,6 +7,7 @@ from miburi.calibration.free_motion import Trace
 from miburi.card.calibration import free_moves, grant_guards
 from miburi.card.settings import CardSettings
 from miburi.robot import Robot
+from miburi.safety.profile import FINE, plan_profile, to_steps
 from miburi.safety.stop import Phase
 from miburi.studies.trials.plant import TrialPlant, Variation
 from miburi.studies.trials.trial import TrialKind, trace_of, trial
@@ -41,6 +42,21 @@ def test_a_calibrations_moves_meet_nothing_and_end_where_they_began(robot: Robot
     plant.begin(robot.neutral, Variation(), np.random.default_rng(0))
     make_moves(robot, plant)
     assert plant.itself is None
+
+
+def test_every_joint_is_seen_at_the_fastest_that_it_can_go(robot: Robot) -> None:
+    """To and fro: a move is as fast as its way within the limits is long."""
+    servo = robot.servo
+    can = np.minimum(servo.max_speed, np.sqrt(servo.acceleration * (robot.upper - robot.lower)))
+    seen, here = np.zeros((2, 8)), to_steps(robot, robot.neutral)
+    for _, move in free_moves(robot):
+        goal = to_steps(robot, move.angles)
+        profile, direction = plan_profile(robot, here, goal, to_steps(robot, move.speeds))
+        fastest = profile.fastest * servo.step / FINE
+        for row, sign in enumerate((-1, 1)):
+            seen[row] = np.maximum(seen[row], np.where(direction == sign, fastest, 0.0))
+        here = goal
+    assert (seen / can).min() > 0.97, (seen / can).round(2)
 
 
 def test_a_calibrated_robot_has_no_false_stops_in_other_conditions(robot: Robot) -> None:

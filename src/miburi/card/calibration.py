@@ -42,8 +42,9 @@ __all__ = [
     "record",
 ]
 
-#: How far a joint moves to both sides of the middle, as a share of half its range (ours).
-_REACH = 0.35
+#: How far a joint moves to both sides of the middle, as a share of half its range; at top speed
+#: so much farther that it gets there and stays for a while, but no farther than that (ours).
+_REACH, _RUN, _FARTHEST = 0.35, 1.1, 0.97
 #: Speeds of single joints, rad/s; the last is above that of every servo (ours).
 _SPEEDS = (0.8, 2.5, np.inf)
 #: Durations of moves of all joints, s; the last is too short for every servo (ours).
@@ -71,15 +72,22 @@ def free_moves(robot: Robot) -> Iterator[tuple[str, Move]]:
 
     First each joint moves to and fro, then all move at once, slow to fast. The moves begin and end
     at neutral. A resting joint is in the middle of its range, where the arms touch neither the
-    body nor each other.
+    body nor each other. To be as fast as its servo may be, a joint needs a way of v²/a; elbows and
+    fingertips have little more between their limits.
     """
-    middle, half = (robot.lower + robot.upper) / 2, (robot.upper - robot.lower) / 2 * _REACH
+    middle, half = (robot.lower + robot.upper) / 2, (robot.upper - robot.lower) / 2
+    run = _RUN * robot.servo.max_speed**2 / robot.servo.acceleration
+    far = np.minimum(np.maximum(run / 2, _REACH * half), _FARTHEST * half)
+    half = _REACH * half
     yield "all joints", _move(robot, middle, _SPEEDS[0])
     for motor, name in enumerate(JOINTS):
         only = np.arange(len(JOINTS)) == motor
-        for speed in (_SPEEDS[0], _SPEEDS[-1]):
-            for side in (-1.0, 1.0):
-                yield name, _move(robot, middle + side * half * only, speed)
+        for speed, way, sides in (
+            (_SPEEDS[0], half, (-1.0, 1.0)),
+            (_SPEEDS[-1], far, (-1.0, 1.0, -1.0)),
+        ):
+            for side in sides:
+                yield name, _move(robot, middle + side * way * only, speed)
         yield name, _move(robot, middle, _SPEEDS[1])
     # Both arms do the same, so that they do not meet; the left one's lower joints are mirrored.
     alike = np.where([name in ("left_elbow", "left_fingertip") for name in JOINTS], -1.0, 1.0)
