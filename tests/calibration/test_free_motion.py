@@ -18,12 +18,15 @@ from miburi.calibration.free_motion import (
     measure_need,
     measure_response,
 )
+from miburi.calibration.identify import Shares, expecting
 from miburi.cli import trials as cli
 from miburi.errors import DescriptionError, InputError
 from miburi.robot import Robot
 from miburi.robot.guards import GUARDS, Guards
 from miburi.safety.contact import PAPER_PERIOD, PAPER_RATIO, Rule
+from miburi.safety.free import FreeRule
 from miburi.safety.profile import FINE, Profile, Steps
+from miburi.servos import load_servo
 from miburi.studies.trials.replay import CALIBRATION_MOVES
 
 EIGHT = np.ones(8, dtype=np.int64)
@@ -192,3 +195,20 @@ def test_guards_of_a_coarse_encoder_are_whole_steps() -> None:
     assert (rough.slack >= 1).all()
     assert (rough.least >= 4).all()
     assert replace(rough).lag.tolist() == rough.lag.tolist()
+
+
+def test_identified_servos_come_back_from_their_file(robot: Robot, tmp_path: Path) -> None:
+    real, path = robot.with_servo(load_servo("xl330-m288-t")), tmp_path / "own.toml"
+    shares = Shares(*(np.linspace(low, 1.2, 8) for low in (0.9, 0.8, 0.7, 0.6)))
+    guards = FreeRule.of(real).guards
+    rule = expecting(real, shares, guards)
+    write_calibration(real, rule, path, "two\nlines", identified=shares)
+    back = read_calibration(real, path).rule
+    assert isinstance(back, FreeRule)
+    for name, values in vars(rule.servo).items():
+        np.testing.assert_allclose(vars(back.servo)[name], values, atol=2)
+    np.testing.assert_allclose(back.sag, rule.sag, atol=1)
+    for name, values in vars(guards).items():
+        np.testing.assert_array_equal(vars(back.guards)[name], values)
+    with pytest.raises(DescriptionError, match=r"XL330-M288-T, but the robot has imagined"):
+        read_calibration(robot.with_servo(load_servo("imagined")), path)

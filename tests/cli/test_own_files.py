@@ -103,6 +103,17 @@ def test_the_servo_that_others_identified_moves_freely(tmp_path: Path) -> None:
     assert counts["false_stops"] == counts["missed_above_2N"] == 0
 
 
+def test_calibrated_servos_drive_trials(tmp_path: Path) -> None:
+    file, servo = tmp_path / "own.toml", ("--servo", "xl330-m288-t")
+    done = miburi("calibrate", *servo, "--out", file)
+    assert done.returncode == 0, done.stderr
+    assert "s of the robot's time" in done.stdout
+    out = miburi("trials", *servo, "--calibration", file, "--free", "8", "--blocked", "4", "--json")
+    assert out.returncode == 0, out.stderr
+    counts = json.loads(out.stdout)
+    assert counts["false_stops"] == counts["missed_above_2N"] == 0
+
+
 def test_without_a_rule_the_motors_limit_alone_keeps_the_push_low() -> None:
     options = ("--free", "2", "--blocked", "24", "--rule", "off", "--json")
     done = miburi("trials", *options, "--servo", "xl330-m288-t")

@@ -1,14 +1,17 @@
 """Read and write calibration files: the contact rule's period, ratio and guards for one robot.
 
 The calibration of a card also says how its servos are mounted. That of a simulated robot does not.
+Where the servos were identified, the file says how they differ from those of the description.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
+import numpy as np
 from pydantic import Field, model_validator
 
+from miburi.errors import DescriptionError
 from miburi.ground.tables import Table, load_table
 from miburi.robot import Robot
 from miburi.robot.description import GuardsTable
@@ -16,9 +19,13 @@ from miburi.robot.guards import GUARDS, in_whole_units
 from miburi.safety.contact import Rule
 from miburi.safety.profile import SECOND
 
+if TYPE_CHECKING:
+    from miburi.calibration.identify import Shares
+
 __all__ = [
     "Calibration",
     "CalibrationFile",
+    "IdentifiedTable",
     "Mounting",
     "RuleTable",
     "read_calibration",
@@ -60,12 +67,38 @@ class Mounting(Table):
         return self
 
 
+_Shares = Annotated[list[Annotated[float, Field(gt=0, le=20)]], _Eight]
+
+
+class IdentifiedTable(Table):
+    """Identified servos: the kind, its P gain and what that counts in, shares of its constants.
+
+    Attributes
+    ----------
+    servo
+        The name of the servo that the shares are of.
+    gain, divisor
+        The P gain that was set, and what a unit of it is a part of.
+    stiffness, damping, friction, gravity
+        As in :class:`miburi.calibration.identify.Shares`.
+    """
+
+    servo: str
+    gain: Annotated[float, Field(gt=0)]
+    divisor: Annotated[float, Field(gt=0)]
+    stiffness: _Shares
+    damping: _Shares
+    friction: _Shares
+    gravity: _Shares
+
+
 class CalibrationFile(Table):
     """The content of a calibration file; ``guards`` is the same table as in a description."""
 
     rule: RuleTable
     guards: GuardsTable
     servos: Mounting | None = None
+    identified: IdentifiedTable | None = None
 
 
 @dataclass(frozen=True)
@@ -81,7 +114,12 @@ class Calibration:
 
 
 def write_calibration(
-    robot: Robot, rule: Rule, path: Path, note: str, servos: Mounting | None = None
+    robot: Robot,
+    rule: Rule,
+    path: Path,
+    note: str,
+    servos: Mounting | None = None,
+    identified: "Shares | None" = None,
 ) -> None:
     """Write a calibration as TOML, angles in rad and times in s, below ``note`` as a comment."""
     step = robot.servo.step
@@ -95,6 +133,13 @@ def write_calibration(
     if servos is not None:
         lines += ["", "[servos]"]
         lines += [f"{name} = {values}" for name, values in servos.model_dump().items()]
+    if identified is not None:
+        servo = robot.servo.model
+        lines += ["", "[identified]", f'servo = "{servo.name}"']
+        lines += [f"gain = {servo.drive.gain:g}", f"divisor = {servo.divisor.p_divisor:.4f}"]
+        for name in ("stiffness", "damping", "friction", "gravity"):
+            numbers = ", ".join(f"{value:.4f}" for value in vars(identified)[name])
+            lines.append(f"{name} = [{numbers}] # of the servo's own")
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
@@ -110,4 +155,24 @@ def read_calibration(robot: Robot, path: Path) -> Calibration:
     robot = robot.model_copy(update={"guards": table.guards})
     period, ratio = round(table.rule.period * SECOND), round(table.rule.ratio * 10_000)
     guards = in_whole_units(table.guards, robot.servo.step)
-    return Calibration(robot, Rule(guards, period, ratio), table.servos)
+    if table.identified is None:
+        return Calibration(robot, Rule(guards, period, ratio), table.servos)
+    robot = _with_identified(robot, table.identified, path)
+    from miburi.calibration.identify import Shares, expecting  # it loads Numba
+
+    own = table.identified
+    shares = Shares(*map(np.array, (own.stiffness, own.damping, own.friction, own.gravity)))
+    rule = replace(expecting(robot, shares, guards), period=period, ratio=ratio)
+    return Calibration(robot, rule, table.servos)
+
+
+def _with_identified(robot: Robot, table: IdentifiedTable, path: Path) -> Robot:
+    servo = robot.servo.model
+    if table.servo != servo.name:
+        raise DescriptionError(
+            f"{path} is of the servo {table.servo}, but the robot has {servo.name}; choose that "
+            "servo with --servo, or calibrate this one."
+        )
+    drive = servo.drive.model_copy(update={"gain": table.gain})
+    divisor = servo.divisor.model_copy(update={"p_divisor": table.divisor})
+    return robot.with_servo(servo.model_copy(update={"drive": drive, "divisor": divisor}))

@@ -99,14 +99,19 @@ def trials(
 def calibrate(
     out: Annotated[Path, typer.Option(help="The calibration file to write.")],
     seed: Seed = 1,
-    moves: Annotated[int, typer.Option(help="Free moves to measure.", min=2)] = 1600,
+    moves: Annotated[
+        int, typer.Option(help="Free moves to measure; of the imagined servo only.", min=2)
+    ] = 1600,
     margin: Annotated[
-        float, typer.Option(help="Factor on the guards that the servos needed; 1 or more.")
+        float,
+        typer.Option(
+            help="Factor on the guards that the servos needed, 1 or more; imagined servo only."
+        ),
     ] = 1.2,
     robot: RobotFile = None,
     servo: ServoName = None,
 ) -> None:
-    """Measure a robot's simulated servos in free motion, and write their guards."""
+    """Identify a robot's simulated servos in free moves, and write what they are and need."""
     from miburi.calibration.file import write_calibration
     from miburi.ground.files import whole_files
     from miburi.studies.trials.replay import calibrate_rule
@@ -114,6 +119,18 @@ def calibrate(
     if not margin >= 1:
         raise InputError(f"--margin must be 1 or more, got {margin}.")
     body = robot_of(robot, servo)
+    if rule_of(body, None, servo) is not None:
+        from miburi.studies.trials.workshop import calibrate_servos
+
+        done = calibrate_servos(body, seed)
+        note = f"Contact rule of {body.name}: servos identified from free moves, seed {seed}."
+        with whole_files(out.parent) as draft:
+            path = draft / out.name
+            write_calibration(done.robot, done.rule, path, note, identified=done.found)
+        for line in (*done.words, f"{done.seconds:.0f} s of the robot's time"):
+            print(line)
+        print(out)
+        return
     rule = calibrate_rule(body, seed, moves, margin)
     with whole_files(out.parent) as draft:
         note = f"Contact rule of {body.name}: calibrated from {moves} free moves, seed {seed}."

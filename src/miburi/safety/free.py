@@ -26,7 +26,7 @@ from miburi.safety.contact import UNLOADED, Loading, Rule, Watch, lag_doubt
 from miburi.safety.profile import FINE, Profile, Steps
 from miburi.servos.free import STEP, FreeServo, advance
 
-__all__ = ["FAST", "GUARDS", "FreeRule"]
+__all__ = ["FAST", "GUARDS", "FreeRule", "granted_share"]
 
 #: A motor that gets this fast in its move is granted its whole guards, 1/256 steps/s (ours).
 FAST = 512 * FINE
@@ -57,9 +57,17 @@ class FreeRule(Rule):
 
     A lag of 5.5 ms fits the model best: half of it is what steps of 5 ms are early, the rest the
     servo's own delay.
+
+    Attributes
+    ----------
+    servo
+        The motors, as they move if nobody is in their way.
+    sag
+        (8,) in 1/256: what of the error that the description's weight takes these motors take.
     """
 
     servo: FreeServo = field(kw_only=True)
+    sag: Steps = field(kw_only=True, default_factory=lambda: np.full(8, FINE, dtype=np.int64))
 
     @classmethod
     def of(cls, robot: Robot) -> "FreeRule":
@@ -72,7 +80,15 @@ class FreeRule(Rule):
         self, profile: Profile, start: Steps, direction: Steps, loading: Loading = UNLOADED
     ) -> Watch:
         """Begin to watch one move of loaded motors."""
-        return _FreeWatch(self, profile, start, direction, loading)
+        begin, end = (loading.begin * self.sag) >> 8, (loading.end * self.sag) >> 8
+        own = Loading(loading.offset, begin, end, loading.most)
+        return _FreeWatch(self, profile, start, direction, own)
+
+
+def granted_share(profile: Profile) -> Steps:
+    """Return what each motor is granted of its guards in this move, (8,) in 1/256."""
+    share: Steps = (FINE + FINE * np.minimum(profile.fastest, FAST) // FAST) // 2
+    return share
 
 
 class _FreeWatch(Watch):
@@ -81,7 +97,7 @@ class _FreeWatch(Watch):
     def __post_init__(self) -> None:
         super().__post_init__()
         guards, doubt = self.rule.guards, lag_doubt(self.profile)
-        share = (FINE + FINE * np.minimum(self.profile.fastest, FAST) // FAST) // 2  # of 256
+        share = granted_share(self.profile)
         self._slack = guards.slack * share
         self._behind, self._ahead = guards.behind * share + doubt, guards.ahead * share + doubt
         loading = self.loading

@@ -20,7 +20,7 @@ from miburi.ground.compiled import compiled
 from miburi.servos.model import Array
 from miburi.servos.servo import Servo
 
-__all__ = ["STEP", "FreeServo", "advance"]
+__all__ = ["STEP", "FreeServo", "advance", "travel"]
 
 Steps = NDArray[np.int64]
 
@@ -68,6 +68,12 @@ class FreeServo:
             lost=whole(servo.friction.motor_load * _SHARE),
         )
 
+    def scaled(self, stiffness: Array, damping: Array, friction: Array) -> "FreeServo":
+        """Return motors with so many times, (8,) each, this one's constants."""
+        times = ((self.pull, stiffness), (self.brake, damping), (self.friction, friction))
+        pull, brake, dry = (np.rint(each * share).astype(np.int64) for each, share in times)
+        return FreeServo(pull, brake, dry, self.lost)
+
 
 @compiled
 def advance(
@@ -97,3 +103,25 @@ def advance(
             taken = friction[j] + ((lost[j] * abs(motor)) >> 8)
             v[j] = max(speed - taken, 0) if speed > 0 else min(speed + taken, 0)
             x[j] += v[j]
+
+
+@compiled
+def travel(
+    profile: Steps,
+    sag: Steps,
+    most: Steps,
+    pull: Steps,
+    brake: Steps,
+    friction: Steps,
+    lost: Steps,
+) -> Steps:
+    """Return the way through a whole move, (n, 8) in 1/256 encoder step, from rest at 0.
+
+    ``profile`` and ``sag`` (n, 8) are those at the end of each step of the model.
+    """
+    way = np.zeros_like(profile)
+    x, v = np.zeros_like(most), np.zeros_like(most)
+    for k in range(1, len(profile)):
+        advance(x, v, profile[k - 1], profile[k], 1, sag[k], most, pull, brake, friction, lost)
+        way[k] = x >> 8
+    return way

@@ -29,7 +29,7 @@ class Variation:
     voltage
         V of the battery.
     friction
-        Times the servos' dry friction, with all that it grows by.
+        Times the servos' dry friction, with all that it grows by; one number, or eight.
     load
         kg in each hand.
     noise
@@ -39,7 +39,7 @@ class Variation:
     """
 
     voltage: float = 5.0
-    friction: float = 1.0
+    friction: float | tuple[float, ...] = 1.0
     load: float = 0.0
     noise: float = 0.0
     delay: int = 0
@@ -68,6 +68,13 @@ class Skin:
 class TrialPlant(Plant):
     """The physical robot of trials, built once and varied for each.
 
+    Parameters
+    ----------
+    robot
+        The description, which is all that those who drive it know.
+    true
+        The robot as it is, where it differs; its play and its clock are left out.
+
     Attributes
     ----------
     touched
@@ -78,10 +85,14 @@ class TrialPlant(Plant):
         Two parts of the robot that met before the human touched it, or None.
     """
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: Robot, true: Robot | None = None) -> None:
         self._rng = np.random.default_rng(0)
         self._variation = Variation()
-        super().__init__(robot, sprung_hand=True)
+        own = true or robot
+        # The same duty gives another motor another torque.
+        self._stronger = own.servo.model.motor_torque / robot.servo.model.motor_torque
+        super().__init__(own, sprung_hand=True)
+        self.robot = robot
         model = self.model
         self._base = {name: np.array(getattr(model, name)) for name in _VARIED}
         dofs = [int(model.joint(f"hand_{axis}").dofadr[0]) for axis in "xyz"]
@@ -103,7 +114,7 @@ class TrialPlant(Plant):
             getattr(model, name)[:] = values
         self.voltage = variation.voltage
         self.friction[:] = self._nominal_friction
-        self.friction[:, :_TORQUES] *= variation.friction
+        self.friction[:, :_TORQUES] *= np.reshape(variation.friction, (-1, 1))
         for side in ("right", "left"):
             _load(model, side, variation.load)
         mujoco.mj_setConst(model, self.data)
@@ -190,6 +201,10 @@ class TrialPlant(Plant):
         model.eq_data[self._grasp, :3], model.eq_data[self._grasp, 3:6] = 0.0, point
         data.eq_active[self._grasp] = 1
         self.touched, self.touched_at = link, self.time
+
+    def power(self, torque: Array | float) -> None:
+        """Feed the servos; see :meth:`Plant.power`. ``torque`` is the description's motor's."""
+        super().power(torque * self._stronger)
 
     def encoders(self) -> Steps:
         """Return the encoders' counts, (8,) steps, with their noise."""

@@ -1,0 +1,309 @@
+"""Identify each servo from free moves: how it differs from the one that the description names.
+
+In go the robot and :class:`~miburi.calibration.free_motion.Trace` objects of some fifty free moves;
+out comes :class:`Identified`, with which :func:`free_rule` expects the motion of *these* servos and
+grants what they need. :func:`in_words` says what a maker may want to look at, and :func:`check`
+refuses what cannot be driven safely. A trace holds only what a card sees.
+
+Import it where it is first needed: it loads Numba.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from miburi.calibration.free_motion import Trace
+from miburi.errors import BodyError, InputError
+from miburi.robot import JOINTS, Array, Robot
+from miburi.robot.guards import Guards, in_whole_units
+from miburi.safety.contact import lag_doubt
+from miburi.safety.free import GUARDS, FreeRule, granted_share
+from miburi.safety.profile import FINE, Steps
+from miburi.servos.free import STEP, travel
+
+__all__ = [
+    "MARGIN",
+    "STIFFNESS",
+    "Identified",
+    "Shares",
+    "check",
+    "expecting",
+    "fitted",
+    "free_rule",
+    "identify",
+    "in_words",
+    "proposed_gain",
+]
+
+#: Guards are this many times what the model missed of the free moves, and no less than the floors.
+MARGIN = 1.5
+#: Stiffness at the horn that a servo may have, and that it should have, N·m/rad (ours: with less it
+#: cannot carry the body to a pose, with more it hunts where gears play).
+STIFFNESS, _WELL = (2.0, 8.0), (4.0, 6.0)
+#: The search's steps, as factors, coarse to fine; and those of the delay, µs.
+_FACTORS = (1.6, 1.25, 1.12, 1.06, 1.03)
+_DELAYS = (2000, 1000, 500, 250, 250)
+#: Passes over the constants with each step, at most.
+_PASSES = 4
+#: Shares of the description's constant within which the search stays.
+_BOX = (0.2, 5.0)
+#: A servo that differs from its mirror image, or from all others, by more than these factors, and
+#: from its description too, is worth words (ours).
+_MIRRORED, _SINGLE, _EXPECTED = 1.5, 2.0, 1.25
+_MIRROR = {"left": "right", "right": "left"}
+_NAMES = ("stiffness", "damping", "friction", "gravity")
+
+
+@dataclass(frozen=True)
+class Shares:
+    """Eight servos, as shares of the description's constants, (8,) each.
+
+    Attributes
+    ----------
+    stiffness, damping, friction
+        Of the position control, of back EMF with viscous friction, of the dry friction.
+    gravity
+        Of the load's weight; 1 where the joint carries none.
+    """
+
+    stiffness: Array
+    damping: Array
+    friction: Array
+    gravity: Array
+
+
+@dataclass(frozen=True)
+class Identified(Shares):
+    """Eight servos as free moves show them.
+
+    Attributes
+    ----------
+    delay
+        µs behind the profile, the model's own included; one for all.
+    missed
+        Root mean square, in steps, of what the model misses with these constants.
+    """
+
+    delay: int
+    missed: Array
+
+
+def identify(robot: Robot, traces: Sequence[Trace]) -> Identified:
+    """Identify the servos of a robot from free moves, slow and fast, of every joint.
+
+    A coordinate search over four constants of each servo and one delay; the squares of what the
+    model misses are least.
+
+    Raises
+    ------
+    InputError
+        There is no trace.
+    """
+    if not traces:
+        raise InputError("Servos are identified from the traces of some free moves, got none.")
+    rule = FreeRule.of(robot)
+    shares = {name: np.ones(len(JOINTS)) for name in _NAMES}
+    delay = int(rule.guards.lag[0])
+    moves = _moves(traces, delay)
+    errors = _errors(rule, moves, shares)
+    for factor, wait in zip(_FACTORS, _DELAYS, strict=True):
+        for _ in range(_PASSES):
+            before = errors.sum()
+            for name in _NAMES:
+                for times in (factor, 1 / factor):
+                    tried = np.clip(shares[name] * times, *_BOX)
+                    found = _errors(rule, moves, {**shares, name: tried})
+                    better = found < errors
+                    shares[name] = np.where(better, tried, shares[name])
+                    errors = np.where(better, found, errors)
+            for other in (delay - wait, delay + wait):
+                later = _moves(traces, max(other, 0))
+                found = _errors(rule, later, shares)
+                if found.sum() < errors.sum():
+                    delay, moves, errors = max(other, 0), later, found
+            if errors.sum() > 0.999 * before:
+                break
+    count = sum(len(trace.times) for trace in traces)
+    return Identified(**shares, delay=delay, missed=np.sqrt(errors / count))
+
+
+@dataclass(frozen=True)
+class _Move:
+    """A trace as the model needs it: profile and share of the way at each step of the model."""
+
+    trace: Trace
+    profile: Steps
+    share: Steps
+    before: Steps
+    part: Array
+
+
+def _moves(traces: Sequence[Trace], delay: int) -> list[_Move]:
+    moves = []
+    for trace in traces:
+        steps = np.arange(int(trace.times[-1]) // STEP + 2, dtype=np.int64)[:, None]
+        went = trace.profile.position(steps * STEP - delay)
+        went[0] = 0
+        share = went // np.maximum(trace.profile.distance, 1)
+        part = (trace.times % STEP / STEP)[:, None]
+        moves.append(_Move(trace, trace.loading.offset + went, share, trace.times // STEP, part))
+    return moves
+
+
+def _errors(rule: FreeRule, moves: Sequence[_Move], shares: dict[str, Array]) -> Array:
+    """Return the sum of squares that the model misses, (8,) steps²."""
+    servo = rule.servo.scaled(shares["stiffness"], shares["damping"], shares["friction"])
+    weight = shares["gravity"] / shares["stiffness"]
+    errors = np.zeros(len(JOINTS))
+    for move in moves:
+        loading = move.trace.loading
+        begin, end = ((each * weight).astype(np.int64) for each in (loading.begin, loading.end))
+        sag = begin + (((end - begin) * move.share) >> 8)
+        way = travel(
+            move.profile, sag, loading.most, servo.pull, servo.brake, servo.friction, servo.lost
+        )
+        between = way[move.before] * (1 - move.part) + way[move.before + 1] * move.part
+        errors += (((between - move.trace.travel) / FINE) ** 2).sum(axis=0)
+    return errors
+
+
+def expecting(robot: Robot, shares: Shares, guards: Guards[Steps]) -> FreeRule:
+    """Return the rule that expects servos with these shares of the description's constants."""
+    described = FreeRule.of(robot).servo
+    return FreeRule(
+        guards,
+        servo=described.scaled(shares.stiffness, shares.damping, shares.friction),
+        sag=np.rint(shares.gravity / shares.stiffness * FINE).astype(np.int64),
+    )
+
+
+def free_rule(robot: Robot, found: Identified, traces: Sequence[Trace]) -> FreeRule:
+    """Return the rule that expects these servos, with the guards that the traces need.
+
+    The guards are ``MARGIN`` times what the model missed, and no less than those that ship.
+    """
+    least = in_whole_units(GUARDS, robot.servo.step)
+    guards = replace(least, lag=np.full(len(JOINTS), found.delay))
+    rule = expecting(robot, found, guards)
+    needs, floors = _needs(rule, traces), vars(least)
+    wider = {
+        name: np.maximum(floors[name], np.ceil(MARGIN * need).astype(np.int64))
+        for name, need in needs.items()
+    }
+    return replace(rule, guards=replace(rule.guards, **wider))
+
+
+def _needs(rule: FreeRule, traces: Sequence[Trace]) -> dict[str, Array]:
+    """Return the least guards, (8,) steps, with which the traces pass."""
+    names = ("slack", "behind", "ahead", "arrival")
+    needs = {name: np.zeros(len(JOINTS)) for name in names}
+    far = np.full(len(JOINTS), 1 << 20)
+    blind = replace(rule.guards, slack=0 * far, behind=far, ahead=far, arrival=far)
+    by_period = replace(rule, guards=blind)
+    whole = replace(by_period, period=1 << 40, ratio=0)
+
+    def widen(name: str, need: Array) -> None:
+        needs[name] = np.maximum(needs[name], need)
+
+    for trace in traces:
+        move = (trace.profile, trace.start, trace.direction, trace.loading)
+        watch, since_start = by_period.watch(*move), whole.watch(*move)
+        granted, doubt = granted_share(trace.profile), lag_doubt(trace.profile)
+        late = trace.profile.total + rule.guards.lag + rule.period
+        goal = trace.profile.distance * FINE + trace.loading.offset
+        goal = goal - ((trace.loading.end * rule.sag) >> 8)
+        for time, positions in zip(trace.times.tolist(), trace.positions, strict=True):
+            watch.look(positions, time)
+            since_start.look(positions, time)
+            window, way = watch.window, since_start.window
+            if window is None or way is None:
+                continue
+            missing = window.expected * rule.ratio / 10_000 - window.measured
+            widen("slack", np.where(window.judged, missing, 0) / granted)
+            widen("behind", (way.expected - way.measured - doubt) / granted)
+            widen("ahead", (way.measured - way.expected - doubt) / granted)
+            widen("arrival", np.where(time >= late, np.abs(goal - way.measured), 0) / FINE)
+    return needs
+
+
+def check(robot: Robot, found: Identified) -> None:
+    """Refuse servos that are too soft or too stiff to be driven.
+
+    Raises
+    ------
+    BodyError
+        A servo's stiffness is outside ``STIFFNESS``; the message names it, and the gain to set.
+    """
+    stiffness = _at_horn(robot) * found.stiffness
+    outside = (stiffness < STIFFNESS[0]) | (stiffness > STIFFNESS[1])
+    if not outside.any():
+        return
+    motor = int(np.argmax(np.abs(np.log(found.stiffness)) * outside))
+    name, value = JOINTS[motor].replace("_", " "), stiffness[motor]
+    allowed = f"{STIFFNESS[0]:g} to {STIFFNESS[1]:g} are allowed"
+    middle = float(np.median(stiffness))
+    if abs(np.log(value / middle)) > np.log(_MIRRORED):
+        raise BodyError(
+            f"{name} turns back with {value:.1f} N·m/rad, the others do with "
+            f"{middle:.1f}; {allowed}. Look at its horn's screw, its plug and its "
+            "P gain (address 84), or change the servo; then calibrate again."
+        )
+    raise BodyError(
+        f"{name} turns back with {value:.1f} N·m/rad; {allowed}. Set the P gain to "
+        f"{proposed_gain(robot, found)} (it is {robot.servo.model.drive.gain:g}; gain in the "
+        "servo's [drive] table), then calibrate again."
+    )
+
+
+def _at_horn(robot: Robot) -> float:
+    """Return the description's stiffness behind the gears, which take a share, N·m/rad."""
+    servo = robot.servo.model
+    return servo.stiffness * (1 - servo.friction.motor_load)
+
+
+def fitted(robot: Robot, found: Identified) -> Robot:
+    """Return the description with the stiffness that was found, and with the gain that fits it."""
+    servo, gain = robot.servo.model, proposed_gain(robot, found)
+    divisor = servo.divisor.p_divisor / float(np.median(found.stiffness))
+    changes = {
+        "drive": servo.drive.model_copy(update={"gain": float(gain)}),
+        "divisor": servo.divisor.model_copy(update={"standing": "ours", "p_divisor": divisor}),
+    }
+    return robot.with_servo(servo.model_copy(update=changes))
+
+
+def proposed_gain(robot: Robot, found: Identified) -> int:
+    """Return the P gain with which these servos are as stiff as they should be.
+
+    It stays as it is where it is well, from 4 to 6 N·m/rad in the median of the servos.
+    """
+    servo, middle = robot.servo.model, float(np.median(found.stiffness))
+    stiffness = _at_horn(robot) * middle
+    if _WELL[0] <= stiffness <= _WELL[1]:
+        return round(servo.drive.gain)
+    aim = (_WELL[0] + _WELL[1]) / 2
+    return round(servo.drive.gain * aim / stiffness / 50) * 50
+
+
+def in_words(robot: Robot, found: Identified) -> list[str]:
+    """Return what a maker may want to look at, a sentence each; none where all is as expected."""
+    lines = []
+    gain = proposed_gain(robot, found)
+    if gain != round(robot.servo.model.drive.gain):
+        stiffness = _at_horn(robot) * float(np.median(found.stiffness))
+        lines.append(f"the servos turn back with {stiffness:.1f} N·m/rad; set the P gain to {gain}")
+    for what, shares in (("stiffness", found.stiffness), ("friction", found.friction)):
+        for motor, name in enumerate(JOINTS):
+            side, _, part = name.partition("_")
+            mirrored = f"{_MIRROR.get(side, side)}_{part}"
+            than = f"the {_MIRROR[side]}" if side in _MIRROR else "the others"
+            other = shares[JOINTS.index(mirrored)] if side in _MIRROR else np.median(shares)
+            times = float(shares[motor] / other)
+            if times > (_MIRRORED if side in _MIRROR else _SINGLE) and shares[motor] > _EXPECTED:
+                lines.append(f"{name.replace('_', ' ')}: {_often(times)} the {what} of {than}")
+    return lines
+
+
+def _often(times: float) -> str:
+    return "twice" if 1.8 <= times < 2.25 else f"{times:.1f} times"
