@@ -41,11 +41,14 @@ firmware-proof: .venv/test.stamp ## the firmware's tests with the full counts (a
 	MIBURI_TRACES=100000 MIBURI_MOVES=2000,500 MIBURI_FUZZ=1000000 \
 		$(BIN)/python -m pytest -n auto tests/firmware
 
-# uv alone can resolve to the lowest versions.
-.PHONY: test-lowest
-test-lowest: ## the tests with the lowest versions that pyproject.toml allows (about 10 minutes)
+# uv alone can resolve to the lowest versions, and for other systems.
+.PHONY: test-lowest check-wheels
+.venv-lowest/bin/uv:
 	$(PYTHON) -m venv .venv-lowest
 	.venv-lowest/bin/python -m pip install --quiet --disable-pip-version-check uv
+check-wheels: .venv-lowest/bin/uv ## whether every dependency has a wheel on Linux, macOS and Windows
+	tools/check-wheels .venv-lowest/bin/uv
+test-lowest: .venv-lowest/bin/uv ## the tests with the lowest versions that pyproject.toml allows
 	.venv-lowest/bin/uv pip install --quiet --python .venv-lowest/bin/python \
 		--resolution lowest-direct -e '.[dev,studies]'
 	.venv-lowest/bin/python -m pytest -n auto --ignore $(PAGES) --ignore tests/firmware
