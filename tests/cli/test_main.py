@@ -120,6 +120,8 @@ def test_ik_says_when_it_is_out_of_reach() -> None:
         (["forward", "1", "2"], "", "8 angles are needed, got [1.0, 2.0]"),
         (["forward"], "[1, 2]\n", "8 angles are needed, got [1, 2]"),
         (["forward"], "[1, 2\n", "line 1 is not JSON"),
+        (["forward"], "[" * 100_000, "line 1 is not JSON"),
+        (["forward"], "[" + "9" * 5000 + "]", "line 1 is not JSON"),
         (["forward"], '["a", 0, 0, 0, 0, 0, 0, 0]', "8 angles are needed"),
         (["forward"], "[NaN, 0, 0, 0, 0, 0, 0, 0]", "finite"),
         (["ik"], "[1, 2, 3]", "9 coordinates are needed"),

@@ -84,6 +84,19 @@ def test_what_cannot_be_done_is_said_in_words(
     assert words in answer.json()["detail"]
 
 
+@pytest.mark.parametrize(
+    "content",
+    [b"[" * 60_000, b'{"a":' * 12_000, b'{"strength":' + b"9" * 6000 + b"}", b"\xff\xfe"],
+    ids=["lists", "objects", "number", "bytes"],
+)
+def test_a_body_made_to_break_a_parser_is_refused(client: httpx.Client, content: bytes) -> None:
+    headers = {"Content-Type": "application/json"}
+    for path in ("/stimulus", "/say", "/express", "/bodies"):
+        answer = client.post(V1 + path, content=content, headers=headers)
+        assert answer.status_code in (400, 422)
+        assert answer.json()["detail"]
+
+
 def test_nan_is_no_number(client: httpx.Client) -> None:
     body = '{"feeling": "fear", "strength": NaN}'
     answer = client.post(

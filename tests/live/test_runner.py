@@ -265,6 +265,29 @@ def test_a_body_that_is_given_up_is_stopped_and_closed(runner: Runner) -> None:
     assert runner.body is not old
 
 
+def test_a_change_of_bodies_releases_no_stop(runner: Runner) -> None:
+    runner.stop()
+    run(runner, 1.0)
+    runner.use("simulated")
+    assert {(state.phase, state.held) for state in run(runner, 20.0)} == {("stopped", True)}
+    runner.release()
+    until(runner, lambda state: state.phase == "idle")
+
+
+def test_a_change_of_bodies_shortens_no_pause_after_a_contact(runner: Runner) -> None:
+    block(runner)
+    runner.use("simulated")
+    run(runner, 0.5)
+    refused = runner.release()
+    runner.tick()
+    with pytest.raises(BodyError, match=r"in 0\.[45] s"):
+        refused.result(0)
+    assert {state.phase for state in run(runner, 0.4)} == {"stopped"}
+    run(runner, 0.2)
+    runner.release()
+    until(runner, lambda state: state.phase == "idle")
+
+
 def test_after_a_contact_gestures_are_smaller(runner: Runner) -> None:
     def widest() -> float:
         runner.stimulate(Stimulus("happiness", 0.9))

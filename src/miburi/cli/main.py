@@ -287,7 +287,7 @@ def _lines() -> Iterator[Any]:
         if line.strip():
             try:
                 yield json.loads(line)
-            except json.JSONDecodeError as error:
+            except (ValueError, RecursionError) as error:  # a long number, or deep nesting
                 raise InputError(f"line {number} is not JSON: {error}.") from error
 
 

@@ -79,11 +79,18 @@ def load_table(model: type[AnyTable], path: Path | str) -> AnyTable:
     """
     path = Path(path)
     try:
+        return _load(model, path)
+    except RecursionError as error:  # of the parser, or of whoever would show what was got
+        raise DescriptionError(f"{path}: its values are nested too deeply.") from error
+
+
+def _load(model: type[AnyTable], path: Path) -> AnyTable:
+    try:
         with path.open("rb") as file:
             data = tomllib.load(file)
     except OSError as error:
         raise DescriptionError(f"{path}: cannot be read: {error.strerror}.") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except ValueError as error:  # TOML, UTF-8, or a number with thousands of digits
         raise DescriptionError(f"{path}: this is not TOML: {error}.") from error
     try:
         return model.model_validate(data, context={"folder": path.parent})

@@ -266,16 +266,17 @@ class Runner:
         """
         if port is not None and port == self._observer.port:
             raise BodyError(
-                f"the card at {port} is this body already; one that was lost is found again by "
-                "itself."
+                f"the card at {port} is this body already; a lost one is found again by itself."
             )
         if port is not None and port not in self.ports:
             check_port(port)
         body = make_body(name, self.robot, port, self._rule)
 
         def run() -> None:
+            before = self._partner
             self._let_go()
             self._use(name, port, body)
+            self._partner.succeed(before)
             self._note("body", name=name)
 
         return self._commands.ask(run)

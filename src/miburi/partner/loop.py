@@ -213,6 +213,12 @@ class Partner:
         self.body.stop()
         self._recovery.held = True
 
+    def succeed(self, other: "Partner") -> None:
+        """Take over from a partner with another body: its stop holds, and its pause goes on."""
+        then, now = other.body.state.time, self.body.state.time
+        if self._recovery.succeed(other._recovery, then, now):
+            self.body.stop()
+
     def halt(self) -> None:
         """Stop the body because nobody could look after it; it goes on after a pause."""
         if self.body.state.phase is not Phase.STOPPED:

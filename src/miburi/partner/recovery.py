@@ -94,9 +94,28 @@ class Recovery:
     def _is_settled(self, time: float) -> bool:
         return time - self._moved_at >= REST_TIME - 1e-9
 
+    def succeed(self, other: "Recovery", then: float, now: float) -> bool:
+        """Take over the stop, the pause and the encounters of another body.
+
+        Parameters
+        ----------
+        other
+            The recovery of the other body.
+        then, now
+            The same moment on the other body's clock and on this one's.
+
+        Returns
+        -------
+        Whether this body must be stopped, because the other was not free.
+        """
+        left = max(0.0, other._pause_ends - then)
+        self._pause_ends, self._encounters = now + left, other._encounters
+        self.held = other.held or left > 0
+        return self.held
+
     def wait_for_a_person(self) -> None:
         """Plan no release: somebody asked for the stop, or something failed."""
-        self._release_at, self._pause_ends = None, 0.0
+        self._release_at = None
 
     def is_due(self, time: float) -> bool:
         """Whether to release the body now."""
