@@ -326,6 +326,33 @@ def test_nothing_is_read_where_nothing_is_defined(port: Port, address: int, coun
     assert (result, error) == (COMM_SUCCESS, ACCESS)
 
 
+@pytest.mark.parametrize(
+    ("entry", "just", "beyond", "bit"),
+    [("temperature", 70, 71, 4), ("voltage", 35, 34, 1), ("voltage", 70, 71, 1)],
+)
+def test_a_servo_shuts_down_beyond_its_limits_where_it_is_asked_to(
+    port: Port, servo: Servo, entry: str, just: int, beyond: int, bit: int
+) -> None:
+    servo.set("goal_position", 2001)
+    for value, asked, error in ((just, 53, 0), (beyond, 53 & ~bit, 0), (beyond, 53, bit)):
+        servo.set(entry, 50)
+        SDK.reboot(port, 1)
+        write(port, 63, asked)
+        servo.set("goal_position", 2001)
+        write(port, TORQUE, 1)
+        servo.set(entry, value)
+        alert = 0x80 if error else 0
+        assert SDK.read1ByteTxRx(port, 1, 70) == (error, COMM_SUCCESS, alert)
+        assert SDK.read1ByteTxRx(port, 1, TORQUE) == (0 if error else 1, COMM_SUCCESS, alert)
+
+
+def test_a_servo_may_have_torque_from_the_start(port: Port, servo: Servo) -> None:
+    write(port, 60, 1)
+    SDK.reboot(port, 1)
+    port.time += 1e5
+    assert (read(port, TORQUE), read(port, GOAL, 4), read(port, POSITION, 4)) == (1, 2001, 2001)
+
+
 def test_an_instruction_that_does_not_exist_is_an_error(port: Port) -> None:
     unknown = [0, 0, 0, 0, 1, 3, 0, 0x44, 0, 0]
     _, result, error = SDK.txRxPacket(port, unknown)

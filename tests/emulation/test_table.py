@@ -108,7 +108,7 @@ def test_an_entry_is_the_manuals(port: Port, line: str) -> None:
         # What changes by whom and how it is heard is asked for anew.
         for name, value in {"id": 1, "baud": 1, "status_return_level": 2}.items():
             port.bus.servos[0].set(name, value)
-        return int(error)
+        return int(error) & 0x7F  # beyond a limit that was just written it shuts down
 
     data, result, error = SDK.readTxRx(port, 1, address, count)
     assert (result, error) == (COMM_SUCCESS, 0)

@@ -34,6 +34,8 @@ _TURN = 4096
 _HOMING = 1024
 #: Bits of Drive Mode.
 _REVERSE, _IN_TIME, _TORQUE_BY_GOAL = 0x01, 0x04, 0x08
+#: A bit of Startup Configuration, and two of Shutdown and Hardware Error Status.
+_TORQUE_AT_START, _VOLTAGE, _HEAT = 0x01, 0x01, 0x04
 #: Bits of Moving Status, and the steps within which a servo is in position (ours).
 _IN_POSITION, _ONGOING, _FOLLOWING_ERROR, _NEAR = 0x01, 0x02, 0x08, 10
 #: Options of Factory Reset, with what each keeps; and what Clear asks for, with its key.
@@ -153,6 +155,11 @@ class Servo:
         self.table.forget()
         self.segment = self.before = self._registered = None
         self._count_anew(self._heard)
+        if self.get("startup") & _TORQUE_AT_START:
+            place = self.shaft.position(self, self._heard)
+            self.set("goal_position", self._to_host(place))
+            self.set("torque_enable", 1)
+            self._set_torque(True, self._heard)
 
     def fail(self, error: int) -> None:
         """Report a hardware error (4 overheating, 32 overload, …) and take torque off."""
@@ -262,7 +269,17 @@ class Servo:
     def heard(self, time: float) -> None:
         """Note that some packet was on the bus."""
         self._check_watchdog(time)
+        self._protect()
         self._heard = time
+
+    def _protect(self) -> None:
+        """Shut down where Shutdown asks for it: too hot, or too high or low a voltage."""
+        hot = self.get("temperature") > self.get("temperature_limit")
+        least, most = self.get("min_voltage_limit"), self.get("max_voltage_limit")
+        fed = least <= self.get("voltage") <= most
+        found = (_HEAT * hot | _VOLTAGE * (not fed)) & self.get("shutdown")
+        if found & ~self.get("hardware_error"):
+            self.fail(self.get("hardware_error") | found)
 
     def read(self, address: int, count: int, time: float) -> tuple[int, bytes]:
         """Return the error and the bytes of the control table."""

@@ -27,6 +27,11 @@ _SIGNED = (
     "bus_watchdog", "pwm", "current", "speed", "position", "velocity_trajectory",
     "position_trajectory",
 )  # fmt: skip
+#: The bytes of each register, from and to, and whether it counts to both sides of 0.
+_BYTES = {
+    name: (at.address, at.address + at.size, at.low < 0 or name in _SIGNED)
+    for name, at in REGISTERS.items()
+}
 #: Indirect data, and the addresses that they lead to.
 _DATA, _DATA_END = REGISTERS["indirect_data_1"].address, SIZE
 #: The register at each defined address.
@@ -49,10 +54,8 @@ class ControlTable:
 
     def get(self, name: str) -> int:
         """Return an entry."""
-        at = REGISTERS[name]
-        signed = at.low < 0 or name in _SIGNED
-        data = self.data[at.address : at.address + at.size]
-        return int.from_bytes(data, "little", signed=signed)
+        start, end, signed = _BYTES[name]
+        return int.from_bytes(self.data[start:end], "little", signed=signed)
 
     def set(self, name: str, value: int) -> None:
         """Set an entry, past all protection."""
