@@ -17,7 +17,7 @@ experiment: .venv/run.stamp ## the paper's experiment, written to out/experiment
 	$(BIN)/miburi experiment --seed 1 --seconds 30 --out out/experiment
 
 # The tests in a browser come last and alone: without a graphics card one takes the whole machine.
-PAGES := tests/studio/test_pages.py
+PAGES := tests/studio/browser
 test: .venv/test.stamp ## all tests
 	$(BIN)/python -m pytest -n auto --ignore $(PAGES)
 	$(BIN)/python -m pytest $(PAGES)

@@ -5,6 +5,7 @@ from pathlib import Path
 from fastapi import APIRouter, FastAPI, Request
 from fastapi.responses import JSONResponse
 from fastapi.staticfiles import StaticFiles
+from nicegui import app as pages
 from nicegui import ui
 from starlette.routing import Match
 
@@ -39,6 +40,8 @@ def make_app(runner: LivePartner, addresses: list[str], token: str | None) -> Fa
     app.include_router(_nothing(app))
     add_face_page(app)
     add_studio_page(runner, addresses, token)
+    # Quasar would show a bar, without a name, at every request of its own.
+    pages.config.quasar_config["loadingBar"]["skipHijack"] = True
     ui.run_with(
         app,
         title="Miburi",

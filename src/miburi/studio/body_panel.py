@@ -15,6 +15,7 @@ from miburi.live.archive import Kept
 from miburi.live.bodies import KINDS
 from miburi.live.state import MotorOut, MotorsOut, State
 from miburi.live.view import LivePartner, Recordings
+from miburi.studio.elements import Choice
 from miburi.studio.parts import attempt, button, heading, set_label
 from miburi.studio.words import Words
 
@@ -45,7 +46,7 @@ def _body(runner: LivePartner, say: dict[str, str], updates: list[Update]) -> No
     }
     ports = [port.device for port in comports()]
     with ui.element("div").classes("row-2"):
-        kind = ui.select(kinds, value=runner.body_name, label=say["kind"])
+        kind = Choice(kinds, runner.body_name, say["kind"])
         port = ui.input(
             say["port"],
             value=ports[0] if ports else "",
@@ -56,7 +57,7 @@ def _body(runner: LivePartner, say: dict[str, str], updates: list[Update]) -> No
         connect = button(say["connect"], say["connect_hint"])
 
     async def use() -> None:
-        name = str(kind.value)
+        name = kind.value
         set_label(connect, say["connecting"])
         connect.props("disabled")
         try:
@@ -81,10 +82,10 @@ def _body(runner: LivePartner, say: dict[str, str], updates: list[Update]) -> No
 
 
 def _temperament(runner: LivePartner, say: dict[str, str], updates: list[Update]) -> None:
-    character = ui.select(
+    character = Choice(
         {name: say[name] if name in TEMPERAMENTS else name for name in runner.temperaments},
-        value=runner.snapshot.state.temperament,
-        label=say["temperament"],
+        runner.snapshot.state.temperament,
+        say["temperament"],
     )
 
     async def change(event: Any) -> None:

@@ -7,7 +7,9 @@ from fastapi.responses import HTMLResponse
 
 from miburi.feelings.catalogue import CATALOGUE
 from miburi.ground.templates import render
-from miburi.studio.words import preferred, words
+from miburi.studio.parts import talk_form
+from miburi.studio.preferences import Preferences
+from miburi.studio.words import words
 
 __all__ = ["add_face_page"]
 
@@ -19,17 +21,19 @@ def add_face_page(app: FastAPI) -> None:
 
     @app.get("/face", include_in_schema=False)
     async def face(request: Request) -> HTMLResponse:
-        language = preferred(
-            request.query_params.get("lang"),
-            request.cookies.get("miburi_language"),
-            request.headers.get("accept-language"),
+        preferences = Preferences.of(request)
+        say, shared = (
+            words(preferences.language),
+            ("stop", "stop_unreached", "stop_unsent", "release"),
         )
-        say = {
-            "feelings": words(language)["feeling"],
+        content = {
+            "feelings": say["feeling"],
             "faces": CATALOGUE.faces(),
-            **words(language)["face"],
-            "stop": words(language)["studio"]["stop"],
-            "release": words(language)["studio"]["release"],
-            "stopped": words(language)["phase"]["stopped"],
+            **say["face"],
+            **{name: say["studio"][name] for name in shared},
+            "stopped": say["phase"]["stopped"],
         }
-        return HTMLResponse(render(_PAGE, language=language, words=say))
+        light = {True: "dark", False: "light", None: "light dark"}[preferences.dark]
+        talk = talk_form(say)
+        page = render(_PAGE, language=preferences.language, words=content, light=light, talk=talk)
+        return HTMLResponse(page)

@@ -3,13 +3,13 @@
 import asyncio
 
 from nicegui import ui
-from pydantic import ValidationError
 
 from miburi.errors import MiburiError
-from miburi.feelings import FEELINGS, Expression
-from miburi.interface.api import performance
-from miburi.interface.wire import ExpressIn
+from miburi.feelings import Expression
+from miburi.gestures import MovementFunction, blend
+from miburi.gestures.effort import Effort
 from miburi.live.view import LivePartner
+from miburi.studio.elements import Choice
 from miburi.studio.parts import attempt, button, heading
 from miburi.studio.words import Words
 
@@ -20,12 +20,14 @@ _EFFORT = ("space", "weight", "time", "flow")
 
 def gestures_panel(runner: LivePartner, words: Words) -> None:
     """Add the panel: a gesture, its μ, a second gesture to blend in, and the effort."""
-    say, names = words["gesture"], dict(words["feeling"])
+    say = words["gesture"]
+    functions = {function.name: function for function in runner.repertoire.functions}
+    names = {name: _title(function, words) for name, function in functions.items()}
     with ui.element("div").classes("panel"):
         with ui.element("div"):
             with ui.element("div").classes("row-2"):
-                lead = ui.select(names, value=FEELINGS[0], label=say["choose"])
-                other = ui.select({"": say["none"], **names}, value="", label=say["blend"])
+                lead = Choice(names, next(iter(names)), say["choose"])
+                other = Choice({"": say["none"], **names}, "", say["blend"])
             mood = _slider(say["mood"], 0.7)
             share = _slider(say["blend_mood"], 0.5)
             share.bind_enabled_from(other, "value", backward=bool)
@@ -38,33 +40,33 @@ def gestures_panel(runner: LivePartner, words: Words) -> None:
                 go = button(say["perform"], say["hint"], "strong")
 
     def as_written() -> None:
-        effort = runner.repertoire.of(lead.value)[0].effort
+        effort = functions[lead.value].effort.model_dump()
         for name, slider in efforts.items():
-            slider.set_value(getattr(effort, name))
+            slider.set_value(effort[name])
 
     async def perform() -> None:
-        effort = {name: float(slider.value) for name, slider in efforts.items()}
-        own = runner.repertoire.of(lead.value)[0].effort.model_dump()
-        changed = any(abs(effort[name] - own[name]) > 1e-6 for name in _EFFORT)
-        blend = {other.value: float(share.value)} if other.value else {}
+        effort = Effort(**{name: float(slider.value) for name, slider in efforts.items()})
+        chosen = functions[lead.value].model_copy(update={"effort": effort})
+        parts = [(chosen, float(mood.value))]
+        if other.value:
+            parts.append((functions[other.value], float(share.value)))
         try:
-            wish = ExpressIn.model_validate(
-                {
-                    "feeling": lead.value,
-                    "mood": float(mood.value),
-                    "blend": blend,
-                    "effort": effort if changed else None,
-                }
-            )
-            poses = await asyncio.to_thread(performance, runner, wish)
-            await attempt(runner.perform(Expression(wish.feeling, wish.mood), poses))
-        except (MiburiError, ValidationError) as error:
+            poses = await asyncio.to_thread(blend, runner.robot, parts)
+        except MiburiError as error:
             ui.notify(str(error), type="warning", position="bottom")
+        else:
+            await attempt(runner.perform(Expression(chosen.feeling, float(mood.value)), poses))
 
     as_written()
     lead.on_value_change(as_written)
     written.on("click", as_written)
     go.on("click", perform)
+
+
+def _title(function: MovementFunction, words: Words) -> str:
+    """Return a gesture's feeling, and its own name where it has one."""
+    feeling = words["feeling"][function.feeling]
+    return feeling if function.name == function.feeling else f"{feeling}: {function.name}"
 
 
 def _slider(label: str, value: float) -> ui.slider:

@@ -1,5 +1,6 @@
 """Small parts that the panels share."""
 
+import json
 from concurrent.futures import Future
 from html import escape
 
@@ -8,8 +9,9 @@ from nicegui.element import Element
 
 from miburi.errors import MiburiError
 from miburi.interface.api import done
+from miburi.studio.words import Words
 
-__all__ = ["attempt", "button", "heading", "set_label"]
+__all__ = ["attempt", "button", "heading", "set_label", "talk_form"]
 
 
 async def attempt(future: Future[None]) -> None:
@@ -38,3 +40,15 @@ def set_label(element: ui.html, label: str) -> None:
 def heading(text: str) -> Element:
     """Add a heading."""
     return ui.html(escape(text), sanitize=False, tag="h2")
+
+
+def talk_form(words: Words) -> str:
+    """Return a line to type to the partner as HTML; ``static/page.js`` sends what is typed."""
+    say = words["talk"]
+    told = escape(json.dumps({**say, "feelings": words["feeling"]}))
+    return (
+        f'<form class="talk" data-talk="{told}"><label><span>{escape(say["label"])}</span>'
+        f'<input name="text" maxlength="1000" autocomplete="off" enterkeyhint="send" required '
+        f'placeholder="{escape(say["example"])}"></label><button class="plain-button">'
+        f'{escape(say["send"])}</button><output role="status"></output></form>'
+    )

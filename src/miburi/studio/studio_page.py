@@ -7,6 +7,7 @@ The browser draws what changes many times a second, from the live WebSocket
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from html import escape
 
 import numpy as np
 from fastapi import Request
@@ -23,25 +24,27 @@ from miburi.studio.body_panel import body_panel
 from miburi.studio.contact_panel import contact_panel, why, why_ended
 from miburi.studio.elements import Levels, Plots, RobotView
 from miburi.studio.gestures_panel import gestures_panel
-from miburi.studio.parts import attempt, button, heading, set_label
-from miburi.studio.words import LANGUAGES, Words, own_name, preferred, words
+from miburi.studio.parts import attempt, button, heading, set_label, talk_form
+from miburi.studio.preferences import TABS, Preferences, keep
+from miburi.studio.words import LANGUAGES, own_name, words
 
-__all__ = ["DARK_COOKIE", "HAND_START", "LANGUAGE_COOKIE", "add_studio_page"]
+__all__ = ["HAND_START", "add_studio_page"]
 
 #: Seconds between two updates of what changes slowly.
 _LOOK = 0.25
 #: Where the hand appears, m: in front of the robot, beside the right arm.
 HAND_START = (0.05, -0.24, 0.16)
-LANGUAGE_COOKIE, DARK_COOKIE = "miburi_language", "miburi_dark"
 _TOGGLE_DARK = f"""() => {{
     const dark = !document.body.classList.contains("body--dark");
     Quasar.Dark.set(dark);
-    document.cookie = `{DARK_COOKIE}=${{dark ? 1 : 0}};path=/;max-age=31536000;samesite=strict`;
+    {keep("dark", "dark ? 1 : 0")}
 }}"""
-_CHOOSE_LANGUAGE = (
-    f'document.cookie = "{LANGUAGE_COOKIE}=$;path=/;max-age=31536000;samesite=strict";'
-    "location.reload()"
-)
+_CHOOSE_LANGUAGE = f"""(event) => {{
+    {keep("language", "event.target.value")}
+    const page = new URL(location);
+    page.searchParams.delete("lang");
+    location.replace(page);
+}}"""
 
 
 def add_studio_page(runner: LivePartner, addresses: list[str], token: str | None) -> None:
@@ -49,13 +52,7 @@ def add_studio_page(runner: LivePartner, addresses: list[str], token: str | None
 
     @ui.page("/", response_timeout=20.0)
     def studio(request: Request) -> None:
-        language = preferred(
-            request.query_params.get("lang"),
-            request.cookies.get(LANGUAGE_COOKIE),
-            request.headers.get("accept-language"),
-        )
-        dark = {"1": True, "0": False}.get(request.cookies.get(DARK_COOKIE, ""))
-        _Studio(runner, words(language), language, dark, _Phones(addresses, token)).build()
+        _Studio(runner, Preferences.of(request), _Phones(addresses, token)).build()
 
 
 @dataclass(frozen=True)
@@ -69,32 +66,31 @@ class _Phones:
 class _Studio:
     """An open studio page."""
 
-    def __init__(
-        self, runner: LivePartner, words: Words, language: str, dark: bool | None, phones: _Phones
-    ) -> None:
+    def __init__(self, runner: LivePartner, preferences: Preferences, phones: _Phones) -> None:
         self._runner = runner
-        self._words = words
-        self._language = language
-        ui.dark_mode(dark)
+        self._preferences = preferences
+        self._words = words(preferences.language)
         self._phones = phones
         self._updates: list[Callable[[State], None]] = []
 
     def build(self) -> None:
         """Build the page."""
+        ui.dark_mode(self._preferences.dark)
         ui.colors(primary="#b3432f")
         ui.page_title(self._words["studio"]["title"])
-        ui.query("html").props(f'lang="{self._language}"')
+        ui.query("html").props(f'lang="{self._preferences.language}"')
         ui.add_head_html(
             '<link rel="stylesheet" href="/static/studio.css">'
             '<script type="module" src="/static/page.js"></script>'
         )
         self._top()
-        with ui.element("main").classes("studio"):
+        with ui.element("div").classes("studio"):  # NiceGUI brings the main landmark
             self._stage()
             self._feelings()
             self._tabs()
         with ui.element("div").classes("lost").props('role="alert"'):
             ui.label(self._words["studio"]["lost"])
+            ui.label(self._words["studio"]["stop_unsent"]).classes("unsent")
         ui.timer(_LOOK, self._look)
 
     def _top(self) -> None:
@@ -103,24 +99,28 @@ class _Studio:
             with ui.element("h1").classes("brand"):
                 ui.html("Miburi <small>身振り</small>", sanitize=False)
             pill = ui.label("…").classes("pill").props('role="status"')
+            ui.label(say["unreachable"]).classes("pill-lost")
             recording = ui.label(say["recording"]).classes("on-air")
             ended = ui.label().classes("recording-ended").props('role="status"')
             ui.element("div").classes("grow")
-            pause = button(say["pause"], say["pause_hint"])
-            pause.on("click", self._toggle_pause)
-            face = button(say["face"], say["face_hint"])
-            face.on("click", self._pairing().open)
-            languages = {name: own_name(name) for name in LANGUAGES}
-            choice = ui.select(languages, value=self._language).props(
-                f'dense outlined options-dense aria-label="{say["choose_language"]}"'
-            )
-            choice.on_value_change(
-                lambda event: ui.run_javascript(_CHOOSE_LANGUAGE.replace("$", event.value))
-            )
-            button("◐", say["dark"]).on("click", js_handler=_TOGGLE_DARK)
+            # On a phone these are behind a button: Stop has the room.
+            with ui.element("div").classes("bar-more").props('id="more" popover="auto"'):
+                pause = button(say["pause"], say["pause_hint"])
+                pause.on("click", self._toggle_pause)
+                face = button(say["face"], say["face_hint"])
+                face.props('popovertarget="more" popovertargetaction="hide"')
+                face.on("click", self._pairing().open)
+                self._languages()
+                button("◐", say["dark"]).on("click", js_handler=_TOGGLE_DARK)
+            more = button("⋯", say["more"], "more-button")
+            more.props(f'popovertarget="more" aria-label="{say["more"]}"')
             release = button(say["release"], say["release_hint"], "release-button", "R")
             release.props('aria-keyshortcuts="R"').on("click", self._release)
             stop = button(say["stop"], say["stop_hint"], "stop-button", "Esc")
+            stop.set_content(
+                f'<span class="reached">{stop.content}</span>'
+                f'<span class="unreached">{escape(say["stop_unreached"])}</span>'
+            )
             stop.props('data-ask="/stop" aria-keyshortcuts="Escape"')
 
         def update(state: State) -> None:
@@ -133,6 +133,16 @@ class _Studio:
             set_label(pause, say["resume" if state.paused else "pause"])
 
         self._updates.append(update)
+
+    def _languages(self) -> None:
+        chosen = self._preferences.language
+        options = "".join(
+            f'<option value="{name}"{" selected" if name == chosen else ""}>{own_name(name)}'
+            for name in LANGUAGES
+        )
+        choice = ui.html(options, sanitize=False, tag="select").classes("plain-button")
+        choice.props(f'aria-label="{self._words["studio"]["choose_language"]}"')
+        choice.on("change", js_handler=_CHOOSE_LANGUAGE)
 
     def _stage(self) -> None:
         say = self._words["studio"]
@@ -152,6 +162,8 @@ class _Studio:
         async def toggle() -> None:
             out = self._runner.snapshot.state.hand_out
             place = None if out else np.array(HAND_START)
+            if not out:
+                view.reach(HAND_START)
             await attempt(self._runner.hand(place, np.array([0.0, 1.0, 0.0])))
 
         hand.on("click", toggle)
@@ -172,13 +184,18 @@ class _Studio:
         say, level = self._words["studio"], dict(self._words["level"])
         with ui.element("section").classes("card feelings"):
             heading(say["feelings"])
-            board = Levels({**level, "names": self._words["feeling"]}, CATALOGUE.faces(), 0.7)
+            begin = self._preferences.strength
+            board = Levels({**level, "names": self._words["feeling"]}, CATALOGUE.faces(), begin)
             with ui.element("div").classes("strength"):
                 ui.label(say["strength"]).classes("field-label")
-                strength = ui.slider(min=0.05, max=1, step=0.05, value=0.7)
+                strength = ui.slider(min=0.05, max=1, step=0.05, value=begin)
                 strength.props(f'label aria-label="{say["strength"]}"')
                 strength.on_value_change(lambda event: board.set_strength(float(event.value)))
+                strength.on(
+                    "update:model-value", js_handler=f"(v) => {{ {keep('strength', 'v')} }}"
+                )
                 ui.label(level["press"]).classes("field-label")
+            ui.html(talk_form(self._words), sanitize=False)
 
     def _tabs(self) -> None:
         say = self._words["studio"]
@@ -190,12 +207,14 @@ class _Studio:
         }
         with ui.element("section").classes("card tabs-card"):
             with ui.tabs().props("align=left inline-label no-caps") as tabs:
-                for name in panels:
+                for name in TABS:
                     ui.tab(name, label=say[name])
-            with ui.tab_panels(tabs, value="contact", animated=False, keep_alive=True):
-                for name, panel in panels.items():
+            tabs.on("update:model-value", js_handler=f"(tab) => {{ {keep('tab', 'tab')} }}")
+            shown = self._preferences.tab
+            with ui.tab_panels(tabs, value=shown, animated=False, keep_alive=True):
+                for name in TABS:
                     with ui.tab_panel(name):
-                        panel()
+                        panels[name]()
 
     def _plots(self) -> None:
         Plots(
@@ -208,6 +227,7 @@ class _Studio:
     def _pairing(self) -> ui.dialog:
         say = self._words["pair"]
         with ui.dialog() as dialog, ui.card().classes("card"):
+            dialog.props(f'aria-label="{say["title"]}"')
             heading(say["title"])
             ui.link(say["here"], "/face", new_tab=True)
             token = self._phones.token

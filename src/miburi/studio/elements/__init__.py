@@ -4,6 +4,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from nicegui.element import Element
+from nicegui.elements.mixins.value_element import ValueElement
+
+__all__ = ["Choice", "Levels", "Plots", "RobotView"]
 
 
 class RobotView(Element, component="robot.js", esm={"three": "vendor/three"}):
@@ -23,6 +26,10 @@ class RobotView(Element, component="robot.js", esm={"three": "vendor/three"}):
     def reset(self) -> None:
         """Return to the first view of the robot."""
         self.run_method("reset")
+
+    def reach(self, place: tuple[float, float, float]) -> None:
+        """Take the keyboard's arrows for a hand that goes to ``place``, m in the base frame."""
+        self.run_method("reach", list(place))
 
 
 class Levels(Element, component="levels.js"):
@@ -52,3 +59,13 @@ class Plots(Element, component="plots.js"):
             "colours": colours,
             "joints": joints,
         }
+
+
+class Choice(ValueElement[str], component="choice.js"):
+    """A list to choose from: the browser's own."""
+
+    LOOPBACK = False
+
+    def __init__(self, options: Mapping[str, str], value: str, label: str) -> None:
+        super().__init__(value=value)
+        self._props |= {"options": [list(option) for option in options.items()], "label": label}

@@ -1,5 +1,6 @@
 // The feelings: a button with its face, and its three levels on their three time scales.
-import { ask, listen, live } from "/static/live.js";
+import { ask, listen } from "/static/live.js";
+import { say } from "/static/page.js";
 import { mix, SvgFace, tintOf } from "/static/face.js";
 
 const FULL = 1.2; // seconds until a held button has its full strength
@@ -96,12 +97,11 @@ export default {
     async say(i, strength) {
       const stimulus = { feeling: this.names[i], strength: Number(strength.toFixed(3)), source: "speech" };
       const refusal = await ask("/stimulus", stimulus);
-      if (refusal) this.$emit("refused", refusal);
+      if (refusal) say(refusal);
       const button = this.$refs.buttons[i];
       button.classList.remove("said");
       void button.offsetWidth; // starts the animation anew
       button.classList.add("said");
     },
   },
-  emits: ["refused"],
 };

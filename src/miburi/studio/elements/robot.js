@@ -1,16 +1,18 @@
 // The robot in 3D, built from the description, moved by the partner's states; and a hand to drag.
 import * as THREE from "three";
 import { listen, send } from "/static/live.js";
+import { ArmsWay, DepthMarks } from "/static/reach.js";
 import { Blinker, drawOn, Easer, mix, tintOf } from "/static/face.js";
 
 const LIGHT = { wall: 0xf3ebe0, table: 0xe6dccf, sky: 0xffffff, ground: 0xd9c7b4, strength: 1.5 };
 const DARK = { wall: 0x1d1b1e, table: 0x2b2729, sky: 0x9fb2d6, ground: 0x30241e, strength: 0.75 };
+const STEERED = 1500; // ms
 const EYE = [0.62, -0.27, 0.2], LOOK_AT = [0, 0, 0.1];
 
 export default {
   template: `<div class="robot-view" style="position:absolute;inset:0">
     <canvas ref="canvas" tabindex="0" role="img" :aria-label="label"
-      style="width:100%;height:100%;display:block;outline-offset:-4px;touch-action:none"></canvas>
+      style="width:100%;height:100%;display:block;outline-offset:-4px"></canvas>
     <p v-if="blind" class="blind">{{ without }}</p></div>`,
   props: { robot: Object, faces: Object, label: String, without: String },
   data: () => ({ blind: false }),
@@ -29,6 +31,8 @@ export default {
     this.camera = new THREE.PerspectiveCamera(33, 1, 0.02, 20);
     this.camera.up.set(0, 0, 1);
     this.controls = new THREE.OrbitControls(this.camera, this.$refs.canvas);
+    // A finger scrolls past the scene; only where it takes the hand does the page stay.
+    this.$refs.canvas.style.touchAction = "pan-y";
     Object.assign(this.controls, { minDistance: 0.25, maxDistance: 1.6, maxPolarAngle: 1.62, enableDamping: true });
     this.light();
     this.build();
@@ -64,6 +68,8 @@ export default {
         this.drawFace(now / 1000, 0.09);
       }
       this.controls.update();
+      this.arms.look(now);
+      this.marks.show(this.hand, this.camera, this.arms.distance(this.hand.position));
       this.renderer.render(this.scene, this.camera);
     });
   },
@@ -75,6 +81,7 @@ export default {
     this.renderer?.setAnimationLoop(null);
     this.renderer?.dispose();
     window.removeEventListener("pointerup", this.drop);
+    window.removeEventListener("pointercancel", this.drop);
   },
 
   methods: {
@@ -85,7 +92,7 @@ export default {
       const pose = state.hand;
       this.hand.visible = state.hand_out;
       if (!state.hand_out) this.held = false;
-      if (state.hand_out && !this.held) {
+      if (state.hand_out && !this.held && performance.now() > this.steered) {
         this.wish.copy(new THREE.Vector3(...pose.position));
         this.handle.position.copy(this.wish);
       }
@@ -182,7 +189,11 @@ export default {
       this.handle.visible = false;
       this.handle.position.set(...robot.hand_away);
       this.wish = this.handle.position.clone();
+      this.nearer = 0;
       this.scene.add(this.handle);
+      this.arms = new ArmsWay(robot, links);
+      this.marks = new DepthMarks(this.scene, robot.floor, radius);
+      this.steered = 0; // until when the wish is somebody's, whatever the hand does
     },
 
     face(links) {
@@ -247,8 +258,9 @@ export default {
       if (!width || !height) return;
       this.renderer.setSize(width, height, false);
       this.camera.aspect = width / height;
-      // On a narrow page the arms must fit, too.
-      this.camera.fov = this.camera.aspect < 1.1 ? Math.min(60, 36 / this.camera.aspect) : 33;
+      // On a narrow page the arms must fit, too, and the hand beside them.
+      const wide = THREE.MathUtils.radToDeg(2 * Math.atan(0.44 / this.camera.aspect));
+      this.camera.fov = Math.max(33, Math.min(70, wide));
       this.camera.updateProjectionMatrix();
     },
 
@@ -261,12 +273,27 @@ export default {
       send({ do: "hand", position: position.map((x) => Number(x.toFixed(4))), along: along.toArray() });
     },
 
+    reach(place) {
+      // The hand comes out; the arrow keys move it at once.
+      if (this.blind) return;
+      this.wish.set(...place);
+      this.nearer = 0;
+      this.steered = performance.now() + STEERED;
+      this.$refs.canvas.focus({ preventScroll: true });
+    },
+
+    follow(ray) {
+      // Put the wish on a ray, as deep as the arm there; `nearer` is what the keys add.
+      ray.at(this.arms.depth(ray) - this.nearer, this.wish);
+      this.handle.position.copy(this.wish);
+    },
+
     dragging() {
       const canvas = this.$refs.canvas;
-      const ray = new THREE.Raycaster(), plane = new THREE.Plane(), point = new THREE.Vector3();
+      const caster = new THREE.Raycaster();
       const aim = (event) => {
         const box = canvas.getBoundingClientRect();
-        ray.setFromCamera(new THREE.Vector2(
+        caster.setFromCamera(new THREE.Vector2(
           (2 * (event.clientX - box.left)) / box.width - 1,
           1 - (2 * (event.clientY - box.top)) / box.height), this.camera);
       };
@@ -275,46 +302,50 @@ export default {
         if (!this.hand.visible) return;
         aim(event);
         this.handle.updateMatrixWorld();
-        if (!ray.intersectObject(this.handle).length) return;
+        if (!caster.intersectObject(this.handle).length) return;
         this.held = true;
+        this.nearer = 0;
         this.controls.enabled = false;
-        plane.setFromNormalAndCoplanarPoint(this.camera.getWorldDirection(new THREE.Vector3()).negate(), this.wish);
+        canvas.setPointerCapture(event.pointerId);
         event.stopImmediatePropagation();
       }, { capture: true });
       canvas.addEventListener("pointermove", (event) => {
         aim(event);
         if (!this.held) {
-          const over = this.hand.visible && ray.intersectObject(this.handle).length;
+          const over = this.hand.visible && caster.intersectObject(this.handle).length;
           canvas.style.cursor = over ? "grab" : "default";
           return;
         }
         canvas.style.cursor = "grabbing";
-        if (ray.ray.intersectPlane(plane, point)) {
-          this.wish.copy(point);
-          this.handle.position.copy(point);
-          if (performance.now() > due) {
-            due = performance.now() + 30;
-            this.tell();
-          }
+        this.follow(caster.ray);
+        if (performance.now() > due) {
+          due = performance.now() + 30;
+          this.tell();
         }
       });
       this.drop = () => {
         this.controls.enabled = true;
         if (!this.held) return;
         this.held = false;
+        this.steered = performance.now() + STEERED;
         this.tell();
       };
       window.addEventListener("pointerup", this.drop);
+      window.addEventListener("pointercancel", this.drop);
+      canvas.addEventListener("touchstart", (event) => this.held && event.preventDefault(), { passive: false });
       // By keyboard: arrows move the hand across the view, with Shift towards and away.
       canvas.addEventListener("keydown", (event) => {
         const steps = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
-        if (!steps || !this.hand.visible) return;
+        if (!steps || !(this.hand.visible || performance.now() < this.steered)) return;
         event.preventDefault();
+        this.steered = performance.now() + STEERED;
         const right = new THREE.Vector3(), up = new THREE.Vector3(), back = new THREE.Vector3();
         this.camera.matrixWorld.extractBasis(right, up, back);
         this.wish.addScaledVector(right, 0.01 * steps[0]);
-        this.wish.addScaledVector(event.shiftKey ? back : up, (event.shiftKey ? -0.01 : 0.01) * steps[1]);
-        this.handle.position.copy(this.wish);
+        if (event.shiftKey) this.nearer -= 0.01 * steps[1];
+        else this.wish.addScaledVector(up, 0.01 * steps[1]);
+        const way = new THREE.Vector3().subVectors(this.wish, this.camera.position).normalize();
+        this.follow(new THREE.Ray(this.camera.position, way));
         this.tell();
       });
     },

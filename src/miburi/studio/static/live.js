@@ -2,7 +2,7 @@
 
 const listeners = new Set();
 let socket, timer, wait = 250, lastHeard = 0;
-export const live = { state: null, connected: false };
+export const live = { state: null, connected: null }; // connected is null until it is known
 
 export function listen(listener) {
   listeners.add(listener);
@@ -16,7 +16,8 @@ export function send(message) {
 }
 
 export async function ask(path, content) {
-  // Commands that must say whether they worked go by HTTP. Returns the refusal's words, or null.
+  // Commands that must say whether they worked go by HTTP. Returns the refusal's words, or null;
+  // where the server is not there, live.connected says so afterwards.
   try {
     const answer = await fetch("/api/v1" + path, {
       method: "POST",
@@ -25,7 +26,8 @@ export async function ask(path, content) {
     });
     return answer.ok ? null : (await answer.json()).detail;
   } catch {
-    return "offline";
+    lost();
+    return null;
   }
 }
 
@@ -50,16 +52,18 @@ function open() {
   };
 }
 
-function lost() {
-  if (!live.connected) return;
+export function lost() {
+  if (live.connected === false) return;
   live.connected = false;
   for (const listener of listeners) listener(live.state, false);
 }
 
-// A connection that is open but silent is lost as well.
+// A connection that is open but silent is lost as well. It is looked at twice, so that a page that
+// was too busy to read what had come is not taken for lonely.
+let silent = 0;
 setInterval(() => {
-  if (live.connected && performance.now() - lastHeard > 3000) {
-    lost();
-    socket.close();
-  }
+  silent = live.connected && performance.now() - lastHeard > 2000 ? silent + 1 : 0;
+  if (silent < 2) return;
+  lost();
+  socket.close();
 }, 1000);

@@ -1,5 +1,7 @@
 // On every page: Stop and Release by button and by keyboard, and a word when something is refused.
-import { ask, listen, send } from "/static/live.js";
+import { ask, listen, live, lost, send } from "/static/live.js";
+
+const UNSENT = "miburi_unsent";
 
 export function say(words) {
   let box = document.getElementById("said");
@@ -19,6 +21,14 @@ async function wish(path) {
   if (path === "/stop") send({ do: "stop" });
   const refusal = await ask(path);
   if (refusal) say(refusal);
+  // A Stop that reached nobody is sent when somebody is there again, even if the page loads anew.
+  if (path === "/stop" && !live.connected) keep(true);
+}
+
+function keep(unsent) {
+  document.documentElement.dataset.unsent = unsent;
+  if (unsent) sessionStorage.setItem(UNSENT, "stop");
+  else sessionStorage.removeItem(UNSENT);
 }
 
 document.addEventListener("click", (event) => {
@@ -38,8 +48,46 @@ document.addEventListener("keydown", (event) => {
 listen((state, connected) => {
   const root = document.documentElement;
   root.dataset.connected = connected;
+  if (connected && sessionStorage.getItem(UNSENT)) {
+    send({ do: "stop" });
+    keep(false);
+  }
   if (!state) return;
   root.dataset.phase = state.phase;
   root.dataset.paused = state.paused;
   root.dataset.serial = state.serial;
 });
+
+// A line typed to the partner; the answer says what it heard in the words, and what it felt.
+document.addEventListener("submit", async (event) => {
+  const form = event.target.closest("[data-talk]");
+  if (!form) return;
+  event.preventDefault();
+  const words = JSON.parse(form.dataset.talk), out = form.querySelector("output"), line = form.elements.text;
+  const text = line.value.trim();
+  if (!text) return;
+  out.textContent = "…";
+  try {
+    const answer = await fetch("/api/v1/say", {
+      method: "POST",
+      headers: { "Content-Type": "application/json" },
+      body: JSON.stringify({ text }),
+    });
+    const heard = await answer.json();
+    out.textContent = answer.ok ? understood(heard, words) : heard.detail;
+    if (answer.ok) line.value = "";
+  } catch {
+    out.textContent = "";
+    lost();
+  }
+});
+
+function understood(heard, words) {
+  const list = (items) => new Intl.ListFormat(document.documentElement.lang).format(items);
+  if (!heard.feeling) return words.nothing;
+  const why = list(heard.why.slice(0, 3).map((part) => words.quoted.replace("{what}", part.what)));
+  const first = words[why ? "heard" : "heard_it"].replace("{feeling}", words.feelings[heard.feeling])
+    .replace("{sure}", Math.round(100 * heard.strength)).replace("{why}", why);
+  const felt = heard.felt.map((one) => `${words.feelings[one.feeling]} ${one.strength.toFixed(2)}`);
+  return `${first} ${felt.length ? words.felt.replace("{felt}", list(felt)) : words.cold}`;
+}

@@ -1,0 +1,66 @@
+"""What a visitor's browser remembers in cookies, and the JavaScript that keeps it there."""
+
+from dataclasses import dataclass
+
+from fastapi import Request
+
+from miburi.studio.words import preferred
+
+__all__ = ["TABS", "Preferences", "keep"]
+
+TABS = ("contact", "time", "gestures", "body")
+_STRENGTH = 0.7
+
+
+@dataclass(frozen=True)
+class Preferences:
+    """How a visitor wants the pages.
+
+    Attributes
+    ----------
+    language
+        One of ``LANGUAGES``.
+    dark
+        Dark or light; None: as the device does.
+    tab
+        The open panel, one of ``TABS``.
+    strength
+        How strong a short press is, 0.05 to 1.
+    met
+        Whether they have read the first hint.
+    """
+
+    language: str
+    dark: bool | None
+    tab: str
+    strength: float
+    met: bool
+
+    @classmethod
+    def of(cls, request: Request) -> "Preferences":
+        """Read a request's cookies; what makes no sense counts as not there."""
+        cookies = request.cookies
+        wish = request.query_params.get("lang")
+        accepted = request.headers.get("accept-language")
+        tab = cookies.get("miburi_tab", "")
+        return cls(
+            preferred(wish, cookies.get("miburi_language"), accepted),
+            {"1": True, "0": False}.get(cookies.get("miburi_dark", "")),
+            tab if tab in TABS else TABS[0],
+            _strength(cookies.get("miburi_strength", "")),
+            cookies.get("miburi_met") == "1",
+        )
+
+
+def keep(name: str, value: str) -> str:
+    """Return a statement of JavaScript that remembers the expression ``value`` for a year."""
+    kept = "path=/;max-age=31536000;samesite=strict"
+    return f"document.cookie = `miburi_{name}=${{{value}}};{kept}`;"
+
+
+def _strength(text: str) -> float:
+    try:
+        strength = float(text)
+    except ValueError:
+        return _STRENGTH
+    return strength if 0.05 <= strength <= 1 else _STRENGTH

@@ -1,0 +1,96 @@
+"""Every page against axe-core, the accessibility checker of others: light, dark, laptop, phone."""
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from urllib.parse import urljoin
+
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import Browser, Page, expect
+from tests.fixtures.browser import PATIENCE, ask, needs_browser, press_above, until, without_3d
+from tests.fixtures.live import started
+
+pytestmark = needs_browser
+
+LAPTOP, PHONE = (1280, 800), (390, 844)
+
+
+@pytest.fixture(scope="module")
+def guarded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, str]]:
+    """A partner that other devices reach: its address and its token."""
+    folder: Path = tmp_path_factory.mktemp("guarded")
+    with started(folder, "--forget", "--host", "0.0.0.0") as said:
+        found = re.search(r"http://127.0.0.1:\d+", said)
+        assert found, said
+        yield found.group(), (folder / "token").read_text().strip()
+
+
+@pytest.fixture(params=[(LAPTOP, "light"), (LAPTOP, "dark"), (PHONE, "light"), (PHONE, "dark")],
+                ids=lambda case: f"{case[0][0]}-{case[1]}")  # fmt: skip
+def visitor(request: pytest.FixtureRequest, browser: Browser) -> Iterator[Page]:
+    (width, height), light = request.param
+    phone = (width, height) == PHONE
+    context = browser.new_context(
+        viewport={"width": width, "height": height}, color_scheme=light, locale="en-GB",
+        has_touch=phone, is_mobile=phone, reduced_motion="reduce",
+    )  # fmt: skip
+    context.set_default_timeout(PATIENCE)
+    yield context.new_page()
+    context.close()
+
+
+def violations(page: Page, where: str) -> list[str]:
+    """What axe-core finds on a page as it is now."""
+    return [
+        f"{where}: {found['id']}: {node['target']} {node['failureSummary'].splitlines()[1].strip()}"
+        for found in Axe().run(page).response["violations"]
+        for node in found["nodes"]
+    ]
+
+
+def test_the_studio_has_no_violation_whatever_is_open(visitor: Page, url: str) -> None:
+    page = without_3d(visitor.context, url)
+    found: list[str] = []
+    for tab in ("Contact", "Time", "Gestures", "Body"):
+        page.get_by_role("tab", name=tab).click()
+        page.wait_for_timeout(400)  # until Quasar's ripple has gone
+        found += violations(page, tab)
+    press_above(page, "Face")
+    expect(page.locator(".q-dialog .card")).to_be_visible()
+    page.wait_for_timeout(400)
+    found += violations(page, "the dialog")
+    page.get_by_role("button", name="Close").click()
+    page.get_by_role("button", name="Reach in").click()
+    until(page, lambda now: now["hand_out"])
+    ask(page, "/stop")
+    expect(page.locator(".why")).to_be_visible()
+    page.wait_for_timeout(400)
+    found += violations(page, "stopped")
+    ask(page, "/hand", position=None)
+    ask(page, "/release")
+    assert "\n".join(found) == ""
+
+
+def test_the_face_has_no_violation(visitor: Page, url: str) -> None:
+    visitor.goto(url + "/face")
+    visitor.wait_for_function("document.documentElement.dataset.connected === 'true'")
+    found = violations(visitor, "awake")
+    visitor.request.post(urljoin(url, "/api/v1/stop"))
+    expect(visitor.locator("#release")).to_be_visible()
+    found += violations(visitor, "stopped")
+    visitor.request.post(urljoin(url, "/api/v1/release"))
+    assert "\n".join(found) == ""
+
+
+def test_the_pairing_page_has_no_violation(visitor: Page, guarded: tuple[str, str]) -> None:
+    url, token = guarded
+    visitor.goto(url + "/pair")
+    found = violations(visitor, "pairing")
+    visitor.goto("about:blank")
+    visitor.goto(f"{url}/pair#{token}/")
+    visitor.wait_for_function("window.did_handshake")
+    press_above(visitor, "Face")
+    visitor.wait_for_timeout(400)
+    found += violations(visitor, "the dialog")
+    assert "\n".join(found) == ""

@@ -1,0 +1,61 @@
+"""Reaching in: the hand goes as deep as the arm that one points at, by mouse and by keyboard."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from playwright.sync_api import Page
+from tests.fixtures.browser import ask, needs_browser, on_screen, state, until
+
+from miburi.robot import forward, iphonoid
+from miburi.robot.mjcf import HAND_SIZE
+
+pytestmark = needs_browser
+
+SIDES = {"from in front": [0.62, -0.27, 0.2], "from the left": [0.5, 0.4, 0.3]}
+
+
+def arm(now: dict[str, Any]) -> np.ndarray:
+    """Where the right hand of the robot is, m."""
+    return forward(iphonoid(), np.array(now["angles"]))[:3]
+
+
+def reach_in(page: Page) -> dict[str, Any]:
+    page.get_by_role("button", name="Reach in").click()
+    return until(page, lambda now: now["hand_out"] and now["hand"]["position"][0] < 0.06)
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_the_hand_is_dragged_to_the_arm_that_is_pointed_at(studio: Page, side: str) -> None:
+    ask(studio, "/pause", paused=True)  # the arm stays where it is
+    until(studio, lambda now: now["phase"] == "idle" and now["hand_speed"] < 0.002)
+    studio.evaluate(
+        "eye => { const {camera, controls} = document.querySelector('.robot-view').view;"
+        " camera.position.set(...eye); controls.update(); }",
+        SIDES[side],
+    )
+    out = reach_in(studio)
+    start, goal = out["hand"]["position"], arm(state(studio))
+    studio.mouse.move(*on_screen(studio, start))
+    studio.mouse.down()
+    studio.mouse.move(*on_screen(studio, goal.tolist()), steps=8)
+    # As near as the hand's and the arm's thickness let it come, whatever the depth of its start.
+    until(
+        studio,
+        lambda now: np.linalg.norm(now["hand"]["position"] - arm(now)) < 2.5 * HAND_SIZE[0],
+    )
+    studio.mouse.up()
+    assert studio.evaluate("document.querySelector('.robot-view').view.marks.ring.visible")
+    assert studio.evaluate("document.querySelector('.robot-view').view.marks.shadow.visible")
+
+
+def test_the_arrow_keys_work_at_once(studio: Page) -> None:
+    studio.get_by_role("button", name="Reach in").focus()
+    studio.keyboard.press("Enter")
+    until(studio, lambda now: now["hand_out"])
+    for _ in range(4):
+        studio.keyboard.press("ArrowUp")
+    raised = until(studio, lambda now: now["hand"]["position"][2] > 0.18)["hand"]["position"]
+    for _ in range(4):
+        studio.keyboard.press("Shift+ArrowDown")  # towards who looks
+    until(studio, lambda now: now["hand"]["position"][0] > raised[0] + 0.02)
