@@ -81,7 +81,7 @@ def test_many_lines_in_many_lines_out(robot: Robot) -> None:
     out = miburi("ik", "--json", given="\n".join(map(json.dumps, targets)))
     for line, target in zip(out.stdout.splitlines(), targets, strict=True):
         answer = json.loads(line)
-        assert set(answer) == {"angles", "error_m", "status"}
+        assert set(answer) == {"angles", "error_m", "status", "generations", "evaluations"}
         np.testing.assert_allclose(forward(robot, answer["angles"]), target, atol=1e-4)
         assert max(answer["error_m"]) < 1e-4
 
@@ -192,6 +192,37 @@ def test_experiment_writes_whole_files(tmp_path: Path) -> None:
     assert report["seed"] == 1
     assert report["version"] == __version__
     assert "1 contact stops" in outs[0]
+
+
+@pytest.mark.parametrize(
+    ("option", "words"),
+    [
+        (["--seconds", "1"], "from 2 to 86400 s, got 1"),
+        (["--seed", "-1"], "0 or more, got -1"),
+        (["--feeling", "joy"], "got 'joy'"),
+        (["--mood", "2"], "from 0 to 1, got 2.0"),
+        (["--period", "0"], "from 0.5 to 60 s, got 0"),
+        (["--ik", "magic"], "one of default, residual, paper, got 'magic'"),
+    ],
+)
+def test_an_experiment_begins_only_when_all_its_arguments_are_right(
+    tmp_path: Path, option: list[str], words: str
+) -> None:
+    out = miburi("experiment", "--no-film", "--out", str(tmp_path), *option)
+    assert out.returncode == 2
+    (line,) = out.stderr.splitlines()
+    assert words in line
+
+
+def test_the_inverse_kinematics_can_be_the_papers() -> None:
+    target = ["--right", "0.1", "-0.1", "0.2", "--left", "0.1", "0.1", "0.2"]
+    target += ["--head", "0.0279", "0", "0.1987", "--json"]
+    answers = [json.loads(miburi("ik", *target, "--ik", way).stdout) for way in
+               ("default", "residual", "paper")]  # fmt: skip
+    exact, same, near = (max(answer["error_m"]) for answer in answers)
+    assert exact == pytest.approx(same, abs=1e-6)
+    assert exact < near < 0.005
+    assert answers[2]["generations"] == 35
 
 
 def test_nowhere_to_write() -> None:

@@ -31,7 +31,7 @@ from miburi.studies import experiment
 
 
 def test_the_papers_experiment_with_the_real_firmware_in_the_loop(firmware: Path) -> None:
-    result = experiment.conduct(EmulatedBody(iphonoid()), 1, 15.0).report()
+    result = experiment.conduct(EmulatedBody(iphonoid()), experiment.Setup(seconds=15)).report()
     assert result["false_stops"] == 0
     assert result["missed_contacts"] == []
     assert len(result["stops"]) >= 2

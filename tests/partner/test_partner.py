@@ -93,6 +93,24 @@ def test_a_gesture_each_period(robot: Robot) -> None:
     assert all(event.solution.error.max() < 1e-3 for event in of(MoveSent, events))
 
 
+def test_a_gesture_that_does_not_fit_leaves_out_multiples_of_the_period(robot: Robot) -> None:
+    events = run(Partner(PaperBody(robot, move_time=0.8), happy(), period=2.0), 12.0)
+    ended = of(GestureEnded, events)
+    assert all(2.0 < event.time - start.time < 4.0 for event, start in
+               zip(ended, of(GestureStarted, events), strict=False))  # fmt: skip
+    starts = [event.time for event in of(GestureStarted, events)]
+    np.testing.assert_allclose(starts, [0.02, 4.0, 8.0, 12.0], atol=0.021)
+
+
+def test_after_a_contact_gestures_start_at_multiples_again(robot: Robot) -> None:
+    body = PaperBody(robot)
+    partner = Partner(body, happy(), period=2.0)
+    run(partner, 0.8)
+    body.touch()
+    starts = [event.time for event in of(GestureStarted, run(partner, 8.0))]
+    np.testing.assert_allclose(starts, [4.0, 6.0, 8.0], atol=0.021)
+
+
 def test_who_feels_nothing_rests(robot: Robot) -> None:
     body = PaperBody(robot)
     assert run(Partner(body, EmotionalModel()), 10.0) == []

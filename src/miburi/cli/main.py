@@ -18,12 +18,14 @@ from miburi.cli.gestures import gallery, gesture_app
 from miburi.cli.options import (
     CalibrationFile,
     GesturesFolder,
+    IkWay,
     RobotFile,
     ServoName,
     TemperamentName,
     repertoire_of,
     robot_of,
     rule_of,
+    settings_of,
     temperament_of,
 )
 from miburi.cli.run import run
@@ -131,6 +133,13 @@ def common(
 def experiment(
     seed: Annotated[int, typer.Option(help="0 or more; the same seed, the same run.")] = 1,
     seconds: Annotated[float, typer.Option(help="Length in the robot's time.")] = 30.0,
+    feeling: Annotated[str, typer.Option(help="The emotion that is held.")] = "happiness",
+    mood: Annotated[float, typer.Option(help="Its mood at the start, 0 to 1.")] = 0.9,
+    period: Annotated[float, typer.Option(help="Seconds from gesture to gesture.")] = 2.0,
+    heal: Annotated[
+        bool, typer.Option("--heal", help="Let the mood heal after it, beside an untouched twin.")
+    ] = False,
+    temperament: TemperamentName = "default",
     out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("out/experiment"),
     film: Annotated[bool, typer.Option(help="Draw the film (the longest part).")] = True,
     hand: Annotated[bool, typer.Option(help="A hand gets in the way now and then.")] = True,
@@ -142,8 +151,10 @@ def experiment(
     robot: RobotFile = None,
     servo: ServoName = None,
     gestures: GesturesFolder = None,
+    solver: IkWay = "default",
 ) -> None:
     """Run the paper's experiment (Section 5): happiness, mood 0.9, and a hand in the way."""
+    from miburi.studies.experiment import Setup
     from miburi.studies.experiment.files import write_experiment
 
     if body not in (bodies := ("simulated", "emulated-card")):
@@ -155,7 +166,18 @@ def experiment(
         raise InputError("--servo is for the simulated body; the card's servos cannot be chosen.")
     description = robot_of(robot, servo)
     rule = rule_of(description, calibration, servo)
-    repertoire = repertoire_of(description, gestures)
+    setup = Setup(
+        seed=seed,
+        seconds=seconds,
+        feeling=feeling,
+        mood=mood,
+        period=period,
+        temperament=temperament_of(temperament),
+        settings=settings_of(description, solver),
+        repertoire=repertoire_of(description, gestures),
+        hand=hand,
+        heal=heal,
+    )
     simulation: Body
     if body == "emulated-card":
         from miburi.emulation.body import EmulatedBody
@@ -165,10 +187,7 @@ def experiment(
         from miburi.bodies.simulated import Simulated
 
         simulation = Simulated(description, rule)
-    summary = write_experiment(
-        simulation, seed, seconds, out, repertoire=repertoire, film=film, hand=hand, face=face
-    )
-    for line in summary:
+    for line in write_experiment(simulation, setup, out, film=film, face=face):
         print(line)
 
 
@@ -207,6 +226,7 @@ def ik(
     left: Annotated[Point | None, typer.Option(help="Left hand, m.", show_default=False)] = None,
     head: Annotated[Point | None, typer.Option(help="Head centre, m.", show_default=False)] = None,
     robot: RobotFile = None,
+    solver: IkWay = "default",
     as_json: AsJson = False,
 ) -> None:
     """Print the angles that bring hands and head to a place, or to JSON lines on standard input."""
@@ -214,14 +234,22 @@ def ik(
     from miburi.robot import EXTREMITIES, JOINTS
 
     description = robot_of(robot)
+    settings = settings_of(description, solver)
     points = [point for point in (right, left, head) if point is not None]
     if points and len(points) < len(EXTREMITIES):
         raise InputError("ik needs all of --right, --left and --head, each with X Y Z in m.")
     for target in [[x for point in points for x in point]] if points else _lines():
-        solution = solve(description, _row(target, 9, "coordinates", EXTREMITIES))
+        solution = solve(
+            description, _row(target, 9, "coordinates", EXTREMITIES), settings=settings
+        )
         angles, error = solution.angles.round(9).tolist(), solution.error.round(9).tolist()
         if as_json:
-            print(json.dumps({"angles": angles, "error_m": error, "status": solution.status}))
+            found = {"angles": angles, "error_m": error, "status": solution.status}
+            found |= {
+                "generations": solution.generations,
+                "evaluations": solution.evaluations,
+            }
+            print(json.dumps(found))
         else:
             for name, angle in zip(JOINTS, angles, strict=True):
                 print(f"{name:>15}  {angle:+.4f} rad")

@@ -7,7 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from miburi.errors import InputError
+
 if TYPE_CHECKING:
+    from miburi.bma.settings import Settings
     from miburi.feelings import Temperament
     from miburi.gestures import MovementFunction, Repertoire
     from miburi.robot import Robot
@@ -16,6 +19,7 @@ if TYPE_CHECKING:
 __all__ = [
     "CalibrationFile",
     "GesturesFolder",
+    "IkWay",
     "RobotFile",
     "ServoName",
     "TemperamentName",
@@ -23,6 +27,7 @@ __all__ = [
     "repertoire_of",
     "robot_of",
     "rule_of",
+    "settings_of",
     "temperament_of",
 ]
 
@@ -41,6 +46,12 @@ GesturesFolder = Annotated[
 CalibrationFile = Annotated[
     Path | None,
     typer.Option("--calibration", help="A file from miburi calibrate or tune.", show_default=False),
+]
+IkWay = Annotated[
+    str,
+    typer.Option(
+        "--ik", help="default, residual (a search that knows no body), or paper (Table 2)."
+    ),
 ]
 ServoName = Annotated[
     str | None,
@@ -79,6 +90,21 @@ def rule_of(robot: "Robot", file: Path | None, servo: str | None = None) -> "Rul
     from miburi.safety.free import FreeRule
 
     return FreeRule.of(robot)
+
+
+def settings_of(robot: "Robot", way: str) -> "Settings | None":
+    """Return the settings of a way to solve the inverse kinematics; see :func:`miburi.ik.solve`."""
+    from miburi.bma.settings import Settings
+    from miburi.ik import residual_settings
+
+    ways = {
+        "default": lambda: None,
+        "residual": lambda: residual_settings(robot),
+        "paper": Settings.paper,
+    }
+    if way not in ways:
+        raise InputError(f"--ik must be one of {', '.join(ways)}, got {way!r}.")
+    return ways[way]()
 
 
 def temperament_of(source: str) -> "Temperament":

@@ -111,7 +111,8 @@ class Partner:
         bent to its joint limits.
     period
         A gesture starts at every multiple of this many seconds at which the body is at rest
-        (Section 5: 2 s).
+        (Section 5: 2 s). One that does not fit into a period leaves out the multiples that it
+        covers.
     solve
         The inverse kinematics: robot, target (9,) m and present angles (8,) rad to a solution.
     life
@@ -135,7 +136,7 @@ class Partner:
         self._repertoire = repertoire or gestures.shipped_repertoire()
         self._period = period
         self._solve = solve or _solve
-        self._next_gesture = 0.0
+        self._periods = -1  # that have begun
         self._life = None if life is None else np.random.default_rng(life)
         self._choices = np.random.default_rng([life or 0, _CHOICES])
         self._performance: Performance | None = None
@@ -251,11 +252,13 @@ class Partner:
         """Let ``dt`` seconds pass and return the events in them."""
         self.feelings.step(dt)
         state = self.body.step(dt)
+        begun = int((state.time + 1e-9) // self._period)
+        due, self._periods = begun != self._periods, begun
         match state.phase:
             case Phase.STOPPED:
                 return list(self._while_stopped(state))
             case Phase.IDLE:
-                return list(self._while_idle(state))
+                return list(self._while_idle(state, due=due))
             case _:
                 return []
 
@@ -287,12 +290,10 @@ class Partner:
         yield Stopped(time, stop, before, self._mood_of(shown))
         yield from self._end(time, complete=False)
 
-    def _while_idle(self, state: BodyState) -> Iterator[Event]:
+    def _while_idle(self, state: BodyState, *, due: bool) -> Iterator[Event]:
         self._recovery.forget_stop()
-        due = state.time >= self._next_gesture - 1e-9 or self._asked is not None
+        due = due or self._asked is not None
         if self._performance is None and due and not self._quiet:
-            while self._next_gesture <= state.time + 1e-9:
-                self._next_gesture += self._period
             yield from self._begin(state.time)
         performance = self._performance
         if performance is not None and (performance.is_due(state.time) or self._quiet):

@@ -2,9 +2,12 @@
 
 import json
 from itertools import pairwise
+from typing import Any
 
+import numpy as np
 import pytest
 
+from miburi.bma.settings import Settings
 from miburi.bodies import Touchable
 from miburi.bodies.simulated import Simulated
 from miburi.errors import InputError
@@ -24,7 +27,7 @@ class RealBody(Simulated):
 
 @pytest.fixture(scope="module", params=[1, 2, 3])
 def result(request: pytest.FixtureRequest, robot: Robot) -> experiment.Experiment:
-    return experiment.conduct(Simulated(robot), request.param, 30.0)
+    return experiment.conduct(Simulated(robot), experiment.Setup(seed=request.param))
 
 
 def test_it_stops_when_and_only_when_blocked(result: experiment.Experiment) -> None:
@@ -72,7 +75,10 @@ def test_kinematics_are_exact_and_quick(result: experiment.Experiment) -> None:
 
 def test_the_same_seed_gives_the_same_report(robot: Robot) -> None:
     first, second, other = (
-        json.dumps(experiment.conduct(Simulated(robot), seed, 8.0).report()) for seed in (5, 5, 6)
+        json.dumps(
+            experiment.conduct(Simulated(robot), experiment.Setup(seed=seed, seconds=8)).report()
+        )
+        for seed in (5, 5, 6)
     )
     assert first == second
     assert first != other
@@ -97,15 +103,63 @@ def test_without_a_hand_nothing_stops(robot: Robot, feeling: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("seed", "seconds"), [(-1, 30.0), (1, 1.9), (1, float("nan")), (1, float("inf"))]
+    "nonsense",
+    [
+        {"seed": -1},
+        {"seconds": 1.9},
+        {"seconds": float("nan")},
+        {"seconds": float("inf")},
+        {"period": 0.4},
+        {"period": float("nan")},
+        {"mood": 1.1},
+        {"feeling": "joy"},
+    ],
 )
-def test_nonsense_is_refused(robot: Robot, seed: int, seconds: float) -> None:
+def test_nonsense_is_refused(nonsense: dict[str, Any]) -> None:
     with pytest.raises(InputError, match="must be"):
-        experiment.conduct(Simulated(robot), seed, seconds)
+        experiment.Setup(**nonsense)
+
+
+def test_a_gesture_starts_at_each_period_and_none_is_too_long_for_it(robot: Robot) -> None:
+    result = experiment.conduct(
+        Simulated(robot), experiment.Setup(seconds=60, hand=False, mood=0.3)
+    )
+    starts = [gesture.start for gesture in result.gestures]
+    assert starts == pytest.approx([0.02, *range(2, 60, 2)], abs=0.02)
+    assert result.too_long == []
+    slow = experiment.Setup(seconds=20, hand=False, feeling="thrill")
+    long = experiment.conduct(Simulated(robot), slow).report()
+    assert long["too_long_for_the_period"] == len(long["gestures"]) == 3
+
+
+def test_the_mood_heals_beside_its_untouched_twin(robot: Robot) -> None:
+    """Each contact of the run is there at the end of it, and gone after twice the time constant."""
+    result = experiment.conduct(Simulated(robot), experiment.Setup(heal=True))
+    healing, contacts = result.healing, len(result.stops)
+    assert healing is not None
+    assert contacts >= 2
+    assert healing.time_constant == 3600
+    assert healing.times[-1] == 7200
+    assert healing.untouched == pytest.approx([0.9] * len(healing.times))
+    lost = 0.9 - np.array(healing.moods)
+    assert lost[0] == pytest.approx(0.9 * (1 - 0.8**contacts), abs=0.01)
+    np.testing.assert_allclose(lost, lost[0] * np.exp(-np.array(healing.times) / 3600), atol=1e-5)
+
+
+def test_other_conditions_are_kept(robot: Robot) -> None:
+    paper = experiment.Setup(
+        seconds=9, feeling="surprise", mood=0.6, period=4.0, settings=Settings.paper()
+    )
+    report = experiment.conduct(Simulated(robot), paper).report()
+    gestures, ik = report["gestures"], report["ik"]
+    assert {(gesture["feeling"], gesture["mood"]) for gesture in gestures} == {("surprise", 0.6)}
+    assert [gesture["start"] for gesture in gestures] == pytest.approx([0.02, 4.0, 8.0], abs=0.02)
+    assert ik["generations"] == 35 * ik["solves"] > 0
+    assert ik["error_m"]["right"]["max"] == ik["max_error_m"] or ik["error_m"]["left"]["max"]
 
 
 def test_a_body_in_whose_way_no_hand_can_be_put_is_refused(robot: Robot) -> None:
     with pytest.raises(
         InputError, match="puts a hand in the robot's way, and this body is no simulation"
     ):
-        experiment.conduct(RealBody(robot), 1, 4.0)
+        experiment.conduct(RealBody(robot))

@@ -7,11 +7,13 @@ from miburi.studies.experiment.procedure import (
     FilmFrame,
     conduct,
 )
+from miburi.studies.experiment.setup import Setup
 
 __all__ = [
     "STEP",
     "STEPS_PER_FRAME",
     "Experiment",
     "FilmFrame",
+    "Setup",
     "conduct",
 ]

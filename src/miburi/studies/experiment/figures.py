@@ -8,63 +8,144 @@ import numpy as np
 matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
-from miburi.studies.experiment.procedure import STEP, Experiment
+from miburi.safety.contact import PAPER_RATIO
+from miburi.studies.experiment.procedure import (
+    STEP,
+    Experiment,
+    Healing,
+    StopRecord,
+    WindowRecord,
+)
 
 __all__ = ["experiment_figure"]
 
 _INK, _CORAL, _BLUE, _GREY = "#2b2b2b", "#d9553f", "#2f6f9f", "#9a9a9a"
+#: So many stops are drawn close up.
+_CLOSE_UPS = 4
 
 
 def experiment_figure(result: Experiment, path: Path) -> None:
-    """Draw mood, hand speed, extent and contact stops over time.
+    """Draw mood, hand speed, extent and contact stops over time, and the first stops close up.
 
     The hand speed is the mean of both hands, smoothed over 0.1 s.
     """
     with plt.rc_context({"font.size": 9, "axes.spines.top": False, "axes.spines.right": False}):
-        figure, (mood, speed, extent) = plt.subplots(
-            3, 1, figsize=(7.2, 5.6), sharex=True, layout="constrained"
-        )
-        times = np.array(result.times)
-        mood.plot(times, result.moods, color=_INK)
-        mood.set(ylabel="mood μ", ylim=(0, 1.05))
-        for stop in result.stops:
-            mood.annotate(
-                f"{(stop.motor or stop.sign or 'stop').replace('_', ' ')}",
-                (stop.time, stop.mood_after),
-                (4, 10),
-                textcoords="offset points",
-                fontsize=8,
-                color=_CORAL,
-            )
-        hands = np.array(result.hands).reshape(len(times), 2, 3)
-        span = round(0.1 / STEP)
-        moved = np.linalg.norm(np.diff(hands, axis=0), axis=2).mean(axis=1) / STEP
-        smooth = np.convolve(moved, np.ones(span) / span, mode="same")
-        speed.plot(times[1:], smooth, color=_BLUE, linewidth=0.9)
-        speed.set(ylabel="hand speed (m/s)", ylim=(0, None))
-        for gesture in result.gestures:
-            extent.barh(
-                1e3 * gesture.extent / 2,
-                gesture.end - gesture.start,
-                height=1e3 * gesture.extent,
-                left=gesture.start,
-                color=_BLUE if gesture.complete else "white",
-                edgecolor=_BLUE if gesture.complete else _GREY,
-                hatch=None if gesture.complete else "///",
-                linewidth=0.6,
-            )
-        extent.set(ylabel="extent (mm)", xlabel="time (s)", xlim=(0, times[-1]))
-        for axis in (mood, speed, extent):
-            for stop in result.stops:
-                axis.axvline(stop.time, color=_CORAL, linewidth=0.9, linestyle="--")
-        figure.suptitle(
-            f"Happiness at μ = 0.9, a gesture each 2 s, seed {result.seed}. "
-            "Dashed: contact stop, with the motor that met the hand.\n"
-            "Extent: farthest that a hand went in a gesture; hatched: broken off.",
-            fontsize=9,
-            x=0.01,
-            ha="left",
-        )
+        figure = Figure(figsize=(7.2, 8.8), layout="constrained")
+        course, close = figure.subfigures(2, 1, squeeze=False, height_ratios=[3, 1.8])[:, 0]
+        mood, speed, extent = course.subplots(3, 1, sharex=True)
+        _draw_course(result, mood, speed, extent)
+        stops = list(zip(result.stops, result.approaches, strict=True))[:_CLOSE_UPS]
+        count = len(stops) + (result.healing is not None)
+        grid = close.add_gridspec(2, max(1, count), height_ratios=[1.4, 1])
+        for column, (stop, approach) in enumerate(stops):
+            panels = [close.add_subplot(grid[row, column]) for row in (0, 1)]
+            _draw_stop(stop, approach, *panels, first=column == 0)
+        if result.healing is not None:
+            _draw_healing(result.healing, close.add_subplot(grid[:, -1]))
+        _say_what_it_is(figure, result)
         figure.savefig(path, dpi=150, metadata={"Software": "miburi"})
-        plt.close(figure)
+
+
+def _draw_course(result: Experiment, mood: Axes, speed: Axes, extent: Axes) -> None:
+    times, end = np.array(result.times), result.times[-1]
+    mood.plot(times, result.moods, color=_INK)
+    mood.set(ylabel="mood μ", ylim=(0, 1.05))
+    for stop in result.stops:
+        near_end = stop.time > 0.8 * end
+        mood.annotate(
+            (stop.motor or stop.sign or "stop").replace("_", " "),
+            (stop.time, stop.mood_after),
+            (-4 if near_end else 4, -10 if near_end else 10),
+            ha="right" if near_end else "left",
+            textcoords="offset points",
+            fontsize=8,
+            color=_CORAL,
+        )
+    hands = np.array(result.hands).reshape(len(times), 2, 3)
+    span = round(0.1 / STEP)
+    moved = np.linalg.norm(np.diff(hands, axis=0), axis=2).mean(axis=1) / STEP
+    smooth = np.convolve(moved, np.ones(span) / span, mode="same")
+    speed.plot(times[1:], smooth, color=_BLUE, linewidth=0.9)
+    speed.set(ylabel="hand speed (m/s)", ylim=(0, None))
+    for number, gesture in enumerate(result.gestures, start=1):
+        middle = (gesture.start + gesture.end) / 2
+        extent.bar(
+            middle,
+            1e3 * gesture.extent,
+            width=gesture.end - gesture.start,
+            color=_BLUE if gesture.complete else "white",
+            edgecolor=_BLUE if gesture.complete else _GREY,
+            hatch=None if gesture.complete else "///",
+            linewidth=0.6,
+        )
+        if len(result.gestures) <= 30:  # so many numbers can be read
+            extent.annotate(
+                str(number),
+                (middle, 1e3 * gesture.extent),
+                (0, 2),
+                ha="center",
+                textcoords="offset points",
+                fontsize=7,
+                color=_INK,
+            )
+    extent.set(ylabel="extent (mm)", xlabel="time (s)", xlim=(0, end))
+    extent.margins(y=0.15)
+    for axis in (mood, speed, extent):
+        for stop in result.stops:
+            axis.axvline(stop.time, color=_CORAL, linewidth=0.9, linestyle="--")
+
+
+def _draw_stop(
+    stop: StopRecord, near: list[WindowRecord], axes: Axes, ratio: Axes, *, first: bool
+) -> None:
+    """Draw the motor that stopped: its measured and commanded speed, and the rule's ratio."""
+    times = [1e3 * (window.time - stop.time) for window in near]
+    axes.plot(times, [w.commanded for w in near], color=_GREY, label="commanded")
+    axes.plot(times, [w.measured for w in near], color=_BLUE, label="measured")
+    axes.set(ylim=(min(0, axes.get_ylim()[0]), 1.35 * axes.get_ylim()[1]), xticklabels=[])
+    ratio.plot(times, [min(w.ratio, 1.5) for w in near], color=_INK, linewidth=0.9)
+    ratio.axhline(PAPER_RATIO / 10_000, color=_INK, linewidth=0.5)
+    ratio.set(ylim=(0.4, 1.55), xlabel="ms from the stop")
+    for panel in (axes, ratio):
+        panel.set(xlim=(-400, 50))
+        panel.axvline(0, color=_CORAL, linewidth=0.9, linestyle="--")
+        if stop.contact_time is not None:
+            touched = 1e3 * (stop.contact_time - stop.time)
+            panel.axvline(touched, color=_CORAL, linewidth=0.9, linestyle=":")
+    axes.set_title(f"{(stop.motor or '').replace('_', ' ')}, {stop.time:.2f} s", fontsize=8)
+    if first:
+        axes.set_ylabel("speed (rad/s)")
+        ratio.set_ylabel("ratio")
+        axes.legend(fontsize=7, loc="upper left", frameon=False, borderpad=0, labelspacing=0.2)
+
+
+def _draw_healing(healing: Healing, axes: Axes) -> None:
+    minutes = np.array(healing.times) / 60
+    axes.plot(minutes, healing.untouched, color=_GREY)
+    axes.plot(minutes, healing.moods, color=_INK)
+    for values, name, offset in (
+        (healing.untouched, "untouched twin", -11),
+        (healing.moods, "touched", -14),
+    ):
+        axes.annotate(
+            name, (minutes[-1], values[-1]), (0, offset), ha="right", fontsize=7,
+            textcoords="offset points",
+        )  # fmt: skip
+    axes.set(xlabel="min after it", ylim=(0, 1.05))
+    axes.set_title("the mood heals", fontsize=8)
+
+
+def _say_what_it_is(figure: Figure, result: Experiment) -> None:
+    at = result.setup
+    figure.suptitle(
+        f"{at.feeling.capitalize()} at μ = {at.mood:g}, a gesture each {at.period:g} s, seed "
+        f"{at.seed}. Dashed: contact stop, with the motor that met the hand.\n"
+        "Extent: farthest that a hand went in a gesture; hatched: broken off. Below: the first "
+        "stops;\ndotted: first touch; the rule stops the body where the ratio crosses its limit.",
+        fontsize=9,
+        x=0.01,
+        ha="left",
+    )

@@ -4,16 +4,16 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 from PIL import Image
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from miburi.bodies import Body
 from miburi.feelings import Expression
-from miburi.gestures import Repertoire
 from miburi.ground.files import whole_files
 from miburi.live.recording import Recorder
-from miburi.robot import Robot
+from miburi.robot import EXTREMITIES, Robot
 from miburi.studies import experiment
 from miburi.studies import face as faces
 from miburi.studies.experiment.figures import experiment_figure
@@ -23,21 +23,13 @@ __all__ = ["write_experiment"]
 
 
 def write_experiment(
-    body: Body,
-    seed: int,
-    seconds: float,
-    out: Path,
-    *,
-    repertoire: Repertoire,
-    film: bool,
-    hand: bool,
-    face: bool,
+    body: Body, setup: experiment.Setup, out: Path, *, film: bool, face: bool
 ) -> list[str]:
     """Conduct the experiment and write its files: all of them, or none.
 
     Parameters
     ----------
-    body, seed, seconds, repertoire, hand
+    body, setup
         As for :func:`miburi.studies.experiment.conduct`.
     out
         Folder for ``experiment.json``, ``timing.json``, ``experiment.png``,
@@ -53,22 +45,17 @@ def write_experiment(
 
     Raises
     ------
-    InputError
-        The seed or the length is not allowed.
     OutputError
         The folder cannot be written to, or ffmpeg fails.
     """
     bars = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
     with whole_files(out) as draft, Progress(*bars, console=Console(stderr=True)) as progress:
-        progress.console.print(f"seed {seed}, {seconds:g} s of the robot's time")
-        running = progress.add_task("experiment", total=seconds)
+        progress.console.print(f"seed {setup.seed}, {setup.seconds:g} s of the robot's time")
+        running = progress.add_task("experiment", total=setup.seconds)
         with (draft / "experiment.mcap").open("wb") as file, Recorder(file) as recorder:
             result = experiment.conduct(
                 body,
-                seed,
-                seconds,
-                repertoire=repertoire,
-                hand=hand,
+                setup,
                 recorder=recorder,
                 progress=lambda time: progress.update(running, completed=time),
             )
@@ -102,7 +89,34 @@ def _summary(result: experiment.Experiment) -> list[str]:
         + f"{stop.peak_force:.1f} N, mood {stop.mood_before:.2f} → {stop.mood_after:.2f}"
         for stop in result.stops
     ]
-    timing = result.timing()
+    timing, solved = result.timing(), result.solutions
+    if result.too_long:
+        longest = max(gesture.end - gesture.start for gesture in result.too_long)
+        lines.append(
+            f"{len(result.too_long)} gestures did not fit into {result.setup.period:g} s (the "
+            f"longest took {longest:.2f} s): the multiples that they cover are left out"
+        )
+    if result.healing is not None:
+        healed = result.healing
+        lines.append(f"healing, in the partner's own time (constant {healed.time_constant:g} s):")
+        lines += [
+            f"  after {time:6.0f} s  mood {mood:.3f}, of an untouched twin {untouched:.3f}"
+            for time, mood, untouched in zip(
+                healed.times, healed.moods, healed.untouched, strict=True
+            )
+        ]
+    if result.setup.settings is not None and solved:
+        errors = 1e3 * np.array([solution.error for solution in solved])
+        worst = ", ".join(
+            f"{name} {median:.2f} ({largest:.2f})"
+            for name, median, largest in zip(
+                EXTREMITIES, np.median(errors, axis=0), errors.max(axis=0), strict=True
+            )
+        )
+        lines.append(
+            f"{len(solved)} solves, {sum(s.generations for s in solved)} generations; off by "
+            f"{worst} mm, median (largest)"
+        )
     lines.append(
         f"false stops: {result.false_stops}, missed contacts: {len(result.missed)}; "
         f"inverse kinematics: median {timing['ik_median_ms']:.3g} ms; "

@@ -1,12 +1,15 @@
 """Conduct the experiment of Section 5: happiness at a mood of 0.9, and a hand in the way.
 
-:func:`conduct` takes a simulated body and a seed and returns an :class:`Experiment` with every
+:func:`conduct` takes a simulated body and a setup and returns an :class:`Experiment` with every
 stop and gesture. The robot makes a gesture every 2 s, and a human hand blocks an arm now and
 then. The paper claims that the robot stops when, and only when, it is blocked; that each encounter
-lowers the mood by 20 %; and that the gestures after it are smaller and slower.
+lowers the mood by 20 %; and that the gestures after it are smaller and slower. The loss "will be
+able to be erased within some time, at the same rhythm as the mood value" (Section 4): to see that,
+let the feelings go on after the gestures, beside those of a twin that nobody touched.
 """
 
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, field
 from time import perf_counter
 
@@ -16,33 +19,37 @@ from miburi import ik
 from miburi.bodies import Body, BodyState, Touch, Touchable
 from miburi.errors import InputError
 from miburi.feelings import FEELINGS, EmotionalModel, Expression
-from miburi.gestures import Repertoire
 from miburi.live.recording import Recorder, step_messages
 from miburi.partner import Event, GestureEnded, GestureStarted, Partner, Stopped
-from miburi.robot import Array, Robot, forward
+from miburi.robot import EXTREMITIES, JOINTS, Array, Robot, forward
+from miburi.safety.contact import Window
+from miburi.safety.profile import FINE, SECOND
+from miburi.safety.stop import Stop
+from miburi.studies.experiment.setup import Setup
 from miburi.studies.experiment.visitor import Visitor
 from miburi.version import __version__
 
 __all__ = [
-    "FEELING",
-    "MOOD",
     "PATIENCE",
-    "PERIOD",
     "STEP",
     "STEPS_PER_FRAME",
     "Experiment",
     "FilmFrame",
     "GestureRecord",
+    "Healing",
     "StopRecord",
+    "WindowRecord",
     "conduct",
 ]
 
 #: The loop's period in s; the encoders are read twice in it.
 STEP = 0.02
-#: The experiment of Section 5.
-FEELING, MOOD, PERIOD = "happiness", 0.9, 2.0
 #: A contact that no stop follows within this many seconds is missed (ours).
 PATIENCE = 0.3
+#: s before a stop in which its motor is drawn (ours).
+_APPROACH = 0.4
+#: Healing is watched for twice the mood's time constant, at so many moments (ours).
+_HEALING, _MOMENTS = 2.0, 9
 #: A film shows every third step: about 17 pictures a second.
 STEPS_PER_FRAME = 3
 
@@ -79,6 +86,29 @@ class GestureRecord:
     complete: bool
 
 
+@dataclass(frozen=True)
+class Healing:
+    """A mood after the gestures, in s of the partner's own time, beside its untouched twin's."""
+
+    time_constant: float
+    times: list[float]
+    moods: list[float]
+    untouched: list[float]
+
+
+@dataclass(frozen=True)
+class WindowRecord:
+    """What the contact rule saw of one motor: its mean speed in the window and the one due, rad/s.
+
+    ``ratio`` includes what the rule grants, so it crosses the limit where the body stops.
+    """
+
+    time: float
+    measured: float
+    commanded: float
+    ratio: float
+
+
 @dataclass
 class FilmFrame:
     """One picture of the film: true angles (8,), the hand's pose (7,), and the caption."""
@@ -95,7 +125,7 @@ class FilmFrame:
 class Experiment:
     """The measurements of a run; the seed reproduces ``report``, but not ``timing``."""
 
-    seed: int
+    setup: Setup
     stops: list[StopRecord] = field(default_factory=list)
     missed: list[dict[str, float]] = field(default_factory=list)
     gestures: list[GestureRecord] = field(default_factory=list)
@@ -106,7 +136,15 @@ class Experiment:
     moods: list[float] = field(default_factory=list)
     hands: list[Array] = field(default_factory=list)
     frames: list[FilmFrame] = field(default_factory=list)
+    approaches: list[list[WindowRecord]] = field(default_factory=list)  # to each stop
+    healing: Healing | None = None
     self_collisions: int = 0
+
+    @property
+    def too_long(self) -> list[GestureRecord]:
+        """The gestures that did not fit into a period."""
+        period = self.setup.period
+        return [g for g in self.gestures if g.complete and g.end - g.start > period]
 
     @property
     def false_stops(self) -> int:
@@ -115,20 +153,36 @@ class Experiment:
 
     def report(self) -> dict[str, object]:
         """Return ``experiment.json``: the same seed gives the same bytes."""
-        errors = [float(solution.error.max()) for solution in self.solutions]
+        errors = np.array([solution.error for solution in self.solutions]).reshape(-1, 3)
+        set_to = self.setup
         return {
             "version": __version__,
-            "seed": self.seed,
+            "seed": set_to.seed,
             "seconds": round(self.times[-1], 3),
+            "feeling": set_to.feeling,
+            "mood": set_to.mood,
+            "period": set_to.period,
+            "temperament": set_to.temperament.name,
             "stops": [_round(asdict(stop)) for stop in self.stops],
             "false_stops": self.false_stops,
             "missed_contacts": self.missed,
             "self_collisions": self.self_collisions,
             "gestures": [_round(asdict(gesture)) for gesture in self.gestures],
+            "too_long_for_the_period": len(self.too_long),
+            "healing": None if self.healing is None else asdict(self.healing),
             "ik": {
-                "solves": len(self.solutions),
+                "solves": len(errors),
                 "evaluations": sum(solution.evaluations for solution in self.solutions),
-                "max_error_m": round(max(errors, default=0.0), 9),
+                "generations": sum(solution.generations for solution in self.solutions),
+                "not_converged": sum(s.status != ik.CONVERGED for s in self.solutions),
+                "max_error_m": round(float(errors.max(initial=0.0)), 9),
+                "error_m": {
+                    name: {
+                        "median": round(float(np.median(column)), 9) if len(column) else 0.0,
+                        "max": round(float(column.max(initial=0.0)), 9),
+                    }
+                    for name, column in zip(EXTREMITIES, errors.T, strict=True)
+                },
             },
         }
 
@@ -144,11 +198,8 @@ class Experiment:
 
 def conduct(
     body: Body,
-    seed: int,
-    seconds: float,
+    setup: Setup | None = None,
     *,
-    repertoire: Repertoire | None = None,
-    hand: bool = True,
     recorder: Recorder | None = None,
     progress: Callable[[float], None] = lambda _: None,
 ) -> Experiment:
@@ -158,14 +209,8 @@ def conduct(
     ----------
     body
         The body to move; it must be at neutral.
-    seed
-        0 or more; chooses which arm the hand blocks, when, and where.
-    seconds
-        Length in the robot's time; at least one period of 2 s.
-    repertoire
-        The gestures; by default those that ship with Miburi.
-    hand
-        Whether a hand gets in the way.
+    setup
+        What is set before it begins; by default what the paper says.
     recorder
         Takes states, feelings, commands and contacts as they happen.
     progress
@@ -174,18 +219,15 @@ def conduct(
     Raises
     ------
     InputError
-        The seed is negative, the length is not finite or too short, or the body is no simulation.
+        The body is no simulation.
     """
-    if seed < 0:
-        raise InputError(f"the seed must be 0 or more, got {seed}.")
-    if not (np.isfinite(seconds) and PERIOD <= seconds <= 86_400):
-        raise InputError(f"the length must be from {PERIOD:g} to 86400 s, got {seconds:g}.")
+    set_to = setup or Setup()
     robot = body.robot
-    result = Experiment(seed)
+    result = Experiment(set_to)
 
     def timed_solve(robot: Robot, target: Array, start: Array) -> ik.Solution:
         began = perf_counter()
-        solution = ik.solve(robot, target, start=start)
+        solution = ik.solve(robot, target, start=start, settings=set_to.settings)
         result.solve_seconds.append(perf_counter() - began)
         result.solutions.append(solution)
         return solution
@@ -196,26 +238,45 @@ def conduct(
             "the experiment puts a hand in the robot's way, and this body is no simulation: take "
             "the simulated body or an emulated card."
         )
-    feelings = EmotionalModel()
-    feelings.set_state(emotion={FEELING: 1.0}, mood={FEELING: MOOD}, hold=True)
-    partner = Partner(body, feelings, repertoire=repertoire, period=PERIOD, solve=timed_solve)
-    visitor = Visitor(robot, touchable, np.random.default_rng(seed)) if hand else None
+    feelings = set_to.feelings()
+    partner = Partner(
+        body, feelings, repertoire=set_to.repertoire, period=set_to.period, solve=timed_solve
+    )
+    visitor = Visitor(robot, touchable, np.random.default_rng(set_to.seed)) if set_to.hand else None
     # The first call compiles or loads the kernel, so it is not timed.
-    ik.solve(robot, forward(robot, robot.neutral), start=robot.neutral)
+    ik.solve(robot, forward(robot, robot.neutral), start=robot.neutral, settings=set_to.settings)
     observer = _Observer(result, robot)
     began = perf_counter()
-    for index in range(round(seconds / STEP)):
+    for index in range(round(set_to.seconds / STEP)):
         events = partner.step(STEP)
         if visitor is not None:
             visitor.step(body.state.angles, events, STEP)
-        observer.observe(body.state, touchable, events, feelings)
+        observer.observe(body, touchable, events, feelings)
         if recorder is not None:
             felt = feelings if index % 5 == 0 else None
             recorder.write(step_messages(body.state, felt, events))
         progress(body.state.time)
     result.wall_seconds = perf_counter() - began
     observer.finish()
+    if set_to.heal:
+        result.healing = _heal(set_to, feelings)
     return result
+
+
+def _heal(setup: Setup, feelings: EmotionalModel) -> Healing:
+    """Let the feelings go on without stimuli, beside a twin of the same age that nobody touched."""
+    which = FEELINGS.index(setup.feeling)
+    twin = setup.feelings()
+    twin.step(feelings.time)
+    constant = float(setup.temperament.fading[2, which])
+    times = np.linspace(0.0, _HEALING * constant, _MOMENTS)
+    moods = []
+    for dt in np.diff(times, prepend=0.0):
+        feelings.step(float(dt))
+        twin.step(float(dt))
+        moods.append([round(float(model.mood[which]), 6) for model in (feelings, twin)])
+    touched, untouched = (list(column) for column in zip(*moods, strict=True))
+    return Healing(constant, times.tolist(), touched, untouched)
 
 
 class _Observer:
@@ -230,11 +291,12 @@ class _Observer:
         self._stopped = False  # whether a stop answered the present contact
         self._gesture: tuple[float, Expression] | None = None
         self._began_at = 0
+        self._windows = deque[tuple[float, Window]](maxlen=round(_APPROACH / STEP))
 
     def observe(
-        self, state: BodyState, body: Touchable, events: list[Event], feelings: EmotionalModel
+        self, whole: Body, body: Touchable, events: list[Event], feelings: EmotionalModel
     ) -> None:
-        result, touch = self._result, body.touch
+        result, touch, state = self._result, body.touch, whole.state
         shown = feelings.express()
         feeling = shown.feeling if shown else ""
         mood = float(feelings.mood[FEELINGS.index(feeling)]) if shown else 0.0
@@ -247,6 +309,8 @@ class _Observer:
         result.moods.append(mood)
         result.hands.append(forward(self._robot, state.angles)[:6])
         result.self_collisions += touch.itself is not None
+        if whole.window is not None:
+            self._windows.append((state.time, whole.window))
         self._contacts(touch, state)
         for event in events:
             match event:
@@ -258,6 +322,21 @@ class _Observer:
                     self._stop(event)
                 case _:
                     pass
+
+    def _approach(self, stop: Stop) -> Iterator[WindowRecord]:
+        """Yield what the rule saw lately of the motor that it stopped for."""
+        if stop.motor is None:
+            return
+        i, step = JOINTS.index(stop.motor), self._robot.servo.step / FINE
+        for time, window in self._windows:
+            if window.judged[i] and window.expected[i] > 0 and time > stop.time - _APPROACH:
+                speed = step * SECOND / float(window.length[i])
+                yield WindowRecord(
+                    time,
+                    float(window.measured[i]) * speed,
+                    float(window.expected[i]) * speed,
+                    float(window.granted[i]) / float(window.expected[i]),
+                )
 
     def finish(self) -> None:
         """Judge the last contact, unless the run ended before its stop was due."""
@@ -284,6 +363,8 @@ class _Observer:
     def _stop(self, event: Stopped) -> None:
         stop, touched = event.stop, self._touched
         self._stopped = touched is not None
+        self._result.approaches.append(list(self._approach(stop)))
+        self._windows.clear()
         self._result.stops.append(
             StopRecord(
                 time=stop.time,

@@ -1,0 +1,73 @@
+"""The setup of the experiment: by default, what Section 5 of the paper says."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from miburi.bma.settings import Settings
+from miburi.errors import InputError
+from miburi.feelings import EmotionalModel, Expression, Temperament, shipped_temperament
+from miburi.gestures import Repertoire
+
+__all__ = ["Setup"]
+
+
+@dataclass(frozen=True)
+class Setup:
+    """The setup of an experiment; feeling, mood and period are the paper's.
+
+    Parameters
+    ----------
+    seed
+        0 or more; chooses which arm the hand blocks, when, and where.
+    seconds
+        Length in the robot's time, from one period to a day.
+    feeling, mood
+        The emotion and the mood that are held, the mood from 0 to 1.
+    period
+        s from the start of one gesture to that of the next, 0.5 to 60.
+    temperament
+        The feelings' constants; the mood's time constant is that of healing.
+    settings
+        Of the inverse kinematics; see :func:`miburi.ik.solve`.
+    repertoire
+        The gestures; by default those that ship with Miburi.
+    hand
+        Whether a hand gets in the way.
+    heal
+        Whether to watch the mood heal after the gestures.
+
+    Raises
+    ------
+    InputError
+        A value is outside its range.
+    """
+
+    seed: int = 1
+    seconds: float = 30.0
+    feeling: str = "happiness"
+    mood: float = 0.9
+    period: float = 2.0
+    temperament: Temperament = field(default_factory=shipped_temperament)
+    settings: Settings | None = None
+    repertoire: Repertoire | None = None
+    hand: bool = True
+    heal: bool = False
+
+    def __post_init__(self) -> None:
+        if self.seed < 0:
+            raise InputError(f"the seed must be 0 or more, got {self.seed}.")
+        Expression(self.feeling, self.mood)  # refuses what is no feeling or no mood
+        if not (np.isfinite(self.period) and 0.5 <= self.period <= 60):
+            raise InputError(f"the period must be from 0.5 to 60 s, got {self.period:g}.")
+        if not (np.isfinite(self.seconds) and self.period <= self.seconds <= 86_400):
+            raise InputError(
+                f"the length must be from {self.period:g} to 86400 s, got {self.seconds:g}."
+            )
+
+    def feelings(self) -> EmotionalModel:
+        """Return a model in which emotion and mood are held."""
+        model = EmotionalModel(self.temperament)
+        held = {self.feeling: 1.0}, {self.feeling: self.mood}
+        model.set_state(emotion=held[0], mood=held[1], hold=True)
+        return model
