@@ -4,12 +4,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from miburi.errors import DescriptionError, InputError
 from miburi.feelings import FEELINGS
 from miburi.gestures import load, load_for
-from miburi.gestures.movement import Posture, angles
-from miburi.robot import forward
+from miburi.gestures.coordinates import neutral, polar, targets
+from miburi.gestures.movement import Posture
+from miburi.robot import forward, iphonoid
 
 GOOD = """
 name = "wave"
@@ -118,25 +121,49 @@ def test_hands_are_where_the_file_says_in_the_frame_of_the_turned_chest(robot):
     pose = Posture(phase=0.5, right=[0.3, 0.6, 0.7], left=[0.9, 0.2, 0.1], head=[0.5, 0.5, 0.7])
     reach = robot.lengths.L23 + robot.lengths.L34
     shoulder = np.array([0, robot.lengths.L12, robot.lengths.L01])
-    turned = angles(robot, pose)
-    assert turned[0] == pytest.approx(np.pi / 4)
-    turned[0] = 0
-    right, left, _ = forward(robot, turned).reshape(3, 3)
-    assert right == pytest.approx((shoulder + reach * np.array(pose.right)) * [1, -1, 1])
-    assert left == pytest.approx(shoulder + reach * np.array(pose.left))
+    places = targets(robot, pose.coordinates).reshape(3, 3)
+    assert np.arctan2(places[2, 1], places[2, 0]) == pytest.approx(np.pi / 4)
+    quarter = np.sqrt(0.5)
+    ahead, left = np.array([quarter, quarter, 0]), np.array([-quarter, quarter, 0])
+    right_hand, left_hand = (
+        np.array([place @ ahead, place @ left, place[2]]) for place in places[:2]
+    )
+    assert right_hand == pytest.approx((shoulder + reach * np.array(pose.right)) * [1, -1, 1])
+    assert left_hand == pytest.approx(shoulder + reach * np.array(pose.left))
 
 
 @pytest.mark.parametrize("feeling", FEELINGS)
-def test_a_mirrored_gesture_moves_the_mirrored_joints(robot, feeling):
+def test_a_mirrored_gesture_has_the_mirrored_coordinates(feeling):
     for pose in load(feeling).pose:
         forward_, left, up = pose.head
         mirrored = pose.model_copy(
             update={"right": pose.left, "left": pose.right, "head": [forward_, -left, up]}
         )
-        there, back = angles(robot, pose), angles(robot, mirrored)
-        assert back == pytest.approx(
-            there[[0, 4, 5, 6, 1, 2, 3, 7]] * [-1, 1, -1, -1, 1, -1, -1, 1]
-        )
+        there, back = pose.coordinates, mirrored.coordinates
+        assert back == pytest.approx(there[[3, 4, 5, 0, 1, 2, 6, 7]] * [1, 1, 1, 1, 1, 1, -1, 1])
+
+
+def test_neutral_is_where_its_coordinates_say(robot):
+    assert targets(robot, neutral(robot)) == pytest.approx(forward(robot, robot.neutral), abs=1e-15)
+
+
+@given(
+    st.lists(st.tuples(st.floats(0.1, 1), st.floats(0.01, 3), st.floats(-1.5, 4.6)),
+             min_size=2, max_size=2),
+    st.floats(-3, 3), st.floats(-1.5, 1.5),
+)  # fmt: skip
+def test_coordinates_say_where_and_where_says_the_coordinates(hands, turn, rise):
+    """There and back, for every place that a hand can be in."""
+    wanted = np.array([*hands[0], *hands[1], turn, rise])
+    robot = iphonoid()
+    right, left, head = targets(robot, np.array([*hands[0], *hands[1], 0.0, rise])).reshape(3, 3)
+    shoulder = np.array([0, robot.lengths.L12, robot.lengths.L01])
+    reach = robot.lengths.L23 + robot.lengths.L34
+    again = polar((right - shoulder * [1, -1, 1]) / reach * [1, -1, 1], (left - shoulder) / reach,
+                  np.array([np.cos(turn) * np.cos(rise), np.sin(turn) * np.cos(rise),
+                            np.sin(rise)]))  # fmt: skip
+    assert again == pytest.approx(wanted, abs=1e-9)
+    assert head[2] == pytest.approx(0.17 + 0.04 * np.sin(rise))
 
 
 def test_the_example_of_the_documentation_is_a_gesture(tmp_path):

@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 from miburi import ik
 from miburi.errors import InputError
 from miburi.feelings import FEELINGS
-from miburi.gestures import blend, breath, key_poses, load, membership
+from miburi.gestures import blend, breath, coordinates, key_poses, load, membership
+from miburi.gestures.coordinates import neutral
 from miburi.robot import forward, iphonoid
 
 ROBOT = iphonoid()
@@ -44,6 +45,48 @@ def test_every_key_pose_is_reached_within_a_millimetre_inside_the_limits(feeling
         assert np.all(solution.angles >= ROBOT.lower)
         assert np.all(solution.angles <= ROBOT.upper)
         present = solution.angles
+
+
+@given(feelings, moods, seeds)
+def test_no_elbow_flips_on_the_way(feeling, mood, variation):
+    """A nearly straight arm could bend its fingertip backwards and still reach."""
+    present = ROBOT.neutral
+    for pose in key_poses(ROBOT, load(feeling), mood, variation=variation):
+        present = ik.solve(ROBOT, pose.target, start=present).angles
+        assert present[3] >= 0
+        assert present[6] <= 0
+
+
+@pytest.mark.parametrize("feeling", FEELINGS)
+def test_at_half_the_mood_hands_are_half_way_along_their_arcs(feeling):
+    function = load(feeling).model_copy(update={"hedge": "plainly"})
+    rest = neutral(ROBOT)
+    for pose, written in zip(key_poses(ROBOT, function, 0.5), function.pose, strict=False):
+        if function.repeat is None and function.effort.flow >= 0.5:
+            middle = rest + 0.5 * (written.coordinates - rest)
+            assert pose.target == pytest.approx(coordinates.targets(ROBOT, middle), abs=1e-12)
+
+
+@pytest.mark.parametrize("feeling", FEELINGS)
+def test_on_longer_arms_a_gesture_keeps_its_look(feeling, tall_file):
+    """Hands are as many arm's reaches from their shoulders, in the same directions."""
+    lengths = ROBOT.lengths.model_copy(update={"L23": 0.08, "L34": 0.08 * 4 / 3})
+    long = ROBOT.model_copy(update={"lengths": lengths})
+    function = load(feeling)
+    for ours, theirs in zip(
+        key_poses(ROBOT, function, 0.9), key_poses(long, function, 0.9), strict=True
+    ):
+        for hand, side in ((ours.right, -1), (ours.left, 1)):
+            there = theirs.right if side < 0 else theirs.left
+            turn = np.arctan2(ours.head[1], ours.head[0])
+            shoulder = np.array([-np.sin(turn) * 0.05, np.cos(turn) * 0.05, 0]) * side + [
+                0,
+                0,
+                0.12,
+            ]
+            assert (there - shoulder) / 4 * 3 == pytest.approx(hand - shoulder, abs=1e-9)
+        assert theirs.head == pytest.approx(ours.head)
+        assert ik.solve(long, theirs.target, start=long.neutral).error.max() < 1e-3
 
 
 @given(feelings, moods, moods)

@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from miburi.errors import InputError
-from miburi.robot import forward, inverse, inverse_within_limits, iphonoid
+from miburi.robot import forward, inverse, iphonoid
 
 ROBOT = iphonoid()
 
@@ -53,16 +53,6 @@ def test_a_target_out_of_reach_has_no_pose(index: int) -> None:
     target = forward(ROBOT, ROBOT.neutral)
     target[index] += 1.0
     assert inverse(ROBOT, target).shape == (0, 8)
-
-
-def test_a_target_beyond_the_limits_gets_a_pose_within_them() -> None:
-    inside = random_poses(100, 3)
-    for q in inside:
-        target = forward(ROBOT, q)
-        assert_allclose(forward(ROBOT, inverse_within_limits(ROBOT, target)), target, atol=1e-6)
-    for q in np.random.default_rng(4).uniform(-np.pi, np.pi, (100, 8)):
-        bent = inverse_within_limits(ROBOT, forward(ROBOT, q))
-        assert np.all((bent >= ROBOT.lower) & (bent <= ROBOT.upper))
 
 
 def test_a_head_nodded_over_is_found_too() -> None:

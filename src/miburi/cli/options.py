@@ -121,7 +121,7 @@ def gesture_of(robot: "Robot", source: str) -> "MovementFunction":
     if source.endswith(".toml"):
         return load_for(robot, source)
     function = load(source)
-    _warn_of_bent(robot, [function])
+    _warn_of_misfits(robot, [function])
     return function
 
 
@@ -130,18 +130,18 @@ def repertoire_of(robot: "Robot", folder: Path | None) -> "Repertoire":
     from miburi.gestures import read_repertoire, shipped_repertoire
 
     repertoire = shipped_repertoire() if folder is None else read_repertoire(folder, robot)
-    _warn_of_bent(robot, repertoire.functions)
+    _warn_of_misfits(robot, repertoire.functions)
     return repertoire
 
 
-def _warn_of_bent(robot: "Robot", functions: Iterable["MovementFunction"]) -> None:
+def _warn_of_misfits(robot: "Robot", functions: Iterable["MovementFunction"]) -> None:
     """Warn about the shipped gestures that the robot cannot do as written."""
     from miburi.gestures import misfits
 
-    bent = [function.name for function in functions if any(misfits(robot, function))]
-    if bent:
+    near = [function.name for function in functions if any(misfits(robot, function))]
+    if near:
         print(
-            f"miburi: {robot.name} cannot do these gestures as written, so they are bent to its "
-            f"joint limits: {', '.join(bent)}. Gestures of your own (--gestures) replace them.",
+            f"miburi: {robot.name} cannot reach every pose of these gestures and goes as near as "
+            f"it can: {', '.join(near)}. Gestures of your own (--gestures) replace them.",
             file=sys.stderr,
         )

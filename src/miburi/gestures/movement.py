@@ -1,8 +1,8 @@
 """Read movement functions: in goes a gesture file (TOML), out comes a checked object.
 
-Hands and head are written relative to the body, so that a gesture carries over to other robots.
-:func:`angles` turns a key pose into joint angles, and :func:`misfits` names the key poses that a
-robot cannot reach.
+Hands and head are written relative to the body, so that a gesture carries over to other robots;
+:mod:`miburi.gestures.coordinates` has the form in which they are blended. :func:`misfits` names
+the key poses that a robot cannot reach.
 """
 
 from collections.abc import Iterator
@@ -13,13 +13,14 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from miburi import feelings
+from miburi import feelings, ik
 from miburi.errors import DescriptionError, InputError
 from miburi.feelings import FEELINGS
+from miburi.gestures import coordinates
 from miburi.gestures.effort import Effort
 from miburi.ground.tables import Table, load_table
-from miburi.robot import Array, Robot, forward, inverse, inverse_within_limits
-from miburi.robot.geometry import arm_reach, head_joint, shoulders
+from miburi.robot import Array, Robot
+from miburi.robot.geometry import arm_reach, hand_distances
 
 __all__ = [
     "Direction",
@@ -27,7 +28,6 @@ __all__ = [
     "Phase",
     "Posture",
     "Repeat",
-    "angles",
     "load",
     "load_for",
     "misfits",
@@ -63,6 +63,11 @@ class Posture(Table):
     def leaves(self) -> float:
         """The phase at which the body leaves the pose."""
         return self.phase if self.until is None else self.until
+
+    @property
+    def coordinates(self) -> Array:
+        """The pose in polar coordinates, (8,); see :mod:`miburi.gestures.coordinates`."""
+        return coordinates.polar(*map(np.array, (self.right, self.left, self.head)))
 
     @model_validator(mode="after")
     def _check_reach(self) -> Self:
@@ -204,64 +209,30 @@ def shipped_feelings() -> tuple[str, ...]:
 
 def misfits(robot: Robot, function: MovementFunction) -> Iterator[str]:
     """Yield a line for each key pose that the robot's limits do not allow, and what they allow."""
-    size = robot.lengths
     for number, pose in enumerate(function.pose, start=1):
-        target = _target(robot, pose)
-        reached = forward(robot, inverse_within_limits(robot, target))
-        right, left, head = np.linalg.norm((reached - target).reshape(3, 3), axis=1) > _TOLERANCE
-        if head:
-            turned = np.arctan2(pose.head[1], pose.head[0])
-            raised = np.arcsin(pose.head[2] / np.linalg.norm(pose.head))
+        wanted = pose.coordinates
+        turned, raised = wanted[6:]
+        inside = robot.lower[[0, -1]] - _TOLERANCE, robot.upper[[0, -1]] + _TOLERANCE
+        if not np.all((inside[0] <= wanted[6:]) & (wanted[6:] <= inside[1])):
             yield (
                 f"pose {number}: head = {pose.head} turns the waist by {turned:.3f} and raises the "
                 f"head by {raised:.3f} rad; allowed are {robot.lower[0]} to {robot.upper[0]} and "
                 f"{robot.lower[-1]} to {robot.upper[-1]}"
             )
             continue  # the waist carries the arms, so without it they cannot be checked
-        for misses, name, hand, bend in (
-            (right, "right", pose.right, robot.upper[3]),
-            (left, "left", pose.left, robot.lower[6]),
-        ):
-            if misses:
-                folded = np.hypot(size.L23 + size.L34 * np.cos(bend), size.L34 * np.sin(bend))
+        closest = hand_distances(robot)[:, 0] / arm_reach(robot)
+        for side, name in enumerate(("right", "left")):
+            alone = coordinates.neutral(robot)
+            alone[6:] = wanted[6:]
+            alone[3 * side : 3 * side + 3] = wanted[3 * side : 3 * side + 3]
+            reached = ik.solve(robot, coordinates.targets(robot, alone), start=robot.neutral)
+            if reached.error.max() > _TOLERANCE:
                 yield (
-                    f"pose {number}: {name} = {hand}, {np.linalg.norm(hand):.3f} arm's reaches "
-                    "from the shoulder, is out of reach; allowed is what the joint limits let the "
-                    f"arm do, at a distance of {folded / (size.L23 + size.L34):.2f} to 1"
+                    f"pose {number}: {name} = {getattr(pose, name)}, {alone[3 * side]:.3f} arm's "
+                    "reaches from the shoulder, is out of reach; allowed is what the joint limits "
+                    f"let the arm do, at a distance of {closest[side]:.2f} to 1"
                 )
 
 
-#: Largest distance of an extremity from its target, m.
-_TOLERANCE = 1e-6
-
-
-def angles(robot: Robot, pose: Posture) -> Array:
-    """Return the joint angles, (8,) rad, that put hands and head where ``pose`` says.
-
-    A pose outside the limits is changed until it is inside; see :func:`misfits`.
-    """
-    target = _target(robot, pose)
-    exact = inverse(robot, target, _TOLERANCE)
-    if not len(exact):
-        return inverse_within_limits(robot, target)
-    # If an elbow could bend either way, choose the way it bends at neutral.
-    best: Array = exact[np.argmax(exact[:, 3] - exact[:, 6])]
-    return best
-
-
-def _target(robot: Robot, pose: Posture) -> Array:
-    """Return the positions of the extremities in ``pose``, (9,) m in the base frame."""
-    right, left, head = np.array(pose.right), np.array(pose.left), np.array(pose.head)
-    reach = arm_reach(robot)
-    look = head / np.linalg.norm(head)
-    waist = np.arctan2(look[1], look[0])
-    cos, sin = np.cos(waist), np.sin(waist)
-    turn = np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])
-    right_shoulder, left_shoulder = shoulders(robot)
-    return np.concatenate(
-        [
-            turn @ (right_shoulder + reach * right * [1, -1, 1]),
-            turn @ (left_shoulder + reach * left),
-            head_joint(robot) + robot.lengths.LH2 * look,
-        ]
-    )
+#: Largest distance of an extremity from its place, m, and angle outside a limit, rad.
+_TOLERANCE = 1e-4

@@ -2,9 +2,9 @@
 
 The mood μ is a fuzzy membership (Section 4, Fig. 7). Each key pose has two Takagi–Sugeno rules:
 *if the feeling holds, go to the written pose; if it does not, stay at neutral*. Their weighted mean
-is taken in joint angles, the arms' own polar coordinates. The joint limits form a box, so the mean
-of reachable poses is reachable, too. At half the mood the body goes half as far along the same
-path.
+is taken in the polar coordinates of the three extremities (:mod:`miburi.gestures.coordinates`), so
+at half the mood the body goes half as far along the same path. What comes out are the paper's nine
+coordinates; the inverse kinematics makes the angles.
 """
 
 from collections.abc import Sequence
@@ -13,7 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from miburi.errors import InputError
-from miburi.gestures.movement import MovementFunction, angles
+from miburi.gestures import coordinates
+from miburi.gestures.movement import MovementFunction
 from miburi.robot import Array, Robot, forward
 
 __all__ = [
@@ -27,12 +28,13 @@ __all__ = [
     "membership",
 ]
 
-#: A movement that turns a joint further than this, rad, is wide; with bound flow it halts half-way.
+#: A movement of a hand or the head by a greater angle, rad, is wide; with bound flow it halts
+#: half-way.
 WIDE = 0.5
-#: Variation: how much less a joint may turn than written, and how much durations may differ.
+#: Variation: how much less far than written a coordinate may go, and how much durations may differ.
 REACH_VARIES, TIME_VARIES = 0.15, 0.12
-#: Breathing: the offset of each joint at the height of a breath, rad, and s for in and out.
-_BREATH = np.array([0.0, 0.03, -0.05, 0.05, 0.03, 0.05, -0.05, 0.035])
+#: Breathing: the offsets at the height of a breath, as in ``COORDINATES``, and s for in and out.
+_BREATH = np.array([-0.007, -0.022, 0.03, -0.007, -0.022, 0.03, 0.0, 0.035])
 _BREATH_TIMES = (1.4, 2.0)
 
 
@@ -134,7 +136,7 @@ def blend(
     shares = np.array(memberships) / max(1.0, sum(memberships))
     lead = parts[int(np.argmax(shares))][0]
     phases = np.array([pose.phase for pose in lead.pose])
-    offsets = np.zeros((len(phases), len(robot.neutral)))
+    offsets = np.zeros((len(phases), len(coordinates.COORDINATES)))
     time = 0.0
     for (function, _), share in zip(parts, shares, strict=True):
         offsets += share * function.effort.space * _offsets_at(robot, function, phases)
@@ -167,25 +169,19 @@ def breath(robot: Robot, *, variation: int | None = None) -> list[KeyPose]:
 
 
 def _key_pose(robot: Robot, offset: Array, duration: float, hold: float) -> KeyPose:
-    pose = np.clip(robot.neutral + offset, robot.lower, robot.upper)
-    right, left, head = forward(robot, pose).reshape(3, 3)
+    """Return the key pose that is ``offset`` away from neutral, (8,) as in ``COORDINATES``."""
+    if offset.any():
+        places = coordinates.targets(robot, coordinates.neutral(robot) + offset)
+    else:
+        places = forward(robot, robot.neutral)  # exactly, without rounding
+    right, left, head = places.reshape(3, 3)
     return KeyPose(right, left, head, duration, hold)
 
 
 def _offsets(robot: Robot, function: MovementFunction) -> Array:
-    """Return how far from neutral the written poses are, (k, 8) rad."""
-    # Robot and function are frozen. The cache holds on to both, so that their ids stay valid.
-    key = (id(robot), id(function))
-    if key not in _offsets_cache:
-        if len(_offsets_cache) >= _CACHE_SIZE:
-            _offsets_cache.clear()
-        poses = np.array([angles(robot, pose) for pose in function.pose])
-        _offsets_cache[key] = (robot, function, poses - robot.neutral)
-    return _offsets_cache[key][2]
-
-
-_offsets_cache: dict[tuple[int, int], tuple[Robot, MovementFunction, Array]] = {}
-_CACHE_SIZE = 256
+    """Return how far from neutral the written poses are, (k, 8) as in ``COORDINATES``."""
+    written = np.array([pose.coordinates for pose in function.pose])
+    return written - coordinates.neutral(robot)
 
 
 def _offsets_at(robot: Robot, function: MovementFunction, phases: Array) -> Array:
@@ -193,7 +189,7 @@ def _offsets_at(robot: Robot, function: MovementFunction, phases: Array) -> Arra
     arrivals = [pose.phase for pose in function.pose]
     leaves = [pose.leaves for pose in function.pose]
     times = np.array([0.0, *np.column_stack([arrivals, leaves]).ravel(), 1.0])
-    rest = np.zeros((1, len(robot.neutral)))
+    rest = np.zeros((1, len(coordinates.COORDINATES)))
     values = np.vstack([rest, np.repeat(_offsets(robot, function), 2, axis=0), rest])
     return np.column_stack([np.interp(phases, times, column) for column in values.T])
 

@@ -4,8 +4,8 @@ In go the gestures that ship with Miburi and, if a user has some, a folder of ge
 comes a :class:`Repertoire`, from which the partner, the trials and the gallery perform.
 
 A user writes gestures for their own robot, so a pose that it cannot reach is a mistake and is
-refused. The shipped gestures were written for the iphonoid. On another robot their poses are
-changed to fit its joint limits, so that every robot can run at once; :func:`misfits` names them.
+refused. The shipped gestures were written for the iphonoid. Another robot goes as near to their
+poses as its limits let it, so that every robot can run at once; :func:`misfits` names them.
 """
 
 from collections import Counter

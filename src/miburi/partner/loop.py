@@ -107,8 +107,8 @@ class Partner:
     feelings
         The emotional model; give stimuli to it directly.
     repertoire
-        The gestures, by default those that ship with Miburi. Poses that the body cannot reach are
-        bent to its joint limits.
+        The gestures, by default those that ship with Miburi. Of a pose that the body cannot reach
+        it takes the nearest that it can.
     period
         A gesture starts at every multiple of this many seconds at which the body is at rest
         (Section 5: 2 s). One that does not fit into a period leaves out the multiples that it

@@ -1,6 +1,6 @@
 """The robot: its description, forward kinematics and closed-form inverse."""
 
-from miburi.robot.closed_form import inverse, inverse_within_limits
+from miburi.robot.closed_form import inverse
 from miburi.robot.description import EXTREMITIES, JOINTS, Array, Robot, iphonoid, load_robot
 from miburi.robot.kinematics import forward, jacobian
 from miburi.robot.printed import forward_as_printed
@@ -13,7 +13,6 @@ __all__ = [
     "forward",
     "forward_as_printed",
     "inverse",
-    "inverse_within_limits",
     "iphonoid",
     "jacobian",
     "load_robot",

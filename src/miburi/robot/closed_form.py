@@ -2,7 +2,8 @@
 
 It relies on the structure of this body: the head alone fixes the waist, and each arm is then a
 planar two-link chain that swings about its shoulder. Tests use it as the truth, and benchmarks as
-the fastest possible solver. The Bacterial Memetic Algorithm needs no such structure.
+the fastest possible solver; nothing else does. The Bacterial Memetic Algorithm needs no such
+structure.
 """
 
 from itertools import product
@@ -14,7 +15,7 @@ from miburi.errors import InputError
 from miburi.robot.description import Array, Robot
 from miburi.robot.kinematics import finite_array, forward
 
-__all__ = ["inverse", "inverse_within_limits"]
+__all__ = ["inverse"]
 
 _ANGLE_TOLERANCE = 1e-7  # rad; a solution this little outside a limit is moved onto it
 
@@ -54,23 +55,6 @@ def inverse(robot: Robot, target: ArrayLike, tolerance: float = 1e-6) -> Array:
     poses = np.unique(np.clip(poses[within], robot.lower, robot.upper), axis=0)
     exact: Array = poses[np.all(_misses(robot, poses, goal) <= tolerance, axis=1)]
     return exact
-
-
-def inverse_within_limits(robot: Robot, target: ArrayLike) -> Array:
-    """Return one pose inside the limits, (8,) rad, near a target that they do not allow (ours).
-
-    Each closed-form solution is clipped to the limits, and the pose that then misses the target
-    least is returned. :func:`miburi.ik.solve` finds a nearer one.
-
-    Raises
-    ------
-    InputError
-        The shape is not (9,), or a value is not finite.
-    """
-    goal = _checked(target)
-    poses = np.clip(_solutions(robot, goal), robot.lower, robot.upper)
-    best: Array = poses[_misses(robot, poses, goal).sum(axis=1).argmin()]
-    return best
 
 
 def _misses(robot: Robot, poses: Array, goal: Array) -> Array:

@@ -1,0 +1,89 @@
+"""The coordinates in which gestures are written, blended and varied (Section 4 of the paper).
+
+A pose is eight numbers, in the order of ``COORDINATES``: of each hand its distance from its own
+shoulder, its spread and its swing; of the head its turn and its rise. They are polar coordinates of
+the three extremities, so half-way between two poses the hands are half-way along an arc, not on a
+chord through the body. The distance is counted in arm's reaches, so a gesture keeps its look on a
+robot of another size.
+
+:func:`targets` turns them into the paper's nine coordinates, and only the inverse kinematics turns
+those into angles. A place out of reach is allowed: the best reachable pose is the answer.
+"""
+
+import numpy as np
+
+from miburi.robot import Array, Robot, forward
+from miburi.robot.geometry import arm_reach, head_joint, shoulders
+
+__all__ = ["COORDINATES", "neutral", "polar", "targets"]
+
+#: Distance in arm's reaches, angles in rad. Spread is counted from the shoulders' axis (straight
+#: out) and swing about it, from hanging forward and up; turn to the left, rise up.
+COORDINATES = (
+    *("right_distance", "right_spread", "right_swing"),
+    *("left_distance", "left_spread", "left_swing"),
+    *("head_turn", "head_rise"),
+)
+
+
+def polar(right: Array, left: Array, head: Array) -> Array:
+    """Return the coordinates of a pose, (8,).
+
+    Parameters
+    ----------
+    right, left
+        (3,) the hand from its own shoulder, [forward, out, up] of the chest, in arm's reaches.
+    head
+        (3,) the head from its joint, [forward, left, up] of the base, of any length.
+    """
+    turn = np.arctan2(head[1], head[0])
+    rise = np.arctan2(head[2], np.hypot(head[0], head[1]))
+    return np.array([*_hand(right), *_hand(left), turn, rise])
+
+
+def neutral(robot: Robot) -> Array:
+    """Return the coordinates of a robot's neutral pose, (8,)."""
+    right, left, head = forward(robot, robot.neutral).reshape(3, 3)
+    look = head - head_joint(robot)
+    back = _turn(np.arctan2(look[1], look[0])).T
+    right_shoulder, left_shoulder = shoulders(robot)
+    return polar(
+        (back @ right - right_shoulder) / arm_reach(robot) * [1, -1, 1],
+        (back @ left - left_shoulder) / arm_reach(robot),
+        look,
+    )
+
+
+def targets(robot: Robot, coordinates: Array) -> Array:
+    """Return the places of right hand, left hand and head, (9,) m in the base frame."""
+    turn, rise = coordinates[6:]
+    chest, reach = _turn(turn), arm_reach(robot)
+    right_shoulder, left_shoulder = shoulders(robot)
+    look = np.array([np.cos(turn) * np.cos(rise), np.sin(turn) * np.cos(rise), np.sin(rise)])
+    return np.concatenate(
+        [
+            chest @ (right_shoulder + reach * _place(coordinates[:3]) * [1, -1, 1]),
+            chest @ (left_shoulder + reach * _place(coordinates[3:6])),
+            head_joint(robot) + robot.lengths.LH2 * look,
+        ]
+    )
+
+
+def _hand(place: Array) -> tuple[float, float, float]:
+    ahead, out, up = place
+    away = np.hypot(ahead, up)
+    swing = np.arctan2(ahead, -up)
+    # From straight back over hanging, forward and up to straight back again: nothing swings so far.
+    swing = (swing + np.pi / 2) % (2 * np.pi) - np.pi / 2
+    return np.hypot(away, out), np.arctan2(away, out), swing
+
+
+def _place(hand: Array) -> Array:
+    distance, spread, swing = hand
+    away = distance * np.sin(spread)
+    return np.array([away * np.sin(swing), distance * np.cos(spread), -away * np.cos(swing)])
+
+
+def _turn(angle: float) -> Array:
+    cos, sin = np.cos(angle), np.sin(angle)
+    return np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
