@@ -231,6 +231,26 @@ def test_nowhere_to_write() -> None:
     assert "/proc/miburi: cannot write there" in out.stderr
 
 
+def test_an_interruption_while_it_loads_is_one_line() -> None:
+    interrupt = """
+import sys
+
+class Interrupt:
+    @staticmethod
+    def find_spec(name, *_):
+        if name == "typer":
+            raise KeyboardInterrupt
+
+sys.meta_path.insert(0, Interrupt)
+from miburi.cli import main
+main()
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", interrupt], capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (130, "miburi: interrupted.\n")
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_interruption_leaves_no_half_file(tmp_path: Path, number: signal.Signals) -> None:
     out = tmp_path / "out"
