@@ -199,10 +199,11 @@ def test_guards_of_a_coarse_encoder_are_whole_steps() -> None:
 
 def test_identified_servos_come_back_from_their_file(robot: Robot, tmp_path: Path) -> None:
     real, path = robot.with_servo(load_servo("xl330-m288-t")), tmp_path / "own.toml"
-    shares = Shares(*(np.linspace(low, 1.2, 8) for low in (0.9, 0.8, 0.7, 0.6)))
+    shares = Shares(*(np.linspace(low, 1.2, 8) for low in (0.9, 0.8, 0.7, 0.6)), wear=1.5)
     guards = FreeRule.of(real).guards
-    rule = expecting(real, shares, guards)
-    write_calibration(real, rule, path, "two\nlines", identified=shares)
+    worn = real.with_servo(real.servo.model.varied(friction=1.5))
+    rule = expecting(worn, shares, guards)
+    write_calibration(worn, rule, path, "two\nlines", identified=shares)
     back = read_calibration(real, path).rule
     assert isinstance(back, FreeRule)
     for name, values in vars(rule.servo).items():

@@ -79,13 +79,14 @@ class IdentifiedTable(Table):
         The name of the servo that the shares are of.
     gain, divisor
         The P gain that was set, and what a unit of it is a part of.
-    stiffness, damping, friction, gravity
+    wear, stiffness, damping, friction, gravity
         As in :class:`miburi.calibration.identify.Shares`.
     """
 
     servo: str
     gain: Annotated[float, Field(gt=0)]
     divisor: Annotated[float, Field(gt=0)]
+    wear: Annotated[float, Field(ge=1, le=3)]
     stiffness: _Shares
     damping: _Shares
     friction: _Shares
@@ -137,6 +138,7 @@ def write_calibration(
         servo = robot.servo.model
         lines += ["", "[identified]", f'servo = "{servo.name}"']
         lines += [f"gain = {servo.drive.gain:g}", f"divisor = {servo.divisor.p_divisor:.4f}"]
+        lines.append(f"wear = {identified.wear:.4f} # times the servo's friction")
         for name in ("stiffness", "damping", "friction", "gravity"):
             numbers = ", ".join(f"{value:.4f}" for value in vars(identified)[name])
             lines.append(f"{name} = [{numbers}] # of the servo's own")
@@ -161,13 +163,19 @@ def read_calibration(robot: Robot, path: Path) -> Calibration:
     from miburi.calibration.identify import Shares, expecting  # it loads Numba
 
     own = table.identified
-    shares = Shares(*map(np.array, (own.stiffness, own.damping, own.friction, own.gravity)))
+    shares = Shares(
+        stiffness=np.array(own.stiffness),
+        damping=np.array(own.damping),
+        friction=np.array(own.friction),
+        gravity=np.array(own.gravity),
+        wear=own.wear,
+    )
     rule = replace(expecting(robot, shares, guards), period=period, ratio=ratio)
     return Calibration(robot, rule, table.servos)
 
 
 def _with_identified(robot: Robot, table: IdentifiedTable, path: Path) -> Robot:
-    servo = robot.servo.model
+    servo = robot.servo.model.varied(friction=table.wear)
     if table.servo != servo.name:
         raise DescriptionError(
             f"{path} is of the servo {table.servo}, but the robot has {servo.name}; choose that "

@@ -9,7 +9,7 @@ Import it where it is first needed: it loads Numba.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from miburi.calibration.free_motion import Trace
 from miburi.errors import BodyError, InputError
 from miburi.robot import JOINTS, Array, Robot
 from miburi.robot.guards import Guards, in_whole_units
-from miburi.safety.contact import lag_doubt
+from miburi.safety.contact import Loading, lag_doubt
 from miburi.safety.free import GUARDS, FreeRule, granted_share
 from miburi.safety.profile import FINE, Steps
 from miburi.servos.free import STEP, travel
@@ -34,13 +34,15 @@ __all__ = [
     "identify",
     "in_words",
     "proposed_gain",
+    "worn",
 ]
 
 #: Guards are this many times what the model missed of the free moves, and no less than the floors.
 MARGIN = 1.5
 #: Stiffness at the horn that a servo may have, and that it should have, N·m/rad (ours: with less it
-#: cannot carry the body to a pose, with more it hunts where gears play).
-STIFFNESS, _WELL = (2.0, 8.0), (4.0, 6.0)
+#: cannot carry the body to a pose, with more it hunts where gears play; it is found up to a tenth
+#: too low, and should be 4 to 6).
+STIFFNESS, _WELL = (2.0, 8.0), (4.0, 5.5)
 #: The search's steps, as factors, coarse to fine; and those of the delay, µs.
 _FACTORS = (1.6, 1.25, 1.12, 1.06, 1.03)
 _DELAYS = (2000, 1000, 500, 250, 250)
@@ -51,6 +53,8 @@ _BOX = (0.2, 5.0)
 #: A servo that differs from its mirror image, or from all others, by more than these factors, and
 #: from its description too, is worth words (ours).
 _MIRRORED, _SINGLE, _EXPECTED = 1.5, 2.0, 1.25
+#: Wear beyond this is not believed; gears would take all of a motor's torque (ours).
+_MOST_WEAR = 2.5
 _MIRROR = {"left": "right", "right": "left"}
 _NAMES = ("stiffness", "damping", "friction", "gravity")
 
@@ -65,12 +69,16 @@ class Shares:
         Of the position control, of back EMF with viscous friction, of the dry friction.
     gravity
         Of the load's weight; 1 where the joint carries none.
+    wear
+        How many times the description's friction all of them have, 1 or more; ``friction`` is a
+        share of that, and what a move needs of the motors is reckoned with it.
     """
 
     stiffness: Array
     damping: Array
     friction: Array
     gravity: Array
+    wear: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -85,8 +93,8 @@ class Identified(Shares):
         Root mean square, in steps, of what the model misses with these constants.
     """
 
-    delay: int
-    missed: Array
+    delay: int = field(kw_only=True)
+    missed: Array = field(kw_only=True)
 
 
 def identify(robot: Robot, traces: Sequence[Trace]) -> Identified:
@@ -125,7 +133,14 @@ def identify(robot: Robot, traces: Sequence[Trace]) -> Identified:
             if errors.sum() > 0.999 * before:
                 break
     count = sum(len(trace.times) for trace in traces)
-    return Identified(**shares, delay=delay, missed=np.sqrt(errors / count))
+    return Identified(
+        shares["stiffness"],
+        shares["damping"],
+        shares["friction"],
+        shares["gravity"],
+        delay=delay,
+        missed=np.sqrt(errors / count),
+    )
 
 
 @dataclass(frozen=True)
@@ -264,19 +279,59 @@ def _at_horn(robot: Robot) -> float:
 
 def fitted(robot: Robot, found: Identified) -> Robot:
     """Return the description with the stiffness that was found, and with the gain that fits it."""
-    servo, gain = robot.servo.model, proposed_gain(robot, found)
-    divisor = servo.divisor.p_divisor / float(np.median(found.stiffness))
-    changes = {
-        "drive": servo.drive.model_copy(update={"gain": float(gain)}),
-        "divisor": servo.divisor.model_copy(update={"standing": "ours", "p_divisor": divisor}),
-    }
-    return robot.with_servo(servo.model_copy(update=changes))
+    gain = float(proposed_gain(robot, found))
+    stiffened = _stiffened(robot, float(np.median(found.stiffness)))
+    servo = stiffened.servo.model
+    drive = servo.drive.model_copy(update={"gain": gain})
+    return stiffened.with_servo(servo.model_copy(update={"drive": drive}))
+
+
+def worn(
+    robot: Robot, found: Identified, traces: Sequence[Trace]
+) -> tuple[Robot, Identified, list[Trace]]:
+    """Return the description, what was found, and the traces, for servos that rub as these do.
+
+    Worn gears take more of the motors' torque, so a move needs more of it, and what is a spring at
+    the horn is a stiffer one at the motor. Where the servos rub no more than ``_EXPECTED`` times as
+    much as described, nothing changes.
+    """
+    wear = min(float(np.median(found.friction)), _MOST_WEAR)
+    if wear <= _EXPECTED:
+        return robot, found, list(traces)
+    rubbing = robot.with_servo(robot.servo.model.varied(friction=wear))
+    stiffer = float(np.median(identify(rubbing, traces).stiffness))
+    rubbing = _stiffened(rubbing, stiffer)
+
+    def softer(errors: Steps) -> Steps:
+        return (errors / stiffer).astype(np.int64)
+
+    moves = [
+        replace(
+            trace,
+            loading=Loading(
+                trace.loading.offset,
+                softer(trace.loading.begin),
+                softer(trace.loading.end),
+                softer(trace.loading.most),
+            ),
+        )
+        for trace in traces
+    ]
+    return rubbing, replace(identify(rubbing, moves), wear=wear), moves
+
+
+def _stiffened(robot: Robot, times: float) -> Robot:
+    servo = robot.servo.model
+    divisor = servo.divisor.model_copy(
+        update={"standing": "ours", "p_divisor": servo.divisor.p_divisor / times}
+    )
+    return robot.with_servo(servo.model_copy(update={"divisor": divisor}))
 
 
 def proposed_gain(robot: Robot, found: Identified) -> int:
     """Return the P gain with which these servos are as stiff as they should be.
 
-    It stays as it is where it is well, from 4 to 6 N·m/rad in the median of the servos.
+    It stays as it is where the servos' median is well, 4 to 5.5 N·m/rad as found.
     """
     servo, middle = robot.servo.model, float(np.median(found.stiffness))
     stiffness = _at_horn(robot) * middle

@@ -20,6 +20,7 @@ from miburi.robot import JOINTS, Robot
 from miburi.safety.free import FreeRule
 from miburi.servos import load_servo
 from miburi.studies.trials.plant import TrialPlant
+from miburi.studies.trials.trial import TrialKind, trial
 from miburi.studies.trials.workshop import USUAL, calibrate_servos, record_free_moves
 
 LEFT_ELBOW = JOINTS.index("left_elbow")
@@ -54,11 +55,11 @@ def varied(real: Robot, **factors: float) -> Robot:
     return real.with_servo(servo.model_copy(update={"divisor": divisor}))
 
 
-def true_stiffness(real: Robot, gain: float) -> float:
-    """What twice as stiff a robot's horns have with another gain, N·m/rad."""
+def true_stiffness(real: Robot, gain: float, times: float = 2.0) -> float:
+    """What so many times as stiff a robot's horns have with another gain, N·m/rad."""
     servo = real.servo.model
     gears = 1 - servo.friction.motor_load
-    return 2 * servo.stiffness * gears * gain / servo.drive.gain
+    return times * servo.stiffness * gears * gain / servo.drive.gain
 
 
 def test_a_servo_like_its_description_is_found_to_be_so(found: Identified) -> None:
@@ -130,11 +131,24 @@ def test_the_rule_of_a_calibrated_robot_lets_its_own_moves_pass(
 
 
 def test_a_robot_with_the_other_divisor_ends_with_a_gain_that_fits(real: Robot) -> None:
-    done = calibrate_servos(real, 1, varied(real, stiffness=2.0))
-    assert 4.0 <= true_stiffness(real, done.robot.servo.model.drive.gain) <= 6.0
+    done = calibrate_servos(real, 1, varied(real, stiffness=3.0))
+    assert 4.0 <= true_stiffness(real, done.robot.servo.model.drive.gain, 3.0) <= 6.0
     assert np.abs(np.log(done.found.stiffness)).max() < np.log(1.4)
     assert done.seconds <= 180
-    assert "set the P gain to" in done.words[0]
+    assert done.words[0].startswith("the P gain is ")
+
+
+def test_worn_servos_get_the_torque_that_their_gears_take(real: Robot) -> None:
+    """Twice the friction in all its parts: a ceiling for new gears would stop the robot."""
+    rubbing = real.with_servo(real.servo.model.varied(friction=1.7))
+    done = calibrate_servos(real, 1, rubbing)
+    friction = done.robot.servo.model.friction
+    assert friction.motor_load == pytest.approx(1.7 * 0.2668, rel=0.35)
+    assert done.found.wear > 1.3
+    assert np.median(done.found.friction) < 1.3
+    plant = TrialPlant(done.robot, done.true)
+    free = [trial(plant, done.rule, 41, TrialKind.FREE, index) for index in range(12)]
+    assert not any(one.stopped for one in free)
 
 
 def test_without_moves_nothing_is_identified(real: Robot) -> None:

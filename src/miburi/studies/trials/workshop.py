@@ -18,10 +18,11 @@ from miburi.calibration.identify import (
     identify,
     in_words,
     proposed_gain,
+    worn,
 )
 from miburi.card.calibration import free_moves
 from miburi.errors import BodyError
-from miburi.robot import Robot
+from miburi.robot import JOINTS, Robot
 from miburi.safety.free import FreeRule
 from miburi.safety.stop import Phase, Stop
 from miburi.studies.trials.conditions import draw
@@ -46,7 +47,9 @@ class Calibrated:
     Attributes
     ----------
     robot
-        The description with the stiffness that was found, and the gain that fits.
+        The description with the stiffness and friction that were found, and the gain that fits.
+    true
+        The robot as it is, with that gain.
     rule, found
         The contact rule, and the servos that it expects.
     words
@@ -56,6 +59,7 @@ class Calibrated:
     """
 
     robot: Robot
+    true: Robot
     rule: FreeRule
     found: Identified
     words: tuple[str, ...]
@@ -73,20 +77,30 @@ def calibrate_servos(robot: Robot, seed: int, true: Robot | None = None) -> Cali
     BodyError
         A servo is too soft or too stiff with any gain, or the rule stopped a gesture.
     """
+    true = true or robot
     seconds = 0.0
-    words: list[str] = []
+    first = robot.servo.model.drive.gain
     for _ in range(_ROUNDS):
+        # Moves of all joints at once are enough for the gain, and soon made.
         plant = TrialPlant(robot, true)
-        traces = record_free_moves(plant, seed)
+        found = identify(robot, record_free_moves(plant, seed, together=True))
         seconds += plant.time
-        found = identify(robot, traces)
-        gain = proposed_gain(robot, found)
-        if gain == round(robot.servo.model.drive.gain):
+        if proposed_gain(robot, found) == round(robot.servo.model.drive.gain):
             break
-        words = in_words(robot, found)[:1]
         robot = fitted(robot, found)
-        true = _with_gain(true, gain) if true is not None else None
+        true = _with_gain(true, robot.servo.model.drive.gain)
+    plant = TrialPlant(robot, true)
+    traces = record_free_moves(plant, seed)
+    seconds += plant.time
+    found = identify(robot, traces)
     check(robot, found)
+    gain, words = robot.servo.model.drive.gain, in_words(robot, found)
+    if gain != first:
+        words.insert(
+            0, f"the P gain is {gain:g} now, for {first:g} made the servos too soft or stiff"
+        )
+    robot, found, traces = worn(robot, found, traces)
+    plant = TrialPlant(robot, true)
     rule = free_rule(robot, found, traces)
     tested, stop = _test(plant, rule, seed)
     if stop is not None:
@@ -94,17 +108,23 @@ def calibrate_servos(robot: Robot, seed: int, true: Robot | None = None) -> Cali
             f"The calibrated rule stopped a free gesture at {stop.motor}. Look for a loose horn or "
             "screw, a cable that pulls, or a hand in the way; then calibrate again."
         )
-    words += in_words(robot, found)
-    return Calibrated(robot, rule, found, tuple(words), seconds + tested)
+    return Calibrated(robot, true, rule, found, tuple(words), seconds + tested)
 
 
-def record_free_moves(plant: TrialPlant, seed: int, variation: Variation = USUAL) -> list[Trace]:
-    """Let a robot make the moves of a calibration with no rule on, and return their traces."""
+def record_free_moves(
+    plant: TrialPlant, seed: int, variation: Variation = USUAL, *, together: bool = False
+) -> list[Trace]:
+    """Let a robot make the moves of a calibration with no rule on, and return their traces.
+
+    ``together`` leaves out the moves of single joints.
+    """
     robot, here = plant.robot, np.array(plant.robot.neutral)
     plant.begin(here, variation, np.random.default_rng([seed, _STREAM]))
     body = Simulated(robot, DeafRule.of(robot), plant=plant)
     traces = []
-    for _, move in free_moves(robot):
+    for name, move in free_moves(robot):
+        if together and name in JOINTS:
+            continue
         readings = [body.encoders]
         body.move(move)
         while body.phase is Phase.MOVING:
@@ -135,9 +155,9 @@ def _test(plant: TrialPlant, rule: FreeRule, seed: int) -> tuple[float, Stop | N
     return seconds, None
 
 
-def _with_gain(robot: Robot, gain: int) -> Robot:
+def _with_gain(robot: Robot, gain: float) -> Robot:
     servo = robot.servo.model
-    drive = servo.drive.model_copy(update={"gain": float(gain)})
+    drive = servo.drive.model_copy(update={"gain": gain})
     return robot.with_servo(servo.model_copy(update={"drive": drive}))
 
 
