@@ -10,11 +10,31 @@ from dynamixel_sdk import (
     GroupSyncRead,
     PacketHandler,
 )
+from hypothesis import example, given
+from hypothesis import strategies as st
 from tests.emulation.port import Port
 
 from miburi.emulation.bus import BAUDS, Bus
-from miburi.emulation.packets import BROADCAST, FAST_SYNC_READ, packet
-from miburi.emulation.servos import MODEL, Servo
+from miburi.emulation.packets import (
+    ACTION,
+    BROADCAST,
+    BULK_READ,
+    BULK_WRITE,
+    CLEAR,
+    FACTORY_RESET,
+    FAST_BULK_READ,
+    FAST_SYNC_READ,
+    PING,
+    READ,
+    REBOOT,
+    REG_WRITE,
+    SYNC_READ,
+    SYNC_WRITE,
+    WRITE,
+    packet,
+    packets,
+)
+from miburi.emulation.servos import MODEL, Servo, Shaft
 
 SDK = PacketHandler(2.0)
 #: Registers.
@@ -22,6 +42,18 @@ ID, BAUD, DRIVE, MODE, SECONDARY, HOMING, THRESHOLD, TORQUE = 7, 8, 10, 11, 12, 
 LED, REGISTERED, GAIN, ACCELERATION, SPEED, GOAL, TICK = 65, 69, 84, 108, 112, 116, 120
 MOVING, STATUS, POSITION, TRAJECTORY_SPEED, TRAJECTORY, INDIRECT = 122, 123, 132, 136, 140, 168
 FAILED, UNDEFINED_INSTRUCTION, RANGE, ACCESS = 1, 2, 4, 7
+INSTRUCTIONS = (
+    PING, READ, WRITE, REG_WRITE, ACTION, FACTORY_RESET, REBOOT, CLEAR, SYNC_READ, SYNC_WRITE,
+    FAST_SYNC_READ, BULK_READ, BULK_WRITE, FAST_BULK_READ,
+)  # fmt: skip
+#: Parameters that a host might send: reads, writes and their groups, a reset, a clear.
+USUAL = (
+    bytes((132, 0, 4, 0)), bytes((64, 0, 1)), bytes((116, 0, 0, 8, 0, 0)), bytes((11, 0, 16)),
+    bytes((10, 0, 13)), bytes((100, 0, 3, 0)), bytes((7, 0, 2)), bytes((8, 0, 1)), b"\xff", b"\1",
+    bytes((132, 0, 4, 0, 1, 2, 3)), bytes((116, 0, 4, 0, 1, 0, 8, 0, 0)), b"\1\x44\x58\x4c\x22",
+    bytes((1, 132, 0, 4, 0, 2, 64, 0, 1, 0)), bytes((1, 64, 0, 1, 0, 1)),
+    bytes((112, 0, 50, 0, 0, 0)),
+)  # fmt: skip
 
 
 def little(value: int, size: int) -> list[int]:
@@ -357,3 +389,35 @@ def test_an_instruction_that_does_not_exist_is_an_error(port: Port) -> None:
     unknown = [0, 0, 0, 0, 1, 3, 0, 0x44, 0, 0]
     _, result, error = SDK.txRxPacket(port, unknown)
     assert (result, error) == (COMM_SUCCESS, UNDEFINED_INSTRUCTION)
+
+
+@given(
+    orders=st.lists(
+        st.tuples(
+            st.sampled_from([1, 2, 3, 100, BROADCAST]),
+            st.sampled_from(INSTRUCTIONS) | st.integers(0, 255),
+            st.binary(max_size=24) | st.sampled_from(USUAL),
+        ),
+        min_size=1,
+        max_size=12,
+    )
+)
+@example(orders=[(100, WRITE, b"\xff")])
+@example(orders=[(1, FAST_BULK_READ, bytes((1, 0, 0, 0x9C, 0x73, 2, 0, 0, 0xFF, 0xFF)))])
+def test_whatever_is_said_to_them_they_answer_in_whole_packets_or_not_at_all(
+    orders: list[tuple[int, int, bytes]],
+) -> None:
+    """Any instruction with any parameters; every second one is what a host might say."""
+    servos = [Servo.new(i, shaft=Shaft(2000.0)) for i in (1, 2, 3)]
+    servos[1].set("secondary_id", 100)
+    bus, time = Bus(servos), 0.0
+    for servo, instruction, parameters in orders:
+        time += 20_000.0
+        fast = instruction in (FAST_SYNC_READ, FAST_BULK_READ)
+        said = bus.answer(packet(servo, instruction, parameters), time)
+        assert all(start >= time for start, _ in said)
+        if not fast and len({one.get("id") for one in servos}) == len(servos):
+            whole, rest = packets(b"".join(data for _, data in said))
+            assert (len(whole), rest) == (len(said), b"")
+        for one in servos:
+            one.drive(time, one.shaft.position(one, time), 0.0)

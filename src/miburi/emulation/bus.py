@@ -45,6 +45,9 @@ _LEVELS = {PING: 0, READ: 1}
 #: The highest id that may be a secondary one.
 _LAST_ID = 252
 
+#: Bytes that one fast answer may have for certain.
+_LONGEST = 60_000
+
 #: What a servo says, and when it begins.
 Answer = tuple[float, bytes]
 
@@ -121,10 +124,13 @@ class Bus:
         for one in self._alive:
             if servo in (one.get("id"), BROADCAST):
                 answers += self._single(one, servo, instruction, parameters, time)
-            elif servo == one.get("secondary_id") <= _LAST_ID and instruction == WRITE:
+            elif self._shares(one, servo) and instruction == WRITE and len(parameters) > 2:
                 address = struct.unpack_from("<H", parameters)[0]
                 one.write(address, parameters[2:], time, shared=True)
         return answers
+
+    def _shares(self, one: Servo, servo: int) -> bool:
+        return servo == one.get("secondary_id") <= _LAST_ID
 
     def _collide(self, answers: list[Answer]) -> list[Answer]:
         """Return what is heard on the wire where several speak."""
@@ -151,6 +157,9 @@ class Bus:
         self, asked: list[tuple[int, int, int]], time: float, *, fast: bool
     ) -> list[Answer]:
         """Let each servo answer after the one before it; after one that is missing, nobody does."""
+        counts = [width for _, _, width in asked]
+        if fast and sum(counts) > _LONGEST:
+            return []
         answers: list[Answer] = []
         blocks: list[tuple[int, int, bytes]] = []
         for servo, address, count in asked:
@@ -162,7 +171,6 @@ class Bus:
                 error, data = one.read(address, count, time)
                 if fast:
                     block = (error, servo, data.ljust(count, b"\0"))
-                    counts = [width for _, _, width in asked]
                     start, _ = self._say(one, error, data, time) if not blocks else (time, b"")
                     said.append((start, fast_blocks([*blocks, block], counts)[-1]))
                 else:
