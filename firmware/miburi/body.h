@@ -105,9 +105,29 @@ class Body {
     return Result::ok;
   }
 
+  // What the motors will bear in the next move or release, and the most duty that each may use.
+  // What a host says of it shifts what the rule expects: by less than 32 steps.
+  Result set_loads(const Load* loads, Writer& out) {
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      const Load& load = loads[i];
+      const int32_t most = largest_error(rule_, load) / QUARTER;
+      if (!within(load.begin, -most, most) || !within(load.end, -most, most) ||
+          !within(load.pwm, 1, FULL_PWM)) {
+        out.put(i, 1);
+        return Result::range;
+      }
+      loads_[i] = load;
+    }
+    loaded_ = true;
+    return Result::ok;
+  }
+
   Result move(const int16_t* goal, const uint16_t* speeds, Writer& out) {
     if (controller_.phase != Phase::idle) {
       return wrong_phase(out);
+    }
+    if (!loaded_) {
+      return Result::loads;
     }
     uint8_t wrong = IN_RANGE;
     for (uint8_t i = 0; i < MOTORS; i++) {
@@ -144,6 +164,9 @@ class Body {
     if (controller_.phase != Phase::stopped) {
       return wrong_phase(out);
     }
+    if (!loaded_) {
+      return Result::loads;
+    }
     if (!table_.complete()) {
       return Result::settings;
     }
@@ -151,6 +174,10 @@ class Body {
       if (!servos_.set_mode(table_.joints[i].id)) {
         return unready(i, Reason::silent, out);
       }
+    }
+    // A motor under torque would jump to its goal when it becomes stiffer: it starts as a limp one.
+    if (servos_.detuned(table_.joints, gains()) != 0) {
+      servos_.set_torque(table_.joints, false);
     }
     // A motor that was just made known must be read twice to be believed.
     for (uint8_t tries = 0; tries < FIRST && !look_around(); tries++) {
@@ -194,7 +221,9 @@ class Body {
     clear_watchdog_ = true;
     hold(table_.settings.return_speed);
     servos_.set_torque(table_.joints, true);
-    const uint8_t weak = servos_.limp(table_.joints);
+    // Not before: a servo may fall back to its own gains when torque comes on.
+    servos_.set_gains(table_.joints, gains());
+    const uint8_t weak = servos_.limp(table_.joints) | servos_.detuned(table_.joints, gains());
     for (uint8_t i = 0; i < MOTORS; i++) {
       if (!held_ || (weak & (1u << i))) {
         return unready(i, Reason::deaf, out);
@@ -206,6 +235,7 @@ class Body {
       goal[i] = table_.joints[i].neutral;
     }
     return_speeds(controller_.origin, goal, table_.settings.return_speed, speeds);
+    look_around();  // they have taken their weight meanwhile
     go(Phase::returning, goal, speeds);
     out.put(static_cast<uint64_t>(controller_.began), 8);
     return Result::ok;
@@ -346,10 +376,10 @@ class Body {
     }
   }
 
-  // A servo that lost its power for a moment answers as before, but is limp: the rule sees it in
-  // motion, and this at rest. One at each reading, so that the report is out before the next.
+  // A servo that lost its power for a moment answers as before, but is limp, and has gains of its
+  // own: the rule sees it in motion, and this at rest. One at each reading, so that the report is out before the next.
   void look_at_torque(uint8_t motor) {
-    if (servos_.switched_off(table_.joints[motor].id)) {
+    if (servos_.restarted(table_.joints[motor].id, gains())) {
       give_up(Reason::restarted, motor);
     }
   }
@@ -366,7 +396,7 @@ class Body {
         controller_.origin[i] = inside(joint, readings_.angles()[i]);
       }
       orders_[i] =
-          Order{table_.settings.hold_current, speed, 0, to_servo(joint, controller_.origin[i])};
+          Order{table_.settings.hold_pwm, speed, 0, to_servo(joint, controller_.origin[i])};
     }
     pinned_ = readings_.known();
     if (clear_watchdog_) {
@@ -379,16 +409,18 @@ class Body {
     clear_watchdog_ = !held_;
   }
 
+  Gains gains() const { return Gains{table_.settings.d_gain, table_.settings.p_gain}; }
+
   void go(Phase phase, const int16_t* goal, const uint16_t* speeds) {
     uint32_t real[MOTORS];
     for (uint8_t i = 0; i < MOTORS; i++) {
       real[i] = Servos::real_speed(speeds[i]);
-      orders_[i] = Order{table_.settings.move_current, speeds[i], acceleration_,
+      orders_[i] = Order{loads_[i].pwm, speeds[i], acceleration_,
                          to_servo(table_.joints[i], goal[i])};
     }
-    held_ = false;
+    held_ = loaded_ = false;
     servos_.command(table_.joints, orders_);
-    start(controller_, rule_, phase, goal, real, acceleration_, readings_.angles(), now());
+    start(controller_, rule_, phase, goal, real, loads_, acceleration_, readings_.angles(), now());
     // Whoever did not hear it is told once more; who still did not will be missed by the rule.
     if (servos_.deaf(table_.joints, orders_) != 0) {
       servos_.command(table_.joints, orders_);
@@ -438,12 +470,14 @@ class Body {
 
   Health health_[MOTORS] = {};
   Order orders_[MOTORS] = {};
+  Load loads_[MOTORS] = {};
 
   uint32_t ticks_ = 0;
   int64_t clock_ = 0;
   int64_t next_poll_ = 0;
   uint16_t polls_ = 0;
 
+  bool loaded_ = false;          // loads_ are those of the next move
   bool held_ = false;            // the servos are known to hold
   bool limp_ = false;            // torque was taken off on purpose
   uint8_t pinned_ = 0;           // motors for which controller_.origin says where to hold

@@ -11,7 +11,7 @@ inline uint16_t u16_at(const uint8_t* bytes) {
 
 class Writer {
  public:
-  Writer(uint8_t* bytes, uint8_t room) : bytes_(bytes), room_(room) {}
+  Writer(uint8_t* bytes, uint16_t room) : bytes_(bytes), room_(room) {}
 
   Writer& put(uint64_t value, uint8_t width) {
     for (uint8_t i = 0; i < width && count_ < room_; i++) {
@@ -19,17 +19,17 @@ class Writer {
     }
     return *this;
   }
-  uint8_t count() const { return count_; }
+  uint16_t count() const { return count_; }
 
  private:
   uint8_t* bytes_;
-  uint8_t room_;
-  uint8_t count_ = 0;
+  uint16_t room_;
+  uint16_t count_ = 0;
 };
 
 class Reader {
  public:
-  Reader(const uint8_t* bytes, uint8_t count) : bytes_(bytes), count_(count) {}
+  Reader(const uint8_t* bytes, uint16_t count) : bytes_(bytes), count_(count) {}
 
   uint8_t u8() { return static_cast<uint8_t>(take(1)); }
   uint16_t u16() { return static_cast<uint16_t>(take(2)); }
@@ -48,8 +48,8 @@ class Reader {
   }
 
   const uint8_t* bytes_;
-  uint8_t count_;
-  uint8_t at_ = 0;
+  uint16_t count_;
+  uint16_t at_ = 0;
 };
 
 }  // namespace miburi

@@ -8,7 +8,8 @@
 
 namespace miburi {
 
-const uint8_t FIRMWARE[3] = {0, 1, 0};
+const uint8_t FIRMWARE[3] = {0, 2, 0};
+const uint8_t LOAD_SIZE = 4;
 
 template <class Io>
 class Card {
@@ -68,7 +69,7 @@ class Card {
       out.put(0, 1);
       Reader in(frame.payload, frame.count);
       answer_[0] = static_cast<uint8_t>(obey(frame, in, out));
-      answer_count_ = out.count();
+      answer_count_ = static_cast<uint8_t>(out.count());
       answered_ = true;
       last_sequence_ = frame.sequence;
       last_kind_ = frame.kind;
@@ -102,6 +103,8 @@ class Card {
         return frame.count == 0 ? body_.relax(out) : Result::length;
       case Kind::identify:
         return frame.count == 2 ? identify(in, out) : Result::length;
+      case Kind::loads:
+        return frame.count == LOAD_SIZE * MOTORS ? set_loads(in, out) : Result::length;
       default:
         return Result::unknown;
     }
@@ -134,6 +137,16 @@ class Card {
     return body_.move(goal, speeds, out);
   }
 
+  Result set_loads(Reader& in, Writer& out) {
+    Load loads[MOTORS];
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      loads[i].begin = in.i8();
+      loads[i].end = in.i8();
+      loads[i].pwm = in.u16();
+    }
+    return body_.set_loads(loads, out);
+  }
+
   Result identify(Reader& in, Writer& out) {
     const uint8_t old_id = in.u8();
     return body_.identify(old_id, in.u8(), out);
@@ -149,7 +162,7 @@ class Card {
     uint8_t bytes[MAX_PAYLOAD];
     Writer out(bytes, sizeof bytes);
     body_.report(out);
-    send(static_cast<uint8_t>(Kind::report), reports_++, bytes, out.count());
+    send(static_cast<uint8_t>(Kind::report), reports_++, bytes, static_cast<uint8_t>(out.count()));
   }
 
   void send(uint8_t kind, uint8_t sequence, const uint8_t* payload, uint8_t count) {

@@ -1,15 +1,18 @@
 // The contact rule of Section 2 of the paper: always on, one motor stops all.
 //
-// The twin of miburi/contact.py, decision for decision. Positions are encoder steps, travels
-// 1/256 steps, times µs.
+// The twin of miburi/safety/contact.py and free.py, decision for decision: each motor's speed is held
+// against the one that the free servo, with this load, would have had. Positions are encoder steps,
+// travels 1/256 steps, times µs.
 #pragma once
 
+#include "free.h"
 #include "profile.h"
 
 namespace miburi {
 
 const int64_t WHOLE_RATIO = 10000;  // ratio is counted in parts of this
 const int64_t LAG_DOUBT = 2000;     // µs by which a servo's lag may differ from move to move
+const int32_t FAST = 512 * FINE;    // 1/256 steps/s: who gets so fast is granted the whole guards
 
 // What the rule grants a motor; found by calibration.
 struct Guards {
@@ -23,6 +26,8 @@ struct Guards {
 
 struct Rule {
   Guards guards[MOTORS];
+  FreeServo servos[MOTORS];
+  uint16_t error_per_pwm;  // 1/65536 steps of error that bring one unit of duty
   int32_t period;  // Eq. 1
   int32_t ratio;   // Eq. 2
 };
@@ -37,6 +42,19 @@ struct Contact {
   int64_t length;  // µs in which the motor travelled so
 };
 
+inline int32_t distance_between(int32_t a, int32_t b) { return a < b ? b - a : a - b; }
+
+inline int32_t lag_doubt(const Profile& profile) {
+  return static_cast<int32_t>(fastest(profile) * LAG_DOUBT / SECOND);
+}
+
+// What a motor is granted of its guards: half at rest, all at FAST, in 1/256.
+inline int16_t granted(const Profile& profile) {
+  const int32_t fine = static_cast<int32_t>(FINE);
+  const int32_t top = fastest(profile);
+  return static_cast<int16_t>((fine + fine * (top < FAST ? top : FAST) / FAST) / 2);
+}
+
 // The rule's view of one move.
 struct Watch {
   int64_t period_ends;
@@ -47,17 +65,51 @@ struct Watch {
   int32_t measured[MOTORS];
   int64_t since[MOTORS];  // when that was
   int32_t doubt[MOTORS];  // what LAG_DOUBT is at the move's top speed
+  int16_t share[MOTORS];  // of slack, behind and ahead, in 1/256: the model misses less at slow speeds
+  int64_t modelled;       // until when the free servos have been followed, since the move began
+  Loading loading[MOTORS];
+  FreeMotion free[MOTORS];
+  int32_t profile_then[MOTORS];  // where the profiles were at that time, from the start
 };
 
-inline int32_t distance_between(int32_t a, int32_t b) { return a < b ? b - a : a - b; }
-
-inline int32_t lag_doubt(const Profile& profile) {
-  return static_cast<int32_t>(fastest(profile) * LAG_DOUBT / SECOND);
+// A watch over motors that set off now; the caller gives it profile, start, direction and loading.
+inline void begin(Watch& watch, const Rule& rule) {
+  watch.period_ends = rule.period;
+  watch.modelled = 0;
+  for (uint8_t motor = 0; motor < MOTORS; motor++) {
+    watch.expected[motor] = watch.measured[motor] = 0;
+    watch.since[motor] = 0;
+    watch.doubt[motor] = lag_doubt(watch.profile[motor]);
+    watch.share[motor] = granted(watch.profile[motor]);
+    watch.free[motor] = FreeMotion{0, 0};
+    watch.profile_then[motor] = watch.loading[motor].offset;
+  }
 }
 
 inline int32_t travelled(const Watch& watch, uint8_t motor, const int16_t* positions) {
   return (static_cast<int32_t>(positions[motor]) - watch.start[motor]) * watch.direction[motor] *
          static_cast<int32_t>(FINE);
+}
+
+// Where a loaded motor comes to rest, but for friction.
+inline int32_t goal_of(const Watch& watch, uint8_t motor) {
+  const Loading& loading = watch.loading[motor];
+  return watch.profile[motor].distance * static_cast<int32_t>(FINE) + loading.offset - loading.end;
+}
+
+// Follows a free motor for `steps` steps, until watch.modelled.
+inline void follow(Watch& watch, const Rule& rule, uint8_t motor, int32_t steps) {
+  const Loading& loading = watch.loading[motor];
+  const Profile& profile = watch.profile[motor];
+  const int32_t went =
+      static_cast<int32_t>(travel(profile, watch.modelled - rule.guards[motor].lag));
+  // The load is straight between what it is at both ends; the share is in 1/256.
+  const int32_t share = profile.distance > 0 ? went / profile.distance : 0;
+  const int32_t sag = loading.begin + (((loading.end - loading.begin) * share) >> 8);
+  const int32_t now = loading.offset + went;
+  advance(watch.free[motor], rule.servos[motor], watch.profile_then[motor], now, steps, sag,
+          loading.most);
+  watch.profile_then[motor] = now;
 }
 
 // Keeps the suspect that fell furthest behind; of equals, the first.
@@ -78,11 +130,18 @@ inline Contact look(Watch& watch, const Rule& rule, const int16_t* positions, in
   if (due) {
     watch.period_ends += rule.period;
   }
+  const int32_t steps = static_cast<int32_t>((time - watch.modelled) / MODEL_STEP);
+  watch.modelled += static_cast<int64_t>(steps) * MODEL_STEP;
+  const int32_t rest = static_cast<int32_t>(time - watch.modelled) * fine / MODEL_STEP;
   for (uint8_t motor = 0; motor < MOTORS; motor++) {
     const Guards& guards = rule.guards[motor];
-    const Profile& profile = watch.profile[motor];
-    const int32_t expected = static_cast<int32_t>(travel(profile, time - guards.lag));
+    if (steps > 0) {
+      follow(watch, rule, motor, steps);
+    }
+    const FreeMotion& free = watch.free[motor];
+    const int32_t expected = (free.x >> 8) + (((free.v >> 8) * rest) >> 8);
     const int32_t measured = travelled(watch, motor, positions);
+    const int32_t share = watch.share[motor];
     const int32_t should = expected - watch.expected[motor];
     const int32_t did = measured - watch.measured[motor];
     const int64_t length = time - watch.since[motor];
@@ -92,17 +151,17 @@ inline Contact look(Watch& watch, const Rule& rule, const int16_t* positions, in
         watch.measured[motor] = measured;
         watch.since[motor] = time;
       }
-      if ((did + guards.slack * fine) * WHOLE_RATIO < static_cast<int64_t>(should) * rule.ratio) {
+      if ((did + guards.slack * share) * WHOLE_RATIO < static_cast<int64_t>(should) * rule.ratio) {
         suspect(slow, Contact{Sign::speed, motor, did, should, length});
       }
     }
     const int32_t behind = expected - measured;
     const int32_t doubt = watch.doubt[motor];
-    if (behind > guards.behind * fine + doubt || -behind > guards.ahead * fine + doubt) {
+    if (behind > guards.behind * share + doubt || -behind > guards.ahead * share + doubt) {
       suspect(astray, Contact{Sign::tracking, motor, measured, expected, time});
     }
-    const int32_t goal = profile.distance * fine;
-    if (time >= profile.total + guards.lag + rule.period &&
+    const int32_t goal = goal_of(watch, motor);
+    if (time >= watch.profile[motor].total + guards.lag + rule.period &&
         distance_between(goal, measured) > guards.arrival * fine) {
       suspect(missing, Contact{Sign::arrival, motor, measured, goal, time});
     }
@@ -121,9 +180,8 @@ inline bool arrived(const Watch& watch, const Rule& rule, const int16_t* positio
   const int32_t fine = static_cast<int32_t>(FINE);
   for (uint8_t motor = 0; motor < MOTORS; motor++) {
     const Guards& guards = rule.guards[motor];
-    const Profile& profile = watch.profile[motor];
-    if (time < profile.total + guards.lag ||
-        distance_between(profile.distance * fine, travelled(watch, motor, positions)) >
+    if (time < watch.profile[motor].total + guards.lag ||
+        distance_between(goal_of(watch, motor), travelled(watch, motor, positions)) >
             guards.arrival * fine) {
       return false;
     }

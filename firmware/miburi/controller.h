@@ -1,6 +1,6 @@
 // One body's states and rule: idle → moving → stopped (latched) → returning → idle.
 //
-// The twin of miburi/bodies/controller.py. It knows joint positions in encoder steps and a clock
+// The twin of miburi/safety/controller.py. It knows joint positions in encoder steps and a clock
 // in µs; the servos are told by the caller.
 #pragma once
 
@@ -85,26 +85,43 @@ inline void stop(Controller& c, Reason reason, uint8_t motor, const int16_t* pos
   }
 }
 
+// The error that a motor's load takes at a move's beginning and end, in quarters of a step of the
+// joint's angle; and how much duty the motor may use.
+struct Load {
+  int8_t begin;
+  int8_t end;
+  uint16_t pwm;
+};
+const int16_t QUARTER = 64;  // 1/256 steps
+
+// The error at which a motor's duty has its limit, in 1/256 steps.
+inline int32_t largest_error(const Rule& rule, const Load& load) {
+  return static_cast<int32_t>((static_cast<uint32_t>(load.pwm) * rule.error_per_pwm) >> 8);
+}
+
 // Start a motion that the caller has found to be allowed; speeds in 1/256 steps/s, more than 0.
 inline void start(Controller& c, const Rule& rule, Phase phase, const int16_t* goal,
-                  const uint32_t* speeds, uint16_t acceleration, const int16_t* positions,
-                  int64_t time) {
+                  const uint32_t* speeds, const Load* loads, uint16_t acceleration,
+                  const int16_t* positions, int64_t time) {
   c.phase = phase;
   c.began = time;
-  c.watch.period_ends = rule.period;
   for (uint8_t motor = 0; motor < MOTORS; motor++) {
     const int32_t way = static_cast<int32_t>(goal[motor]) - c.origin[motor];
     c.goal[motor] = goal[motor];
     note_sag(c, motor, positions);
     c.watch.profile[motor] =
         plan(way < 0 ? -way : way, static_cast<int32_t>(speeds[motor]), acceleration);
-    c.watch.doubt[motor] = lag_doubt(c.watch.profile[motor]);
-    c.watch.direction[motor] = way < 0 ? -1 : 1;
+    const int8_t direction = way < 0 ? -1 : 1;
+    const Load& load = loads[motor];
+    c.watch.direction[motor] = direction;
     c.watch.start[motor] = positions[motor];
-    c.watch.expected[motor] = 0;
-    c.watch.measured[motor] = 0;
-    c.watch.since[motor] = 0;
+    c.watch.loading[motor].offset = (static_cast<int32_t>(c.origin[motor]) - positions[motor]) *
+                                    direction * static_cast<int32_t>(FINE);
+    c.watch.loading[motor].begin = load.begin * QUARTER * direction;
+    c.watch.loading[motor].end = load.end * QUARTER * direction;
+    c.watch.loading[motor].most = largest_error(rule, load);
   }
+  begin(c.watch, rule);
 }
 
 // Speeds of the slow return from `origin` to `goal`, arriving together: the motor with the

@@ -11,7 +11,7 @@
 
 namespace miburi {
 
-const uint8_t LINK_VERSION = 4;
+const uint8_t LINK_VERSION = 5;
 const uint8_t MAX_PAYLOAD = 96;
 
 enum class Kind : uint8_t {
@@ -20,12 +20,13 @@ enum class Kind : uint8_t {
   joint = 3,       // index, Joint
   read = 4,        // index of a joint, or 8 for the settings → the same as above
   save = 5,        // settings and joints to EEPROM
-  move = 6,        // 8 positions, 8 speeds → time at which the move began
+  move = 6,        // 8 positions, 8 speeds → time at which the move began; takes the loads
   stop = 7,
-  release = 8,
+  release = 8,     // → time at which the return began; takes the loads
   status = 9,      // ms between reports, 0 for none
   relax = 10,      // torque off; only while stopped
   identify = 11,   // old id, new id: the only servo on the bus gets a new id and our bus speed
+  loads = 12,      // 8 loads of the next move or release; apart, as a UART holds 63 bytes
   refused = 0x7f,  // answer to a frame that could not be read
   report = 0x40    // unasked: the status
 };
@@ -40,7 +41,8 @@ enum class Result : uint8_t {
   range,     // a value is out of range; detail: its index
   phase,     // not in this phase; detail: the phase
   servo,     // a servo is not ready; detail: motor, reason, and for `outside` where the joint is
-  settings   // settings or joints have not all been given, or contradict each other
+  settings,  // settings or joints have not all been given, or contradict each other
+  loads      // the loads of this move have not been given
 };
 
 struct Frame {

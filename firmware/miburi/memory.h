@@ -17,7 +17,7 @@ class Memory {
   // Reads what was saved; a blank or torn EEPROM has no valid CRC, and changes nothing.
   void recall(Table& table) {
     uint8_t bytes[SIZE];
-    for (uint8_t i = 0; i < SIZE; i++) {
+    for (uint16_t i = 0; i < SIZE; i++) {
       bytes[i] = io_.eeprom_read(i);
     }
     if (bytes[0] == MARK && bytes[1] == LAYOUT &&
@@ -45,7 +45,7 @@ class Memory {
     if (io_.eeprom_read(0) == MARK && io_.eeprom_read(1) != LAYOUT) {
       return Stored::other_layout;
     }
-    for (uint8_t i = 0; i < SIZE; i++) {
+    for (uint16_t i = 0; i < SIZE; i++) {
       if (io_.eeprom_read(i) != bytes[i]) {
         return Stored::no;
       }
@@ -55,9 +55,9 @@ class Memory {
 
  private:
   static const uint8_t MARK = 0x4d;
-  static const uint8_t LAYOUT = 2;  // of the table; another for every change to it
+  static const uint8_t LAYOUT = 3;  // of the table; another for every change to it
   static const uint8_t HEAD = 4;
-  static const uint8_t SIZE = TABLE_SIZE + HEAD;
+  static const uint16_t SIZE = TABLE_SIZE + HEAD;
   static const uint16_t SALT = 0x4d31;
 
   static void image(const Table& table, uint8_t* bytes) {
@@ -70,7 +70,7 @@ class Memory {
   }
 
   Io& io_;
-  uint8_t next_ = 0xff;  // the address to write next
+  uint16_t next_ = SIZE;  // the address to write next
 };
 
 }  // namespace miburi

@@ -32,12 +32,16 @@ class Readings {
         heard_ = static_cast<uint8_t>(heard_ & ~bit);
       }
     }
-    return heard_ == ALL;
+    if (heard_ == ALL) {
+      whole_ = time;
+    }
+    return whole_ == time;
   }
 
   // Begins anew: the same readings mean other angles now.
   void forget(int64_t time) {
     known_ = 0;
+    whole_ = time;
     for (uint8_t i = 0; i < MOTORS; i++) {
       places_[i] = Place();
       last_heard_[i] = time;
@@ -50,6 +54,10 @@ class Readings {
   Reason fault(uint8_t motor) const {
     if (time_ - last_heard_[motor] > SILENCE) {
       return missing(motor);
+    }
+    // Who is missing now and then keeps the rule from looking, which needs all.
+    if (time_ - whole_ > SILENCE && !(heard_ & (1u << motor))) {
+      return fault_now(motor);
     }
     if ((answered_ & (1u << motor)) && motion_[motor].alert) {
       return Reason::faulty;
@@ -85,6 +93,7 @@ class Readings {
   int16_t angles_[MOTORS] = {};
   int64_t last_heard_[MOTORS] = {};
   int64_t time_ = 0;      // of the latest reading
+  int64_t whole_ = 0;     // of the latest in which all were believed
   uint8_t answered_ = 0;  // motors that answered it
   uint8_t heard_ = 0;     // motors of those that are believed
   uint8_t known_ = 0;     // motors that have been believed at all

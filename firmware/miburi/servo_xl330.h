@@ -28,10 +28,16 @@ struct Health {
 
 // What one servo is to do; acceleration 0 means: without a ramp.
 struct Order {
-  uint16_t current;       // mA, the limit
+  uint16_t pwm;           // the limit of the duty, of FULL_PWM
   uint16_t speed;         // steps/s
   uint16_t acceleration;  // steps/s²
   int32_t goal;
+};
+
+// What the position control makes of an error, and of its change; integral and feed-forward are 0.
+struct Gains {
+  uint16_t d;
+  uint16_t p;
 };
 
 template <class Io>
@@ -94,13 +100,13 @@ class Xl330 {
   // One packet for all of `motors`, so that they leave together.
   void command(const Joint* joints, const Order* orders, uint8_t motors = ALL) {
     protocol2::Instruction packet(protocol2::BROADCAST, protocol2::SYNC_WRITE);
-    packet.put(GOAL_CURRENT, 2).put(18, 2);
+    packet.put(GOAL_PWM, 2).put(20, 2);
     for (uint8_t i = 0; i < MOTORS; i++) {
       if (!(motors & (1u << i))) {
         continue;
       }
       const Order& o = orders[i];
-      packet.put(joints[i].id, 1).put(o.current, 2).put(0, 4);
+      packet.put(joints[i].id, 1).put(o.pwm, 2).put(0, 2).put(0, 4);
       packet.put(o.acceleration ? acceleration_units(o.acceleration) : 0, 4);
       packet.put(speed_units(o.speed), 4).put(static_cast<uint32_t>(o.goal), 4);
     }
@@ -125,10 +131,10 @@ class Xl330 {
 
   // Without a packet for 0.2 s the servos stop by themselves; 0 also ends such a stop.
   void set_bus_watchdog(const Joint* joints, bool on) {
-    write_all(joints, BUS_WATCHDOG, on ? 10 : 0);
+    write_all(joints, BUS_WATCHDOG, on ? 10 : 0, 1);
   }
 
-  void set_torque(const Joint* joints, bool on) { write_all(joints, TORQUE_ENABLE, on); }
+  void set_torque(const Joint* joints, bool on) { write_all(joints, TORQUE_ENABLE, on, 1); }
 
   // The motors whose torque is not on.
   uint8_t limp(const Joint* joints) {
@@ -141,9 +147,34 @@ class Xl330 {
     return limp;
   }
 
-  // Whether a servo answers that its torque is off.
-  bool switched_off(uint8_t id) {
-    return read(id, TORQUE_ENABLE, 1) && answer_.parameters[0] == 0;
+  // Gains are lost with the power: the factory's make a soft spring of the servo.
+  void set_gains(const Joint* joints, const Gains& gains) {
+    protocol2::Instruction packet(protocol2::BROADCAST, protocol2::SYNC_WRITE);
+    packet.put(POSITION_GAINS, 2).put(6, 2);
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      packet.put(joints[i].id, 1).put(gains.d, 2).put(0, 2).put(gains.p, 2);
+    }
+    send(packet);
+    write_all(joints, FEED_FORWARD, 0, 4);
+  }
+
+  // The motors that have not these gains.
+  uint8_t detuned(const Joint* joints, const Gains& gains) {
+    uint8_t detuned = static_cast<uint8_t>(~sync_read(joints, POSITION_GAINS, GAINS_SIZE));
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      if (!are(answers_[i].parameters, gains)) {
+        detuned = static_cast<uint8_t>(detuned | (1u << i));
+      }
+    }
+    return detuned;
+  }
+
+  // Whether a servo answers that its torque is off, or that it has other gains.
+  bool restarted(uint8_t id, const Gains& gains) {
+    if (read(id, TORQUE_ENABLE, 1) && answer_.parameters[0] == 0) {
+      return true;
+    }
+    return read(id, POSITION_GAINS, GAINS_SIZE) && !are(answer_.parameters, gains);
   }
 
   // Makes sure that a servo works in the mode that this layer needs; torque goes off where not.
@@ -153,12 +184,12 @@ class Xl330 {
       return false;
     }
     const uint8_t* mode = answer_.parameters;
-    if (mode[0] == DELAY && mode[1] == SPEED_PROFILES && mode[2] == CURRENT_AND_POSITION) {
+    if (mode[0] == DELAY && mode[1] == SPEED_PROFILES && mode[2] == POSITION) {
       return true;
     }
     return write(id, TORQUE_ENABLE, 0) && write(id, RETURN_DELAY, DELAY) &&
            write(id, DRIVE_MODE, SPEED_PROFILES) &&
-           write(id, OPERATING_MODE, CURRENT_AND_POSITION);
+           write(id, OPERATING_MODE, POSITION);
   }
 
   // A servo that switched itself off after an error starts anew only so.
@@ -203,7 +234,10 @@ class Xl330 {
   static const uint8_t OPERATING_MODE = 11;
   static const uint8_t TORQUE_ENABLE = 64;
   static const uint8_t BUS_WATCHDOG = 98;
-  static const uint8_t GOAL_CURRENT = 102;  // goal speed, profile acceleration, speed, goal follow
+  static const uint8_t POSITION_GAINS = 80;  // D, I, P, 2 bytes each; then a gap of 2
+  static const uint8_t FEED_FORWARD = 88;    // of acceleration and speed, 2 bytes each
+  static const uint8_t GAINS_SIZE = 12;      // with gap and feed-forward
+  static const uint8_t GOAL_PWM = 100;  // goals of current, speed; profile acceleration, speed, goal
   static const uint8_t PROFILE_AND_GOAL = 108;
   static const uint8_t SPEED_AND_POSITION = 128;
   static const uint8_t VOLTAGE_AND_TEMPERATURE = 144;
@@ -211,7 +245,7 @@ class Xl330 {
   static const uint8_t ONE_MBPS = 3;
   static const uint8_t DELAY = 25;  // in 2 µs: time for us to turn from sending to listening
   static const uint8_t SPEED_PROFILES = 0;
-  static const uint8_t CURRENT_AND_POSITION = 5;
+  static const uint8_t POSITION = 3;
   static const uint16_t PATIENCE = 2000;  // µs of silence after which no answer will come
   static const uint16_t LONGEST = 12000;  // µs that listening may take on a noisy bus
   static const uint16_t LONG_PATIENCE = 36000;  // the same after a write to EEPROM
@@ -223,6 +257,13 @@ class Xl330 {
   static uint16_t acceleration_units(uint16_t acceleration) {
     const uint32_t units = (acceleration * 1000UL + 122070) / 244141UL;
     return static_cast<uint16_t>(units ? units : 1);
+  }
+
+  static bool are(const uint8_t* registers, const Gains& gains) {
+    Reader in(registers, GAINS_SIZE);
+    const bool same = in.u16() == gains.d && in.u16() == 0 && in.u16() == gains.p;
+    in.u16();  // the gap
+    return same && in.u32() == 0;
   }
 
   void send(protocol2::Instruction& packet) {
@@ -327,11 +368,11 @@ class Xl330 {
     }
   }
 
-  void write_all(const Joint* joints, uint8_t address, uint8_t value) {
+  void write_all(const Joint* joints, uint8_t address, uint8_t value, uint8_t width) {
     protocol2::Instruction packet(protocol2::BROADCAST, protocol2::SYNC_WRITE);
-    packet.put(address, 2).put(1, 2);
+    packet.put(address, 2).put(width, 2);
     for (uint8_t i = 0; i < MOTORS; i++) {
-      packet.put(joints[i].id, 1).put(value, 1);
+      packet.put(joints[i].id, 1).put(value, width);
     }
     send(packet);
   }

@@ -16,6 +16,7 @@ struct Joint {
   int16_t max;
   int16_t neutral;
   Guards guards;
+  FreeServo servo;
 };
 
 struct Settings {
@@ -24,15 +25,19 @@ struct Settings {
   uint16_t acceleration;  // steps/s²
   uint16_t max_speed;     // steps/s
   uint16_t return_speed;  // steps/s
-  uint16_t move_current;  // mA
-  uint16_t hold_current;  // mA, of a stopped body
-  uint8_t hottest;        // °C
-  uint8_t lowest;         // 0.1 V
+  uint16_t hold_pwm;      // of FULL_PWM: the most duty of a stopped body
+  uint16_t p_gain;        // of the servos' position control
+  uint16_t d_gain;
+  uint16_t error_per_pwm;  // 1/65536 steps of error that bring one unit of duty
+  uint8_t hottest;         // °C
+  uint8_t lowest;          // 0.1 V
 };
 
-const uint8_t SETTINGS_SIZE = 18;
+const uint8_t SETTINGS_SIZE = 22;
 const uint8_t GUARDS_SIZE = 14;
-const uint8_t JOINT_SIZE = 10 + GUARDS_SIZE;
+const uint8_t FREE_SERVO_SIZE = 7;
+const uint8_t JOINT_SIZE = 10 + GUARDS_SIZE + FREE_SERVO_SIZE;
+const uint16_t FULL_PWM = 885;
 const uint16_t STEPS_PER_TURN = 4096;
 const int32_t SEAM = 100;  // steps that a joint's range keeps from it
 const uint8_t IN_RANGE = 0xff;
@@ -46,8 +51,9 @@ inline uint8_t out_of_range(const Settings& s) {
   const bool good[] = {
       within(s.period, 20000, 200000),  within(s.ratio, 8000, 10000),
       within(s.acceleration, 244, 40000), within(s.max_speed, 16, 6957),
-      within(s.return_speed, 16, 1304), within(s.move_current, 50, 1750),
-      within(s.hold_current, 0, 700),   within(s.hottest, 40, 75),
+      within(s.return_speed, 16, 1304), within(s.hold_pwm, 0, 400),
+      within(s.p_gain, 100, 16383),     within(s.d_gain, 0, 16383),
+      within(s.error_per_pwm, 256, 32000), within(s.hottest, 40, 75),
       within(s.lowest, 35, 60),
   };
   for (uint8_t i = 0; i < sizeof good; i++) {
@@ -77,6 +83,10 @@ inline uint8_t out_of_range(const Joint& j) {
       within(j.guards.behind, 1, 300),
       within(j.guards.ahead, 1, 300),
       within(j.guards.arrival, 1, 150),
+      within(j.servo.pull, 1, 16383),  // times the largest error: less than 31 bits
+      true,                            // brake
+      within(j.servo.friction, 0, 32767),
+      true,  // lost
   };
   for (uint8_t i = 0; i < sizeof good; i++) {
     if (!good[i]) {
@@ -110,8 +120,10 @@ inline Settings read_settings(Reader& in) {
   s.acceleration = in.u16();
   s.max_speed = in.u16();
   s.return_speed = in.u16();
-  s.move_current = in.u16();
-  s.hold_current = in.u16();
+  s.hold_pwm = in.u16();
+  s.p_gain = in.u16();
+  s.d_gain = in.u16();
+  s.error_per_pwm = in.u16();
   s.hottest = in.u8();
   s.lowest = in.u8();
   return s;
@@ -119,7 +131,8 @@ inline Settings read_settings(Reader& in) {
 
 inline void write_settings(const Settings& s, Writer& out) {
   out.put(static_cast<uint32_t>(s.period), 4).put(s.ratio, 2).put(s.acceleration, 2);
-  out.put(s.max_speed, 2).put(s.return_speed, 2).put(s.move_current, 2).put(s.hold_current, 2);
+  out.put(s.max_speed, 2).put(s.return_speed, 2).put(s.hold_pwm, 2);
+  out.put(s.p_gain, 2).put(s.d_gain, 2).put(s.error_per_pwm, 2);
   out.put(s.hottest, 1).put(s.lowest, 1);
 }
 
@@ -135,6 +148,16 @@ Guards read_guards(In& in) {
   return guards;
 }
 
+template <class In>
+FreeServo read_free_servo(In& in) {
+  FreeServo servo;
+  servo.pull = in.u16();
+  servo.brake = in.u16();
+  servo.friction = in.u16();
+  servo.lost = in.u8();
+  return servo;
+}
+
 inline Joint read_joint(Reader& in) {
   Joint j;
   j.id = in.u8();
@@ -144,6 +167,7 @@ inline Joint read_joint(Reader& in) {
   j.max = in.i16();
   j.neutral = in.i16();
   j.guards = read_guards(in);
+  j.servo = read_free_servo(in);
   return j;
 }
 
@@ -155,10 +179,11 @@ inline void write_joint(const Joint& j, Writer& out) {
   out.put(static_cast<uint16_t>(j.guards.slack), 2).put(static_cast<uint16_t>(j.guards.least), 2);
   out.put(static_cast<uint16_t>(j.guards.behind), 2).put(static_cast<uint16_t>(j.guards.ahead), 2);
   out.put(static_cast<uint16_t>(j.guards.arrival), 2);
+  out.put(j.servo.pull, 2).put(j.servo.brake, 2).put(j.servo.friction, 2).put(j.servo.lost, 1);
 }
 
 // Settings and joints as they stand in EEPROM, and on the link piece by piece.
-const uint8_t TABLE_SIZE = SETTINGS_SIZE + MOTORS * JOINT_SIZE;
+const uint16_t TABLE_SIZE = SETTINGS_SIZE + MOTORS * JOINT_SIZE;
 const uint8_t TABLE_WHOLE = 9;  // pieces: eight joints, then the settings
 
 struct Table {
@@ -207,8 +232,10 @@ struct Table {
     Rule rule;
     rule.period = settings.period;
     rule.ratio = settings.ratio;
+    rule.error_per_pwm = settings.error_per_pwm;
     for (uint8_t i = 0; i < MOTORS; i++) {
       rule.guards[i] = joints[i].guards;
+      rule.servos[i] = joints[i].servo;
     }
     return rule;
   }

@@ -9,6 +9,7 @@ from miburi.card.settings import CardSettings
 from miburi.robot import Robot
 from miburi.safety.profile import FINE, plan_profile, to_steps
 from miburi.safety.stop import Phase
+from miburi.servos import load_servo
 from miburi.studies.trials.plant import TrialPlant, Variation
 from miburi.studies.trials.trial import TrialKind, trace_of, trial
 
@@ -61,6 +62,7 @@ def test_every_joint_is_seen_at_the_fastest_that_it_can_go(robot: Robot) -> None
 
 def test_a_calibrated_robot_has_no_false_stops_in_other_conditions(robot: Robot) -> None:
     """With another battery, other loads and other gestures, and it still notices people."""
+    robot = robot.with_servo(load_servo("xl330-m288-t"))
     plant = TrialPlant(robot)
     plant.begin(robot.neutral, Variation(noise=0.15, delay=1), np.random.default_rng(1))
     rule = grant_guards(robot, CardSettings.of(robot), make_moves(robot, plant)).rule

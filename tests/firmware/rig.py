@@ -3,6 +3,7 @@
 import copy
 import struct
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -11,7 +12,8 @@ import numpy as np
 from miburi.card.calibration import free_moves, grant_guards, record
 from miburi.card.card import Card
 from miburi.card.link import FrameKind, Report
-from miburi.card.settings import CardSettings, real_acceleration, real_speed
+from miburi.card.order import Order
+from miburi.card.settings import FULL_PWM, CardSettings, FreeMotor, real_acceleration
 from miburi.emulation.bus import Bus
 from miburi.emulation.card import EmulatedCard
 from miburi.emulation.servos import Servo
@@ -19,11 +21,41 @@ from miburi.robot import JOINTS, Robot, iphonoid
 from miburi.safety.contact import Sign
 from miburi.safety.controller import Controller
 from miburi.safety.move import Move, plan_move
-from miburi.safety.profile import SECOND, Profile, to_steps
+from miburi.safety.profile import SECOND, to_steps
 from miburi.safety.stop import Phase
 
 SIGNS = (None, Sign.SPEED, Sign.TRACKING, Sign.ARRIVAL)
 PHASES = (Phase.IDLE, Phase.MOVING, Phase.STOPPED, Phase.RETURNING)
+
+
+#: What a card is told of one motor's load: quarters of a step at both ends, and the most duty.
+LOAD = struct.Struct("<bbH")
+#: The payload of loads of motors that bear nothing, with all their duty.
+NO_LOADS = LOAD.pack(0, 0, FULL_PWM) * len(JOINTS)
+
+
+def weightless() -> Robot:
+    """Return the robot as these servos see it: their shafts turn alone."""
+    robot = iphonoid()
+    nothing = dict.fromkeys(type(robot.masses).model_fields, 1e-12)
+    return robot.model_copy(update={"masses": robot.masses.model_copy(update=nothing)})
+
+
+def following(robot: Robot) -> CardSettings:
+    """Return settings for servos that do what they are told, 30 ms later, whatever it takes.
+
+    The free servo is then a stiff one without friction: half of the delay is its own.
+    """
+    settings = CardSettings.of(robot)
+    joints = tuple(
+        replace(
+            joint,
+            free=FreeMotor(pull=16_383, brake=49_152, friction=0, lost=0),
+            guards=replace(joint.guards, lag=18_000),
+        )
+        for joint in settings.joints
+    )
+    return CardSettings(replace(settings.general, error_per_pwm=32_000), joints)
 
 
 class Line(EmulatedCard):
@@ -48,11 +80,18 @@ class Line(EmulatedCard):
 
 
 class Talking(Card):
-    """The body on the card; it tells which requests the card took."""
+    """The body on the card; it tells which requests the card took.
+
+    ``hung`` says by how many steps each motor hangs from its goal, where the description does not.
+    """
+
+    hung: tuple[int, ...] | None = None
 
     on_answer: Callable[[FrameKind, bytes, bytes], None] = staticmethod(lambda *_: None)
 
     def ask(self, kind: FrameKind, payload: bytes = b"", patience: float = 0.25) -> bytes:
+        if kind == FrameKind.LOADS and self.hung is not None:
+            payload = b"".join(LOAD.pack(4 * sag, 4 * sag, FULL_PWM) for sag in self.hung)
         answer = super().ask(kind, payload, patience)
         self.on_answer(kind, payload, answer)
         return answer
@@ -69,29 +108,30 @@ class Twin:
         self.settings = settings
         self.controller: Controller | None = None
         self.last: Report | None = None
+        self.loads = NO_LOADS
         self.looks = 0
         #: From when on every look at the motors would see the contact, µs.
         self.detectable: int | None = None
         self.wants_detectable = False
 
-    def start(self, goal: list[int], speeds: list[int], began: int) -> None:
+    def start(self, order: Order, began: int) -> None:
         assert self.last is not None
         here = np.array(self.last.positions)
         if self.controller is None:
             neutral = to_steps(self.robot, self.robot.neutral)
             self.controller = Controller(self.robot, self.settings.rule, neutral)
-        self.controller.start(Phase.MOVING, np.array(goal), np.array(speeds), here, began)
-        watch = self.controller.watch
-        real = np.array([real_speed(v) for v in speeds])
-        profile = Profile.plan(watch.profile.distance, real, watch.profile.acceleration)
-        self.controller.watch = self.settings.rule.watch(profile, watch.start, watch.direction)
+        origin = self.controller.origin
+        self.controller.start(Phase.MOVING, order.goals, order.speeds, here, began)
+        profile, direction = order.profile(self.settings, origin)
+        loading = order.loading(self.settings, here, origin)
+        self.controller.watch = self.settings.rule.watch(profile, here, direction, loading)
         self.detectable = None
 
     def hear(self, kind: FrameKind, payload: bytes, answer: bytes) -> None:
-        if kind == FrameKind.MOVE:
-            values = struct.unpack("<8h8H", payload)
-            began = struct.unpack("<q", answer)[0]
-            self.start(values[:8], values[8:], began)
+        if kind == FrameKind.LOADS:
+            self.loads = payload
+        elif kind == FrameKind.MOVE:
+            self.start(Order.unpack(payload, self.loads), struct.unpack("<q", answer)[0])
         elif kind in (FrameKind.RELEASE, FrameKind.STOP):
             # The return starts from a reading that is not reported: it is not judged here.
             self.controller = None
@@ -137,7 +177,7 @@ class Rig:
         twin: bool = True,
         settings: CardSettings | None = None,
     ) -> None:
-        self.robot = iphonoid()
+        self.robot = weightless()
         self.settings = settings or calibrated(firmware)
         self.rng = np.random.default_rng(seed)
         self.servos = [
@@ -211,7 +251,7 @@ def calibrated(firmware: Path) -> CardSettings:
 
     The description's guards are the simulated body's: these servos are calibrated as a card's.
     """
-    settings = CardSettings.of(iphonoid())
+    settings = following(weightless())
     rig = Rig(firmware, 1000, twin=False, settings=settings.generous)
     traces = []
     for _, move in free_moves(rig.robot):

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.firmware.rig import Rig
+from tests.firmware.rig import NO_LOADS, Rig
 
 from miburi.bodies import Motor
 from miburi.card.card import Card
@@ -218,6 +218,29 @@ def test_deaf_servo_is_named(rig: Rig) -> None:
     recovers(rig)
 
 
+def test_answers_that_are_lost_in_turn_do_not_starve_the_rule(rig: Rig) -> None:
+    """Each servo is heard often enough, but never all at once: the rule would not look."""
+    raise_arms(rig, speed=0.8)
+    readings = 0
+    missing = [rig.servos[motor].get("id") for motor in (2, 5)]
+
+    def lose(data: bytes) -> bytes:
+        nonlocal readings
+        readings += data[7:9] == b"\x82\x80"  # a sync read from address 128
+        return b"" if data[7] == 0x55 and data[4] == missing[readings % 2] else data
+
+    rig.bus.spoil = lose
+    rig.run(0.2)
+    rig.bus.spoil = lambda data: data
+    stop = rig.body.state.stop
+    assert stop is not None
+    assert stop.reason == StopReason.SERVO_SILENT
+    assert stop.motor in (JOINTS[2], JOINTS[5])
+    rig.run(0.3)
+    stays_stopped(rig)
+    recovers(rig)
+
+
 def test_brown_out_of_the_bus(rig: Rig) -> None:
     raise_arms(rig)
     for servo in rig.servos:
@@ -276,15 +299,17 @@ def test_a_tap_on_stop_holds_softly(rig: Rig) -> None:
     raise_arms(rig)
     rig.body.stop()
     assert rig.body.state.stop.reason == StopReason.ASKED
-    assert {servo.get("goal_current") for servo in rig.servos} == {339}
+    assert {servo.get("goal_pwm") for servo in rig.servos} == {204}
     assert rig.at_rest()
     recovers(rig)
-    assert {servo.get("goal_current") for servo in rig.servos} == {1470}
+    assert {servo.get("goal_pwm") for servo in rig.servos} == {885}
 
 
 def test_a_stop_under_load_lets_nothing_sink_and_its_end_is_no_contact(rig: Rig) -> None:
-    for servo, load in zip(rig.servos, (0, 12, 8, 4, -12, -8, -4, 12), strict=True):
+    loads = (0, 12, 8, 4, -12, -8, -4, 12)
+    for servo, load in zip(rig.servos, loads, strict=True):
         servo.shaft.load = float(load)
+    rig.body.hung = tuple(-load for load in loads)
     rig.run(0.2)
     raise_arms(rig)
     rig.run(0.3)
@@ -293,7 +318,7 @@ def test_a_stop_under_load_lets_nothing_sink_and_its_end_is_no_contact(rig: Rig)
     where = rig.body.report.positions
     rig.run(1.0)
     assert np.abs(np.subtract(rig.body.report.positions, where)).max() <= 1
-    assert {servo.get("goal_current") for servo in rig.servos} == {339}
+    assert {servo.get("goal_pwm") for servo in rig.servos} == {204}
     rig.body.wake()
     assert rig.body.state.phase is Phase.IDLE
 
@@ -305,6 +330,7 @@ def test_limits_and_caps_stand_on_the_card_itself(rig: Rig) -> None:
     before = rig.bus.instructions
 
     def ask(goals: list[int], speeds: list[int]) -> str:
+        rig.body.ask(FrameKind.LOADS, NO_LOADS)
         with pytest.raises(BodyError) as refused:
             rig.body.ask(FrameKind.MOVE, struct.pack("<8h8H", *goals, *speeds))
         return str(refused.value)
@@ -396,11 +422,13 @@ def test_a_repeated_frame_is_obeyed_once(rig: Rig) -> None:
     joints = rig.settings.joints
     goal = struct.pack("<8h8H", *[j.neutral + 200 for j in joints], *[2000] * 8)
     back = struct.pack("<8h8H", *[j.neutral for j in joints], *[2000] * 8)
+    rig.body.ask(FrameKind.LOADS, NO_LOADS)
     rig.body.ask(FrameKind.MOVE, goal)
-    rig.run(0.04)
+    rig.run(0.1)
     assert rig.settle() is Phase.IDLE
+    rig.body.ask(FrameKind.LOADS, NO_LOADS)
     rig.body.ask(FrameKind.MOVE, back)
-    rig.run(0.04)
+    rig.run(0.1)
     assert rig.settle() is Phase.IDLE
     rig.line.write(rig.line.sent)
     rig.run(0.1)
@@ -419,7 +447,7 @@ def test_identify_gives_a_new_servo_its_id(
     fresh.delay = late
     rig.bus.servos[:] = [fresh]
     rig.body.identify(1, 7)
-    assert (fresh.get("id"), fresh.get("baud"), fresh.get("operating_mode")) == (7, 3, 5)
+    assert (fresh.get("id"), fresh.get("baud"), fresh.get("operating_mode")) == (7, 3, 3)
     before = rig.body.report.time
     with pytest.raises(BodyError, match="servo does not answer"):
         rig.body.identify(3, 4)

@@ -26,9 +26,10 @@ def frames(rng: np.random.Generator) -> bytes:
     """A frame as a host might send it, right but for where it goes."""
     kind = int(rng.choice([*range(0, 13), 0x40, 0x7F]))
     sizes = {
-        FrameKind.SETTINGS: 18,
-        FrameKind.JOINT: 25,
+        FrameKind.SETTINGS: 22,
+        FrameKind.JOINT: 32,
         FrameKind.MOVE: 32,
+        FrameKind.LOADS: 32,
         FrameKind.STATUS: 2,
         FrameKind.READ: 1,
     }

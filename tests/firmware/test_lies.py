@@ -32,7 +32,7 @@ class Orders:
     def _watch(self, motor: int, servo: Servo) -> None:
         write, joint = servo.write, self.rig.settings.joints[motor]
         general = self.rig.settings.general
-        fastest, softly = general.max_speed, general.hold_current
+        fastest, softly = general.max_speed, general.hold_pwm
 
         def written(address: int, data: bytes, time: float) -> int:
             error = write(address, data, time)
@@ -44,7 +44,7 @@ class Orders:
                 if not 0 < speed <= fastest + 8:
                     self.wrong.append(f"{JOINTS[motor]}: goes at {speed} steps/s")
                 far = abs(goal - servo.shaft.place) > NEAR
-                if far and servo.get("goal_current") == softly:
+                if far and servo.get("goal_pwm") == softly:
                     self.wrong.append(
                         f"{JOINTS[motor]}: a stop sends it from {servo.shaft.place:.0f} to {goal}"
                     )

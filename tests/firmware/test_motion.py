@@ -59,7 +59,7 @@ def test_a_blocked_motor_stops_all(firmware: Path, seed: int) -> None:
             if abs(way) > 80:
                 break
         joint, shaft = rig.settings.joints[motor], rig.servos[motor].shaft
-        wall = shaft.place + joint.direction * way * rig.rng.uniform(0.1, 0.6)
+        wall = float(shaft.place + joint.direction * way * rig.rng.uniform(0.1, 0.6))
         if joint.direction * way > 0:
             shaft.high = wall
         else:

@@ -39,8 +39,20 @@ _TOKEN = re.compile(
 _DISTANCE = (
     "inline int32_t distance_between(int32_t a, int32_t b) { return a < b ? b - a : a - b; }"
 )
+_ERROR = "error = error > most ? most : error < -most ? -most : error;"
+_LOST = "const int32_t lost = (servo.lost * (motor < 0 ? -motor : motor)) >> 8;"
+_SHARE = "return static_cast<int16_t>((fine + fine * (top < FAST ? top : FAST) / FAST) / 2);"
 #: Changes that change nothing: at a seam, both sides give the same number.
 EQUIVALENT = {
+    (_ERROR, ">="),  # of equals, either is the same
+    (_ERROR, "<="),
+    (_LOST, "<="),  # 0 has no sign
+    (_LOST, "1"),
+    (_SHARE, "<="),
+    ("if (speed > 0) {", ">="),  # friction leaves a motor that stands where it is
+    ("motion.v = speed > taken ? speed - taken : 0;", ">="),
+    ("motion.v = speed < -taken ? speed + taken : 0;", "<="),
+    ("if (steps > 0) {", ">="),  # no step is nothing to follow
     ("if (time < 0) {", "<="),  # at time 0, rising has made 0
     ("if (time < 0) {", "1"),
     ("if (left < 0) {", "<="),  # with nothing left, falling has made the distance
@@ -70,7 +82,7 @@ def mutants(name: str) -> list[tuple[int, int, int, str]]:
     return found
 
 
-@pytest.mark.parametrize("name", ["contact.h", "profile.h"])
+@pytest.mark.parametrize("name", ["contact.h", "free.h", "profile.h"])
 def test_no_changed_rule_passes_for_the_rule(native: Path, tmp_path: Path, name: str) -> None:
     traces = random_traces(np.random.default_rng(11), 1500)
     data = np.int32(len(traces)).tobytes() + traces.tobytes()
@@ -85,7 +97,7 @@ def test_no_changed_rule_passes_for_the_rule(native: Path, tmp_path: Path, name:
     folder, program = tmp_path / "mutant", tmp_path / "program"
     shutil.copytree(SKETCH, folder)
     changed = mutants(name)
-    assert len(changed) > 40
+    assert len(changed) > 30
     for number, start, end, change in changed:
         lines = (SKETCH / name).read_text().splitlines()
         original = lines[number]

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from tests.firmware.toolchain import NATIVE, SKETCH, need, run
 
-from miburi.card.settings import CardSettings, JointSettings
+from miburi.card.settings import ALLOWED, CardSettings, FreeMotor, JointSettings
 from miburi.robot import iphonoid
 from miburi.robot.guards import GUARDS
 
@@ -46,12 +46,17 @@ def cases() -> Iterator[tuple[JointSettings, int]]:
             joint = replace(JOINT, guards=replace(JOINT.guards, **{name: value}))
             good = guard.low <= value <= guard.high
             yield joint, 255 if good else list(joint.values).index(name)
+    for name, most in zip(FreeMotor._fields, (65_535, 65_535, 65_535, 255), strict=True):
+        low, high, _ = ALLOWED[name]
+        for value in {max(low - 1, 0), low, high, min(high + 1, most)}:
+            joint = replace(JOINT, free=JOINT.free._replace(**{name: value}))
+            yield joint, 255 if low <= value <= high else list(joint.values).index(name)
 
 
 def disagreements(headers: Path, folder: Path) -> list[str]:
     """Return what these headers make of the cases otherwise than Python does."""
-    values = [{"servo": "id"}.get(name, name) for name in JOINT.values if name not in GUARDS]
-    values += [f"guards.{name}" for name in GUARDS]
+    rooms = dict.fromkeys(GUARDS, "guards.") | dict.fromkeys(FreeMotor._fields, "servo.")
+    values = [rooms.get(name, "") + {"servo": "id"}.get(name, name) for name in JOINT.values]
     source, program = folder / "settings.cpp", folder / "settings"
     source.write_text(PROGRAM.replace("VALUES", ", ".join(f"long{{joint.{v}}}" for v in values)))
     flags = [flag for flag in NATIVE if flag != f"-I{SKETCH}"]
@@ -61,7 +66,7 @@ def disagreements(headers: Path, folder: Path) -> list[str]:
         " ".join(map(str, (*joint.values.values(), bad, joint.pack().hex())))
         for joint, bad in cases()
     ]
-    return sorted({*said} ^ {*wanted})
+    return [one for one, other in zip(said, wanted, strict=True) if one != other]
 
 
 def mutants() -> Iterator[tuple[str, str]]:
@@ -78,6 +83,11 @@ def mutants() -> Iterator[tuple[str, str]]:
         ("(j.guards.behind)", "(j.guards.ahead)"),
     ):
         yield one, text.replace(one, "\0").replace(other, one).replace("\0", other)
+    for name, end in (("pull", "16383"), ("friction", "32767")):
+        row = f"within(j.servo.{name}, {'1' if name == 'pull' else '0'}, "
+        yield f"{name} further", text.replace(f"{row}{end}", f"{row}{int(end) + 1}")
+    one, other = "servo.brake = in", "servo.friction = in"
+    yield one, text.replace(one, "\0").replace(other, one).replace("\0", other)
     yield "another width", text.replace("guards.slack = in.i16()", "guards.slack = in.u8()")
 
 

@@ -6,25 +6,27 @@
 
 template <class In, class Out>
 void run_trace(In& in, Out& out) {
-  miburi::Rule rule;
+  miburi::Rule rule = miburi::Rule();
   miburi::Watch watch;
   rule.period = in.i32();
   rule.ratio = in.i32();
-  watch.period_ends = rule.period;
   for (uint8_t i = 0; i < miburi::MOTORS; i++) {
     rule.guards[i] = miburi::read_guards(in);
+    rule.servos[i] = miburi::read_free_servo(in);
   }
   for (uint8_t i = 0; i < miburi::MOTORS; i++) {
     const int32_t distance = in.i32();
     const int32_t speed = in.i32();
     const int32_t acceleration = in.i32();
     watch.profile[i] = miburi::plan(distance, speed, acceleration);
-    watch.doubt[i] = miburi::lag_doubt(watch.profile[i]);
     watch.start[i] = in.i16();
     watch.direction[i] = static_cast<int8_t>(in.i16());
-    watch.expected[i] = watch.measured[i] = 0;
-    watch.since[i] = 0;
+    watch.loading[i].offset = in.i32();
+    watch.loading[i].begin = in.i32();
+    watch.loading[i].end = in.i32();
+    watch.loading[i].most = in.i32();
   }
+  miburi::begin(watch, rule);
   const int16_t looks = in.i16();
   for (int16_t n = 0; n < looks; n++) {
     const int64_t time = in.i64();
@@ -60,6 +62,8 @@ struct Numbers {
     }
     return value;
   }
+  uint8_t u8() { return static_cast<uint8_t>(take(1)); }
+  uint16_t u16() { return static_cast<uint16_t>(take(2)); }
   int16_t i16() { return static_cast<int16_t>(take(2)); }
   int32_t i32() { return static_cast<int32_t>(take(4)); }
   int64_t i64() { return static_cast<int64_t>(take(8)); }

@@ -1,22 +1,32 @@
-"""Random traces for the rule, dense around its boundaries, and what contact.py decides of them."""
+"""Random traces for the rule, dense around its boundaries, and what free.py decides of them."""
 
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from miburi.robot import guards as table
-from miburi.safety.contact import Rule, Sign, Watch, lag_doubt
+from miburi.safety.contact import Loading, Sign, Watch, lag_doubt
+from miburi.safety.free import FreeRule, granted_share
 from miburi.safety.profile import FINE, Profile
+from miburi.servos.free import STEP, FreeServo
 
 MOTORS = 8
 SIGNS = {None: 0, Sign.SPEED: 1, Sign.TRACKING: 2, Sign.ARRIVAL: 3}
 RULE = np.dtype([("period", "<i4"), ("ratio", "<i4")])
-GUARDS = np.dtype([(name, f"<{guard.unit.code}") for name, guard in table.GUARDS.items()])
+OF_SERVO = ("pull", "brake", "friction", "lost")
+OF_MOTOR = np.dtype(
+    [
+        *((name, f"<{guard.unit.code}") for name, guard in table.GUARDS.items()),
+        *((name, "u1" if name == "lost" else "<u2") for name in OF_SERVO),
+    ]
+)
+OF_LOADING = ("offset", "begin", "end", "most")
 MOTION = np.dtype(
     [
         *((name, "<i4") for name in ("distance", "speed", "acceleration")),
         *((name, "<i2") for name in ("start", "direction")),
+        *((name, "<i4") for name in OF_LOADING),
     ]
 )
 LOOK = np.dtype([("time", "<i8"), ("positions", "<i2", MOTORS)])
@@ -24,7 +34,7 @@ LOOKS = 4
 TRACE = np.dtype(
     [
         ("rule", RULE),
-        ("guards", GUARDS, MOTORS),
+        ("motors", OF_MOTOR, MOTORS),
         ("motion", MOTION, MOTORS),
         ("count", "<i2"),
         ("looks", LOOK, LOOKS),
@@ -44,126 +54,205 @@ DECISION = np.dtype(
 Records = NDArray[np.void]
 
 
-@dataclass(frozen=True)
-class Traces:
-    """Traces (n,) of ``TRACE`` with their decisions (n, LOOKS) of ``DECISION``."""
-
-    traces: Records
-    decisions: Records
-
-
 def random_traces(rng: np.random.Generator, n: int) -> Records:
     """Return n traces; all motors follow, but for one, which is put on a boundary of the rule."""
     traces = np.zeros(n, dtype=TRACE)
     traces["count"] = LOOKS
-    rule, guards, motion = traces["rule"], traces["guards"], traces["motion"]
-    rule["period"] = rng.choice([20_000, 50_000, 100_000, 100_000, 100_000, 200_000], n)
-    rule["ratio"] = rng.choice([9372, 9372, 9372, 8000, 10_000, 5000], n)
-    shape = (n, MOTORS)
-    guards["lag"] = rng.choice([0, 1, 30_000, 30_000, 100_000], shape)
-    guards["slack"] = rng.integers(0, 12, shape)
-    guards["least"] = rng.choice([1, 8, 16, 16, 25, 100], shape)
-    guards["behind"] = rng.integers(1, 120, shape)
-    guards["ahead"] = rng.integers(1, 120, shape)
-    guards["arrival"] = rng.integers(1, 60, shape)
-    near_least = guards["least"] + rng.integers(-1, 2, shape)
-    motion["distance"] = np.where(rng.random(shape) < 0.3, near_least, rng.integers(0, 2400, shape))
-    motion["speed"] = np.exp(rng.uniform(np.log(FINE), np.log(4000 * FINE), shape))
-    # At one step/s less the lag's doubt is a whole number of steps, or just below: so a µs more or
-    # less is seen. (A ramp, cut to whole µs, seldom comes to the whole speed.)
-    whole = rng.random(shape) < 0.3
-    motion["speed"][whole] = FINE * rng.choice([501, 1001, 2001, 2500, 2500], shape)[whole]
-    motion["acceleration"] = np.exp(rng.uniform(np.log(244), np.log(40_000), shape))
-    # A ramp that is full and short at once, but for a rounded microsecond of the total time.
-    seam = rng.random(n) < 0.05
-    motion["distance"][seam], motion["speed"][seam], motion["acceleration"][seam] = (
-        1,
-        82 * FINE,
-        6723,
-    )
-    guards["lag"][seam] = 30_000
-    motion["start"] = rng.integers(-2400, 2400, shape)
-    motion["direction"] = rng.choice([-1, 1], shape)
-    profile = Profile.plan(
-        *(motion[name].astype(np.int64).ravel() for name in ("distance", "speed", "acceleration"))
-    )
-    doubt = lag_doubt(profile).reshape(shape)
-    total, ramp = profile.total.reshape(shape), profile.ramp.reshape(shape)
-    every = np.arange(n)
-    odd = rng.integers(0, MOTORS, n)
-    before = np.zeros((2, *shape), dtype=np.int64)
-    time = np.zeros(n, dtype=np.int64)
-    period_ends = rule["period"].astype(np.int64)
-    for index in range(LOOKS):
-        # A moment on a boundary of the odd motor's profile, or some periods later.
-        lag, whole, first = guards["lag"][every, odd], total[every, odd], ramp[every, odd]
-        edges = np.stack(
-            [lag, lag + first, lag + whole - first, lag + whole, lag + whole + rule["period"]]
-        )
-        edge = edges[rng.integers(0, len(edges), n), every] + rng.integers(-1, 2, n)
-        onward = time + rule["period"] * rng.integers(1, 4, n) + rng.integers(0, 9000, n)
-        at_its_end = period_ends + rng.integers(-1, 2, n)
-        some = (rng.random(n) * (whole + lag + rule["period"])).astype(np.int64)
-        time = np.choose(rng.integers(0, 4, n), [edge, onward, np.maximum(some, time), at_its_end])
-        due = time >= period_ends
-        period_ends += np.where(due, rule["period"], 0)
-        expected = profile.position((time[:, None] - guards["lag"]).ravel()).reshape(shape)
-        should = expected - before[0]
-        measured = np.rint(expected / FINE).astype(np.int64) * FINE
-        # Where the odd motor is: on the limit of one part of the rule, give or take a step.
-        limits = np.stack(
-            [
-                before[1]
-                + (should * rule["ratio"][:, None]) // 10_000
-                - guards["slack"].astype(np.int64) * FINE,
-                expected - guards["behind"].astype(np.int64) * FINE - doubt,
-                expected + guards["ahead"].astype(np.int64) * FINE + doubt,
-                (motion["distance"] - guards["arrival"]).astype(np.int64) * FINE,
-                (motion["distance"] + guards["arrival"]).astype(np.int64) * FINE,
-                measured,
-            ]
-        )
-        at = limits[rng.integers(0, len(limits), n), every, odd]
-        at = (at // FINE + rng.integers(-1, 2, n)) * FINE
-        follows = rng.random(n) < 0.2
-        measured[every, odd] = np.where(follows, measured[every, odd], at)
-        # Sometimes two motors fall behind alike: the first has to be named.
-        other = (odd + rng.integers(1, MOTORS, n)) % MOTORS
-        alike = rng.random(n) < 0.1
-        measured[every[alike], other[alike]] -= (
-            (expected - measured)[every, odd][alike] // FINE * FINE
-        )
-        travel = measured // FINE
-        traces["looks"]["time"][:, index] = time
-        traces["looks"]["positions"][:, index] = np.clip(
-            motion["start"] + motion["direction"] * travel, -32_000, 32_000
-        )
-        based = due[:, None] & (should >= guards["least"].astype(np.int64) * FINE)
-        before = np.where(based, np.stack([expected, measured]), before)
+    _draw_rules(rng, traces["rule"], traces["motors"])
+    _draw_motions(rng, traces["motors"], traces["motion"])
+    # Some have nothing but the window's limit in mind, which is seldom a whole number of steps.
+    exact = rng.random(n) < 0.25
+    traces["rule"]["ratio"][exact] = 10_000
+    for trace, only_window in zip(traces, exact.tolist(), strict=True):
+        _draw_looks(rng, trace, only_window)
     return traces
 
 
+def _draw_rules(rng: np.random.Generator, rule: Records, motors: Records) -> None:
+    n, shape = len(rule), motors.shape
+    rule["period"] = rng.choice([20_000, 50_000, 100_000, 100_000, 100_000, 200_000], n)
+    rule["ratio"] = rng.choice([9372, 9372, 9372, 8000, 10_000, 5000], n)
+    motors["lag"] = rng.choice([0, 1, 5500, 5500, 30_000, 100_000], shape)
+    motors["slack"] = rng.integers(0, 12, shape)
+    motors["least"] = rng.choice([1, 8, 16, 16, 25, 100], shape)
+    motors["behind"] = rng.integers(1, 120, shape)
+    motors["ahead"] = rng.integers(1, 120, shape)
+    motors["arrival"] = rng.integers(1, 60, shape)
+    # Real servos, and the ends of what a card takes.
+    real = rng.random(shape) < 0.6
+    motors["pull"] = np.where(real, rng.integers(2000, 8000, shape), rng.integers(1, 16_384, shape))
+    motors["brake"] = np.where(
+        real, rng.integers(3000, 40_000, shape), rng.choice([0, 1, 65_535], shape)
+    )
+    motors["friction"] = np.where(
+        real, rng.integers(0, 9000, shape), rng.choice([0, 1, 32_767], shape)
+    )
+    motors["lost"] = np.where(real, rng.integers(0, 100, shape), rng.choice([0, 1, 255], shape))
+
+
+def _draw_motions(rng: np.random.Generator, motors: Records, motion: Records) -> None:
+    shape = motion.shape
+    near_least = motors["least"] + rng.integers(-1, 2, shape)
+    motion["distance"] = np.where(rng.random(shape) < 0.3, near_least, rng.integers(0, 2400, shape))
+    slowest = np.maximum(motion["distance"] * FINE // 2, FINE)  # none takes longer than some 2 s
+    fast = np.exp(rng.uniform(np.log(FINE), np.log(4000 * FINE), shape))
+    motion["speed"] = np.maximum(fast, slowest)
+    # At one step/s less the lag's doubt is a whole number of steps, or just below: so a µs more or
+    # less is seen. (A ramp, cut to whole µs, seldom comes to the whole speed.)
+    whole = rng.random(shape) < 0.3
+    motion["speed"][whole] = FINE * rng.choice([512, 1001, 1500, 2001, 2500, 2500], shape)[whole]
+    motion["acceleration"] = np.exp(rng.uniform(np.log(2440), np.log(40_000), shape))
+    # A ramp that is full and short at once, but for a rounded microsecond of the total time.
+    seam = rng.random(len(motion)) < 0.05
+    for name, value in (("distance", 1), ("speed", 82 * FINE), ("acceleration", 6723)):
+        motion[name][seam] = value
+    motors["lag"][seam] = 30_000
+    # A model's step that falls on the end of a ramp.
+    profile = Profile.plan(
+        *(motion[name].astype(np.int64).ravel() for name in ("distance", "speed", "acceleration"))
+    )
+    ends = np.stack([profile.ramp, profile.total - profile.ramp, profile.total])
+    end = rng.choice(ends).reshape(shape)
+    hits = rng.random(shape) < 0.4
+    motors["lag"][hits] = (-end % STEP)[hits]
+    motion["start"] = rng.integers(-2400, 2400, shape)
+    motion["direction"] = rng.choice([-1, 1], shape)
+    bare = rng.random(shape) < 0.3
+    motion["most"] = np.where(
+        rng.random(shape) < 0.5, rng.integers(0, 6000, shape), rng.integers(6000, 110_000, shape)
+    )
+    for name, most in (("offset", 20), ("begin", 32), ("end", 32)):
+        fine = rng.integers(-most * FINE, most * FINE + 1, shape)
+        # Whole steps, so that a motor can be exactly on the limit about its goal.
+        steps = rng.integers(-most, most + 1, shape) * FINE
+        motion[name] = np.where(bare, 0, np.where(rng.random(shape) < 0.5, steps, fine))
+    # Stiff motors come to rest on whole steps; a feather's speed grows by the least that there is.
+    stiff, feather = rng.random(shape) < 0.25, rng.random(shape) < 0.03
+    for some, offset, servo in ((stiff, 0, (16_383, 49_152, 0, 0)), (feather, 384, (1, 0, 0, 0))):
+        for name, value in zip(OF_SERVO, servo, strict=True):
+            motors[name][some] = value
+        for name, value in zip(OF_LOADING, (offset, 0, 0, 110_000), strict=True):
+            motion[name][some] = value
+    motion["distance"][feather] = 0
+    for name in ("begin", "end"):  # no weight is more than the motor can hold
+        motion[name] = np.clip(motion[name], -motion["most"], motion["most"])
+
+
+def _draw_looks(rng: np.random.Generator, trace: np.void, only_window: bool) -> None:
+    """Choose moments and places, one motor's on a boundary of the rule as it stands then."""
+    odd = int(rng.integers(MOTORS))
+    # Sometimes two motors fall behind alike: the first has to be named.
+    other = (odd + int(rng.integers(1, MOTORS))) % MOTORS
+    alike = rng.random() < 0.2
+    if alike:
+        trace["motors"][other], trace["motion"][other] = trace["motors"][odd], trace["motion"][odd]
+    if only_window:
+        # At rest on a whole step, with the whole guards: then it can be just on the limit.
+        _stiffen(trace["motors"], trace["motion"], odd)
+    watch = _watch(trace)
+    rule, guards, profile = watch.rule, watch.rule.guards, watch.profile
+    # One that judges nothing tells what is expected since the move began.
+    never = np.full(MOTORS, 1 << 40)
+    blind = replace(guards, slack=never, least=never, behind=never, ahead=never, arrival=never)
+    blind_watch = replace(watch, rule=replace(rule, guards=blind))
+    share = granted_share(profile)
+    doubt, goal = lag_doubt(profile), profile.distance * FINE
+    goal = goal + trace["motion"]["offset"] - trace["motion"]["end"]
+    # As the rule has them: what it had seen when the latest period ended.
+    based, period_ends, time = np.zeros((2, MOTORS), dtype=np.int64), rule.period, 0
+    for look in trace["looks"]:
+        time = max(time, _moment(rng, watch, odd, time, period_ends))
+        due = time >= period_ends
+        period_ends += rule.period if due else 0
+        blind_watch.look(watch.start, time)
+        assert blind_watch.window is not None
+        expected = blind_watch.window.expected
+        should = expected - based[0]
+        measured = np.rint(expected / FINE).astype(np.int64) * FINE
+        window = based[1][odd] + should[odd] * rule.ratio // 10_000 - guards.slack[odd] * share[odd]
+        if only_window:
+            measured[odd] = window // FINE * FINE
+        elif rng.random() < 0.8:
+            limit = rng.choice(
+                [
+                    window,
+                    expected[odd] - guards.behind[odd] * share[odd] - doubt[odd],
+                    expected[odd] + guards.ahead[odd] * share[odd] + doubt[odd],
+                    goal[odd] - guards.arrival[odd] * FINE,
+                    goal[odd] + guards.arrival[odd] * FINE,
+                    measured[odd],
+                ]
+            )
+            measured[odd] = (limit // FINE + rng.integers(-1, 2)) * FINE
+        if alike:
+            measured[other] = measured[odd]
+        places = trace["motion"]["start"] + trace["motion"]["direction"] * (measured // FINE)
+        look["time"], look["positions"] = time, np.clip(places, -32_000, 32_000)
+        judged = due & (should >= guards.least * FINE)
+        based = np.where(judged, np.stack([expected, measured]), based)
+
+
+def _stiffen(motors: Records, motion: Records, odd: int) -> None:
+    for name, value in zip(OF_SERVO, (16_383, 49_152, 0, 0), strict=True):
+        motors[name][odd] = value
+    for name, value in zip(OF_LOADING, (0, 0, 0, 110_000), strict=True):
+        motion[name][odd] = value
+    for name, least in (("distance", 100), ("speed", 1000 * FINE), ("acceleration", 10_000)):
+        motion[name][odd] = max(motion[name][odd], least)
+
+
+def _moment(rng: np.random.Generator, watch: Watch, odd: int, time: int, period_ends: int) -> int:
+    """Return a moment at a boundary of the odd motor's move or of the model, or some time later."""
+    rule, profile = watch.rule, watch.profile
+    lag, total, ramp = (int(n[odd]) for n in (rule.guards.lag, profile.total, profile.ramp))
+    ended = total + lag
+    last = int((profile.total + rule.guards.lag).max())
+    return int(
+        rng.choice(
+            [
+                time + rng.integers(15_000, 40_000),
+                (time // STEP + rng.integers(1, 9)) * STEP + rng.integers(-1, 2),
+                period_ends + rng.integers(-1, 2),
+                ended + rng.integers(-1, 2),
+                last + rng.integers(-1, 2),
+                ended + rule.period + rng.integers(-1, 2),
+                lag + ramp + rng.integers(0, STEP),
+                ended - ramp + rng.integers(0, STEP),
+                rng.integers(0, ended + rule.period),
+            ]
+        )
+    )
+
+
+def _watch(trace: np.void) -> Watch:
+    motors, motion = (
+        {name: values[name].astype(np.int64) for name in values.dtype.names}
+        for values in (trace["motors"], trace["motion"])
+    )
+    rule = FreeRule(
+        table.Guards(*(motors[name] for name in table.GUARDS)),
+        int(trace["rule"]["period"]),
+        int(trace["rule"]["ratio"]),
+        servo=FreeServo(*(motors[name] for name in OF_SERVO)),
+    )
+    profile = Profile.plan(motion["distance"], motion["speed"], motion["acceleration"])
+    loading = Loading(*(motion[name] for name in OF_LOADING))
+    return rule.watch(profile, motion["start"], motion["direction"], loading)
+
+
 def decide(traces: Records) -> Records:
-    """Let contact.py decide every look: (n, LOOKS) of ``DECISION``."""
+    """Let free.py decide every look: (n, LOOKS) of ``DECISION``."""
     decisions = np.zeros((len(traces), LOOKS), dtype=DECISION)
-    wide = {name: traces["motion"][name].astype(np.int64) for name in traces["motion"].dtype.names}
-    guards = {
-        name: traces["guards"][name].astype(np.int64) for name in traces["guards"].dtype.names
-    }
-    periods, ratios = traces["rule"]["period"].tolist(), traces["rule"]["ratio"].tolist()
-    times = traces["looks"]["time"].tolist()
-    positions = traces["looks"]["positions"].astype(np.int64)
-    for i, of_trace in enumerate(decisions):
-        rule = Rule(table.Guards(**{k: v[i] for k, v in guards.items()}), periods[i], ratios[i])
-        profile = Profile.plan(wide["distance"][i], wide["speed"][i], wide["acceleration"][i])
-        watch = Watch(rule, profile, wide["start"][i], wide["direction"][i])
-        for k in range(LOOKS):
-            contact = watch.look(positions[i, k], times[i][k])
-            came = watch.arrived(positions[i, k], times[i][k])
-            if contact is None:
-                of_trace[k] = (0, 0, came, 0, 0, 0)
-            else:
-                of_trace[k] = (
+    for trace, of_trace in zip(traces, decisions, strict=True):
+        watch = _watch(trace)
+        for k, look in enumerate(trace["looks"]):
+            time, positions = int(look["time"]), look["positions"].astype(np.int64)
+            contact = watch.look(positions, time)
+            came = watch.arrived(positions, time)
+            of_trace[k] = (
+                (0, 0, came, 0, 0, 0)
+                if contact is None
+                else (
                     SIGNS[contact.sign],
                     contact.motor,
                     came,
@@ -171,4 +260,5 @@ def decide(traces: Records) -> Records:
                     contact.expected,
                     contact.length,
                 )
+            )
     return decisions

@@ -68,6 +68,11 @@ class Trace:
         travel: Steps = (self.positions - self.start) * self.direction * FINE
         return travel
 
+    @property
+    def goal(self) -> Steps:
+        """The travel at which each motor comes to rest, (8,) in 1/256 steps."""
+        return self.profile.distance * FINE + self.loading.offset - self.loading.end
+
     def expected(self, lag: Steps) -> Steps:
         """Return the travel of the profile, delayed by ``lag`` (8,) µs, at each reading, (n, 8)."""
         return self.profile.position(self.times[:, None] - lag)
@@ -107,7 +112,7 @@ def measure_need(
         behind = np.maximum(behind, (expected - travel).max(axis=0) - doubt)
         ahead = np.maximum(ahead, (travel - expected).max(axis=0) - doubt)
         late = trace.times[:, None] >= trace.profile.total + lag + period
-        away = np.abs(trace.profile.distance * FINE - travel)
+        away = np.abs(trace.goal - travel)
         arrival = np.maximum(arrival, np.where(late, away, 0).max(axis=0))
         judged_expected, judged_travel, period_ends = zero, zero, period
         for row, time in enumerate(trace.times.tolist()):

@@ -19,6 +19,12 @@ class OutOfRangeError(BodyError):
     def __init__(self, kind: FrameKind, index: int) -> None:
         self.index = index
         motor = JOINTS[index % len(JOINTS)]
+        if kind is FrameKind.LOADS:
+            super().__init__(
+                f"The card refuses the load of {motor}: it is more than the motor may hold. "
+                "Look at the masses and the servo in the robot's description."
+            )
+            return
         what = f"the {'goal' if index < len(JOINTS) else 'speed'} of {motor}"
         named = what if kind is FrameKind.MOVE else f"value {index} of {kind.name.lower()}"
         super().__init__(f"The card refuses {named}: it is out of range.")
@@ -43,6 +49,8 @@ def read_answer(kind: FrameKind, answer: Frame, settings: CardSettings) -> bytes
             raise BodyError(unready(detail, settings))
         case Result.RANGE:
             raise OutOfRangeError(kind, detail[0])
+        case Result.LOADS:
+            raise BodyError("The card was not told the loads of this move; send it again.")
         case Result.SETTINGS:
             raise BodyError("The card does not have all its settings; connect to it again.")
         case Result.VERSION:

@@ -7,27 +7,25 @@ with new guards. :func:`measure` makes the moves and records every reading of th
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from miburi.calibration.file import Calibration
-from miburi.calibration.free_motion import Response, Trace, calibrate, measure_response
+from miburi.calibration.free_motion import Response, Trace, measure_need, measure_response
 from miburi.card.card import Card
 from miburi.card.settings import (
     ALLOWED,
     STEPS_PER_TURN,
     CardSettings,
     format_value,
-    real_acceleration,
-    real_speed,
 )
 from miburi.errors import BodyError
 from miburi.robot import JOINTS, Array, Robot
-from miburi.robot.guards import GUARDS
-from miburi.safety.contact import Rule
+from miburi.robot.guards import Guards
+from miburi.safety.free import FreeRule, granted_share
 from miburi.safety.move import Move, plan_move
-from miburi.safety.profile import Profile, Steps, to_steps
+from miburi.safety.profile import FINE, Steps
 from miburi.safety.stop import Phase
 
 __all__ = [
@@ -53,6 +51,8 @@ _DURATIONS = (1.5, 0.8, 0.1)
 _SLOWLY, _BIT = (0.05, 0.1, 0.2, 0.4), 0.15
 #: Recording time after each move, s; longer than the rule waits for a motor to arrive.
 _AFTER = 0.3
+#: Guards are this many times what free motion missed of the model (ours).
+_MARGIN = 1.5
 _DEGREES = 360 / STEPS_PER_TURN
 #: ``Report.heard`` where all motors answered.
 _ALL = 0xFF
@@ -134,28 +134,20 @@ def _record_one(card: Card, move: Move) -> Trace:
         card.step(_AFTER)
     finally:
         card.on_report = previous
-    way = np.array(card.goals) - origin
-    profile = _profile(card, np.abs(way), move)
     before = [report for report in reports if report.time <= card.move_began]
     # The card does not judge readings that a motor did not answer.
     complete = [r for r in reports if r.time > card.move_began and r.heard == _ALL]
+    start, order = np.array(before[-1].positions), card.order
+    if order is None:
+        raise BodyError("The card made no move; connect to it again.")
+    profile, direction = order.profile(card.settings, origin)
     return Trace(
         profile,
-        start=np.array(before[-1].positions),
-        direction=np.where(way < 0, -1, 1),
+        start,
+        direction,
         times=np.array([report.time - card.move_began for report in complete]),
         positions=np.array([report.positions for report in complete]),
-    )
-
-
-def _profile(card: Card, distance: Steps, move: Move) -> Profile:
-    """Return the profile that the card commands for a move, rounded to the servos' units."""
-    general = card.settings.general
-    speeds = np.minimum(to_steps(card.robot, move.speeds), general.max_speed)
-    return Profile.plan(
-        distance,
-        np.array([real_speed(speed) for speed in speeds.tolist()]),
-        np.full(len(JOINTS), real_acceleration(general.acceleration)),
+        loading=order.loading(card.settings, start, origin),
     )
 
 
@@ -196,24 +188,40 @@ def measure(card: Card, tell: Callable[[str], None] = lambda _: None) -> Measure
 def grant_guards(robot: Robot, settings: CardSettings, traces: list[Trace]) -> CardSettings:
     """Return a card's settings with the guards that its servos need in these traces.
 
-    No guard becomes less than in the robot's description: fifty moves, with one state of the
-    battery and one load, do not show everything that such servos do.
+    Each guard is 1.5 times what the free servo's model missed, but no less than for servos
+    that nobody has calibrated: fifty moves, with one state of the battery and one load, do not show
+    everything that such servos do.
     """
-    general = settings.general
-    guards = calibrate(
-        traces,
-        robot.servo.step,
-        period=general.period,
-        ratio=general.ratio,
-    )
-    least = vars(Rule.of(robot).guards)
-    enough = {
-        name: np.maximum(values, least[name])
-        for name, values in vars(guards).items()
-        if GUARDS[name].floor
-    }
-    guards = replace(guards, **enough)
-    return settings.with_rule(Rule(guards, general.period, general.ratio))
+    rule = settings.rule
+    own = rule.guards
+    floors = replace(FreeRule.of(robot).guards, lag=own.lag, least=own.least)
+    guards = vars(floors)
+    for trace in traces:
+        free = _FreeTrace(**vars(trace), rule=rule)
+        need = vars(measure_need([free], own.lag, own.least, rule.period, rule.ratio))
+        for name, needed in need.items():
+            share = FINE if name == "arrival" else granted_share(trace.profile)
+            enough = np.ceil(needed * _MARGIN / share).astype(np.int64)
+            guards = guards | {name: np.maximum(guards[name], enough)}
+    return settings.with_rule(replace(rule, guards=Guards(**guards)))
+
+
+@dataclass(frozen=True)
+class _FreeTrace(Trace):
+    """A trace that is held against the free servo."""
+
+    rule: FreeRule = field(kw_only=True)
+
+    def expected(self, lag: Steps) -> Steps:
+        never = np.full_like(lag, 1 << 40)
+        blind = replace(self.rule, guards=Guards(lag, never, never, never, never, never))
+        watch = blind.watch(self.profile, self.start, self.direction, self.loading)
+        expected = []
+        for time in self.times.tolist():
+            watch.look(self.start, time)
+            # A window in which nothing is judged begins with the move.
+            expected.append(watch.start if watch.window is None else watch.window.expected)
+        return np.array(expected)
 
 
 def _check(settings: CardSettings) -> None:

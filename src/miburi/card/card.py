@@ -36,14 +36,16 @@ from miburi.card.link import (
     Result,
     encode,
 )
+from miburi.card.order import Order
 from miburi.card.report import PHASES, motors_of, stop_of, window_of
 from miburi.card.settings import CardSettings, General, JointSettings, check_encoder, refusal
 from miburi.errors import BodyError
 from miburi.robot import JOINTS, Robot
 from miburi.safety.contact import Window
 from miburi.safety.controller import check_move
+from miburi.safety.free import granted_share
 from miburi.safety.move import Move
-from miburi.safety.profile import SECOND, to_steps
+from miburi.safety.profile import FINE, SECOND, Steps
 from miburi.safety.stop import Phase, Stop, StopReason
 
 __all__ = ["Card"]
@@ -105,6 +107,9 @@ class Card:
         self._history: deque[Report] = deque(maxlen=_VELOCITY_REPORTS)
         self._own_stop: Stop | None = None
         self._offset = 0.0
+        self._share = np.full(len(JOINTS), FINE)
+        #: The latest move as the card was told of it.
+        self.order: Order | None = None
         #: Goals of the latest move or return, steps, and its start, µs on the card's clock.
         self.goals: tuple[int, ...] = ()
         self.move_began = 0
@@ -153,7 +158,7 @@ class Card:
     @property
     def window(self) -> Window | None:
         """What the rule compared at the contact that holds now, for its motor only."""
-        return None if self._own_stop else window_of(self.report, self._settings)
+        return None if self._own_stop else window_of(self.report, self._settings, self._share)
 
     @property
     def state(self) -> BodyState:
@@ -176,14 +181,15 @@ class Card:
     def move(self, move: Move) -> None:
         """Start a move; see :meth:`miburi.bodies.Body.move`."""
         check_move(self._robot, self.state.phase, move)
-        lower, upper = (
-            to_steps(self._robot, self._robot.lower),
-            to_steps(self._robot, self._robot.upper),
-        )
-        goals = np.clip(to_steps(self._robot, move.angles), lower, upper)
-        speeds = np.minimum(to_steps(self._robot, move.speeds), self._settings.general.max_speed)
-        answer = self.ask(FrameKind.MOVE, struct.pack("<8h8H", *goals.tolist(), *speeds.tolist()))
-        self.goals, self.move_began = tuple(goals.tolist()), struct.unpack("<q", answer)[0]
+        here, origin = np.array(self.report.positions), np.array(self.goals)
+        order = Order.of(self._robot, self._settings, here, origin, move)
+        self._begin(order, origin, FrameKind.MOVE, order.pack())
+
+    def _begin(self, order: Order, origin: Steps, kind: FrameKind, payload: bytes = b"") -> None:
+        self._share = granted_share(order.profile(self._settings, origin)[0])
+        self.ask(FrameKind.LOADS, order.pack_loads())
+        (self.move_began,) = struct.unpack("<q", self.ask(kind, payload))
+        self._own_stop, self.order, self.goals = None, order, tuple(order.goals.tolist())
         self._await_phase()
 
     def stop(self) -> None:
@@ -221,11 +227,9 @@ class Card:
                 "read them: it does not know how its servos are mounted. Load its calibration "
                 "(miburi card load), or calibrate it again (miburi card calibrate --zeros)."
             )
-        answer = self.ask(FrameKind.RELEASE)
-        self._own_stop = None
-        self.goals = tuple(joint.neutral for joint in self._settings.joints)
-        self.move_began = struct.unpack("<q", answer)[0]
-        self._await_phase()
+        here = np.array(self.report.positions)
+        order = Order.home(self._robot, self._settings, here)
+        self._begin(order, here, FrameKind.RELEASE)
 
     def wake(self) -> None:
         """Release a stopped body and wait until it rests at neutral.
@@ -248,7 +252,7 @@ class Card:
             )
 
     def relax(self) -> None:
-        """Switch the torque of a stopped body off, so that it can be moved by hand."""
+        """Switch a stopped body's torque off, so that it can be moved by hand."""
         self.ask(FrameKind.RELAX)
 
     def identify(self, old: int, new: int) -> None:

@@ -25,7 +25,7 @@ __all__ = [
     "encode",
 ]
 
-VERSION = 4
+VERSION = 5
 #: The kind of an answer is that of its request plus this.
 ANSWER = 0x80
 _MAX_FRAME = 128
@@ -45,6 +45,7 @@ class FrameKind(IntEnum):
     STATUS = 9
     RELAX = 10
     IDENTIFY = 11
+    LOADS = 12
     REPORT = 0x40
     REFUSED = 0x7F
 
@@ -61,6 +62,7 @@ class Result(IntEnum):
     PHASE = 6
     SERVO = 7
     SETTINGS = 8
+    LOADS = 9
 
 
 class Reason(IntEnum):

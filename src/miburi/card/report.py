@@ -9,7 +9,7 @@ from miburi.card.link import Reason, Report
 from miburi.card.settings import STEPS_PER_TURN, CardSettings
 from miburi.robot import JOINTS
 from miburi.safety.contact import Contact, Sign, Window
-from miburi.safety.profile import FINE
+from miburi.safety.profile import Steps
 from miburi.safety.stop import Phase, Stop, StopReason
 
 __all__ = ["PHASES", "motors_of", "stop_of", "unready", "window_of"]
@@ -56,13 +56,16 @@ def stop_of(report: Report, time: float) -> Stop | None:
     )
 
 
-def window_of(report: Report, settings: CardSettings) -> Window | None:
-    """Return what the rule compared at the contact that holds the card, for its motor only."""
+def window_of(report: Report, settings: CardSettings, share: Steps) -> Window | None:
+    """Return what the rule compared at the contact that holds the card, for its motor only.
+
+    ``share`` is what the motors were granted of their guards in that move, (8,) in 1/256.
+    """
     contact = _contact_of(report)
     if contact is None:
         return None
     judged = np.arange(len(JOINTS)) == contact.motor
-    slack = settings.joints[contact.motor].guards.slack * FINE
+    slack = settings.joints[contact.motor].guards.slack * int(share[contact.motor])
     with_slack = contact.measured + (slack if contact.sign is Sign.SPEED else 0)
     measured, expected, granted, length = (
         np.where(judged, value, 0)

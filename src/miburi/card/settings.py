@@ -1,12 +1,14 @@
-"""The settings that a card needs: period and ratio of the rule, and limits and servo of each joint.
+"""The settings that a card needs: the rule's figures, and limits and servo of each joint.
 
 In goes a robot's description, with a calibration if there is one; out come the bytes that the card
-takes. ``firmware/miburi/settings.h`` is the other side. It refuses values outside the ranges in
-``ALLOWED``.
+takes. A card holds its motors against free servos (:mod:`miburi.safety.free`), so each joint has
+the constants of its own. ``firmware/miburi/settings.h`` is the other side. It refuses values
+outside the ranges in ``ALLOWED``.
 """
 
 import struct
 from dataclasses import astuple, dataclass, replace
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -19,15 +21,20 @@ from miburi.safety.contact import Rule
 from miburi.safety.controller import RETURN_SPEED
 from miburi.safety.drive import aim
 from miburi.safety.profile import to_steps
+from miburi.servos import Servo
+
+if TYPE_CHECKING:
+    from miburi.safety.free import FreeRule
 
 __all__ = [
     "ALLOWED",
+    "FULL_PWM",
     "HOTTEST",
     "LOWEST",
-    "MILLIAMPERES_PER_NM",
     "SEAM",
     "STEPS_PER_TURN",
     "CardSettings",
+    "FreeMotor",
     "General",
     "JointSettings",
     "check_encoder",
@@ -37,16 +44,18 @@ __all__ = [
     "refusal",
 ]
 
-_GENERAL = struct.Struct("<i6H2B")
-_JOINT = struct.Struct("<BbHhhh" + "".join(guard.unit.code for guard in GUARDS.values()))
-#: Current per torque of an XL330-M288, from its stall at 5 V: 1.47 A and 0.52 N·m.
-MILLIAMPERES_PER_NM = 1470 / 0.52
+_GENERAL = struct.Struct("<i8H2B")
+_JOINT = struct.Struct("<BbHhhh" + "".join(guard.unit.code for guard in GUARDS.values()) + "3HB")
+#: The whole duty of an XL330, as its registers 36 and 100 count; as in ``settings.h``.
+FULL_PWM = 885
 #: A servo hotter than this, °C, or a lower supply voltage, 0.1 V, stops the body (ours).
 HOTTEST, LOWEST = 65, 42
 #: Encoder steps in a turn of the XL330 servos that a card drives; as in ``settings.h``.
 STEPS_PER_TURN = 4096
 #: Steps that a joint's range keeps from the seam between two turns; as in ``settings.h``.
 SEAM = 100
+#: What of the settings for all joints belongs to a calibration.
+_CALIBRATED = ("period", "ratio", "p_gain", "d_gain", "error_per_pwm")
 #: The servo's middle position.
 _MIDDLE = STEPS_PER_TURN // 2
 #: Least and greatest value that the card accepts (``settings.h``), and the unit. The card also
@@ -57,14 +66,20 @@ ALLOWED = {
     "acceleration": (244, 40_000, "steps/s²"),
     "max_speed": (16, 6957, "steps/s"),
     "return_speed": (16, 1304, "steps/s"),
-    "move_current": (50, 1750, "mA"),
-    "hold_current": (0, 700, "mA"),
+    "hold_pwm": (0, 400, "of 885"),
+    "p_gain": (100, 16_383, ""),
+    "d_gain": (0, 16_383, ""),
+    "error_per_pwm": (256, 32_000, "× 1/65536 steps"),
     "hottest": (40, 75, "°C"),
     "lowest": (35, 60, "× 0.1 V"),
     "servo": (0, 252, ""),
     "direction": (-1, 1, ""),
     "zero": (0, 4095, "steps"),
     **{name: (guard.low, guard.high, guard.unit.whole) for name, guard in GUARDS.items()},
+    "pull": (1, 16_383, "× 1/65536"),
+    "brake": (0, 65_535, "× 1/65536"),
+    "friction": (0, 32_767, "× 1/65536 steps for each 5 ms"),
+    "lost": (0, 255, "× 1/256"),
 }
 
 
@@ -107,8 +122,10 @@ class General:
     acceleration: int
     max_speed: int
     return_speed: int
-    move_current: int
-    hold_current: int
+    hold_pwm: int
+    p_gain: int
+    d_gain: int
+    error_per_pwm: int
     hottest: int = HOTTEST
     lowest: int = LOWEST
 
@@ -122,9 +139,18 @@ class General:
         return cls(*_GENERAL.unpack(data))
 
 
+class FreeMotor(NamedTuple):
+    """One motor of :class:`miburi.servos.free.FreeServo`, which has the units."""
+
+    pull: int
+    brake: int
+    friction: int
+    lost: int
+
+
 @dataclass(frozen=True)
 class JointSettings:
-    """One joint's servo, limits (steps from the joint's zero) and guards (µs and steps).
+    """One joint's servo, limits (steps from the joint's zero), guards (µs and steps) and model.
 
     Attributes
     ----------
@@ -143,13 +169,15 @@ class JointSettings:
     max: int
     neutral: int
     guards: Guards[int]
+    free: FreeMotor
 
     @property
     def values(self) -> dict[str, int]:
         """All values by name, in the order of their bytes, by which the card numbers them."""
         own = dict(vars(self))
         guards: Guards[int] = own.pop("guards")
-        return own | vars(guards)
+        free: FreeMotor = own.pop("free")
+        return own | vars(guards) | free._asdict()
 
     def pack(self) -> bytes:
         """Return the bytes to send to the card."""
@@ -158,8 +186,9 @@ class JointSettings:
     @classmethod
     def unpack(cls, data: bytes) -> "JointSettings":
         """Read the bytes that a card sent."""
-        servo, direction, zero, low, high, neutral, *guards = _JOINT.unpack(data)
-        return cls(servo, direction, zero, low, high, neutral, Guards(*guards))
+        servo, direction, zero, low, high, neutral, *others = _JOINT.unpack(data)
+        guards, free = Guards(*others[: len(GUARDS)]), FreeMotor(*others[len(GUARDS) :])
+        return cls(servo, direction, zero, low, high, neutral, guards, free)
 
 
 @dataclass(frozen=True)
@@ -173,8 +202,8 @@ class CardSettings:
     def of(cls, robot: Robot, rule: Rule | None = None) -> "CardSettings":
         """Return settings for a robot whose card has not been calibrated.
 
-        The rule is the robot's by default. Servos have the ids 1–8, and the middle of each joint's
-        range is at the middle of its servo.
+        By default the rule has the guards of servos that nobody has calibrated. Servos have the ids
+        1–8, and the middle of each joint's range is at the middle of its servo.
 
         Raises
         ------
@@ -182,7 +211,11 @@ class CardSettings:
             The robot's encoders are not those of the card's servos.
         """
         check_encoder(robot)
-        rule, step = rule or Rule.of(robot), robot.servo.step
+        from miburi.safety.free import FreeRule  # it loads Numba
+
+        free = FreeRule.of(robot)
+        rule, step, servo = rule or free, robot.servo.step, robot.servo.model
+        hold = robot.servo.hold_torque / (1 - servo.friction.motor_load) / servo.motor_torque
         lower, upper = to_steps(robot, robot.lower), to_steps(robot, robot.upper)
         neutral = to_steps(robot, aim(robot, robot.neutral))
         return cls(
@@ -192,8 +225,10 @@ class CardSettings:
                 acceleration=round(robot.servo.acceleration / step),
                 max_speed=round(robot.servo.max_speed / step),
                 return_speed=round(RETURN_SPEED / step),
-                move_current=round(robot.servo.model.data_sheet.stall_torque * MILLIAMPERES_PER_NM),
-                hold_current=round(robot.servo.hold_torque * MILLIAMPERES_PER_NM),
+                hold_pwm=round(hold * FULL_PWM),
+                p_gain=round(servo.drive.gain),
+                d_gain=round(servo.gains.d),
+                error_per_pwm=_error_per_pwm(servo),
             ),
             tuple(
                 JointSettings(
@@ -204,6 +239,7 @@ class CardSettings:
                     int(upper[i]),
                     int(neutral[i]),
                     guards,
+                    FreeMotor(*(int(values[i]) for values in vars(free.servo).values())),
                 )
                 for i, guards in enumerate(by_motor(rule.guards))
             ),
@@ -228,12 +264,19 @@ class CardSettings:
         return replace(self, joints=tuple(joints))
 
     def with_calibration(self, other: "CardSettings") -> "CardSettings":
-        """Return these settings with the other's mounting and rule.
+        """Return these settings with the other's mounting, rule, servos and gains.
 
         What a calibration that was broken off has left on a card is no rule to keep.
         """
         mounted = self.with_mounting(other.mounting)
-        return mounted if other.generous == other else mounted.with_rule(other.rule)
+        if other.generous == other:
+            return mounted
+        joints = (
+            replace(joint, guards=found.guards, free=found.free)
+            for joint, found in zip(mounted.joints, other.joints, strict=True)
+        )
+        found = {name: vars(other.general)[name] for name in _CALIBRATED}
+        return CardSettings(replace(self.general, **found), tuple(joints))
 
     @property
     def generous(self) -> "CardSettings":
@@ -251,15 +294,27 @@ class CardSettings:
         )
 
     @property
-    def rule(self) -> Rule:
+    def rule(self) -> "FreeRule":
         """The contact rule that the card follows with these settings."""
+        from miburi.safety.free import FreeRule  # it loads Numba
+        from miburi.servos.free import FreeServo
+
         guards = np.array([astuple(joint.guards) for joint in self.joints], dtype=np.int64).T
-        return Rule(Guards(*guards), self.general.period, self.general.ratio)
+        servo = np.array([joint.free for joint in self.joints], dtype=np.int64).T
+        general = self.general
+        return FreeRule(Guards(*guards), general.period, general.ratio, servo=FreeServo(*servo))
 
     @property
     def crc(self) -> int:
         """The check sum by which host and card compare their settings."""
         return crc16(self.general.pack() + b"".join(joint.pack() for joint in self.joints))
+
+
+def _error_per_pwm(servo: Servo) -> int:
+    """Return the error that brings one unit of duty, in 1/65536 steps."""
+    # What a D gain takes off again, more error may bring: no limit of the error is known.
+    most = ALLOWED["error_per_pwm"][1]
+    return most if servo.gains.d else round(servo.divisor.p_divisor / servo.drive.gain * 65_536)
 
 
 def refusal(settings: CardSettings, piece: int, index: int) -> str:

@@ -20,8 +20,9 @@ from miburi.emulation.servos import Servo, Shaft
 from miburi.robot import Array, Robot
 from miburi.robot.specimens import Specimen
 from miburi.safety.contact import Rule
+from miburi.safety.profile import to_steps
 
-__all__ = ["EmulatedBody"]
+__all__ = ["EmulatedBody", "EmulatedRobot"]
 
 
 #: s between two turns of the servos' control, and steps of the physics: it runs as finely as they.
@@ -70,6 +71,43 @@ class _World:
             self.touch = self.touch.then(self._plant.push(push, driven))
 
 
+class EmulatedRobot(EmulatedCard):
+    """A card whose servos move the joints of a physical robot, which they hold at neutral.
+
+    Attributes
+    ----------
+    plant, world
+        The physics, and what keeps it in step with the card's clock.
+    """
+
+    def __init__(
+        self, robot: Robot, settings: CardSettings, specimen: Specimen | None = None
+    ) -> None:
+        true = specimen or Specimen(robot, start_delay=0.0, clock=1.0)
+        self.plant = Plant(true.robot)
+        self.plant.model.opt.timestep = _TURN
+        joints = [
+            _Joint(self.plant, motor, joint, robot.servo.step)
+            for motor, joint in enumerate(settings.joints)
+        ]
+        servos = [
+            Servo.new(of_joint.servo, shaft=joint, model=true.robot.servo.model)
+            for of_joint, joint in zip(settings.joints, joints, strict=True)
+        ]
+        # The servos hold the body, as a card sets them up: it would sink before ours has started.
+        goals = to_steps(robot, self.plant.data.ctrl).tolist()
+        for servo, joint, goal in zip(servos, settings.joints, goals, strict=True):
+            servo.start_delay, servo.clock = true.start_delay * 1e6, true.clock
+            servo.set("return_delay", 25)
+            servo.set("operating_mode", 3)
+            servo.set("position_p_gain", settings.general.p_gain)
+            servo.set("position_d_gain", settings.general.d_gain)
+            servo.set("goal_position", joint.zero + joint.direction * goal)
+            servo.write(64, b"\x01", 0.0)
+        self.world = _World(self.plant, servos, joints)
+        super().__init__(Bus(servos), self.world)
+
+
 class EmulatedBody(Card):
     """A card and eight servos in virtual time, awake and at neutral.
 
@@ -92,26 +130,9 @@ class EmulatedBody(Card):
     def __init__(
         self, robot: Robot, rule: Rule | None = None, specimen: Specimen | None = None
     ) -> None:
-        true = specimen or Specimen(robot, start_delay=0.0, clock=1.0)
-        settings, self._plant = CardSettings.of(robot, rule), Plant(true.robot)
-        self._plant.model.opt.timestep = _TURN
-        joints = [
-            _Joint(self._plant, motor, joint, robot.servo.step)
-            for motor, joint in enumerate(settings.joints)
-        ]
-        servos = [
-            Servo.new(of_joint.servo, shaft=joint, model=true.robot.servo.model)
-            for of_joint, joint in zip(settings.joints, joints, strict=True)
-        ]
-        # The servos hold the body, because it would sink before the card has started.
-        for servo, joint in zip(servos, joints, strict=True):
-            servo.start_delay, servo.clock = true.start_delay * 1e6, true.clock
-            servo.set("return_delay", 25)  # as the card sets a new servo up
-            servo.set("operating_mode", 5)
-            servo.set("goal_position", round(joint.position(servo, 0.0)))
-            servo.write(64, b"\x01", 0.0)
-        self._world = _World(self._plant, servos, joints)
-        self.emulation = EmulatedCard(Bus(servos), self._world)
+        settings = CardSettings.of(robot, rule)
+        self.emulation = EmulatedRobot(robot, settings, specimen)
+        self._world, self._plant = self.emulation.world, self.emulation.plant
         super().__init__(lambda: self.emulation, robot, settings)
         self.step(1.0)  # the body sinks a little when the servos take its weight
         self.wake()

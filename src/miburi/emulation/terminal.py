@@ -11,23 +11,16 @@ from contextlib import suppress
 from time import monotonic, sleep
 
 from miburi.card.settings import CardSettings
-from miburi.emulation.bus import Bus
+from miburi.emulation.body import EmulatedRobot
 from miburi.emulation.card import EmulatedCard
-from miburi.emulation.servos import Servo
 from miburi.robot import Robot
 
-__all__ = ["pump", "serve", "servos"]
+__all__ = ["pump", "serve"]
 
 #: Seconds between two updates of the card.
 _TICK = 0.005
 #: Most time, s, that the card catches up at once; on a slower machine its clock falls behind.
 _PATIENCE = 0.05
-
-
-def servos(robot: Robot) -> list[Servo]:
-    """Return eight servos at neutral, with the ids and zeros of :meth:`CardSettings.of`."""
-    joints = CardSettings.of(robot).joints
-    return [Servo.new(j.servo, j.zero + j.direction * j.neutral) for j in joints]
 
 
 def serve(robot: Robot, seconds: float, tell: Callable[[str], None]) -> None:
@@ -36,7 +29,7 @@ def serve(robot: Robot, seconds: float, tell: Callable[[str], None]) -> None:
     Parameters
     ----------
     robot
-        The description that its servos are mounted for.
+        The description of the robot on it.
     seconds
         How long to run; 0 for ever.
 
@@ -45,7 +38,7 @@ def serve(robot: Robot, seconds: float, tell: Callable[[str], None]) -> None:
     BodyError
         The firmware or the emulated processor has not been built.
     """
-    card = EmulatedCard(Bus(servos(robot)))
+    card = EmulatedRobot(robot, CardSettings.of(robot))
     ours, theirs = pty.openpty()
     try:
         tty.setraw(theirs)

@@ -103,8 +103,11 @@ class Observer:
 
     def motors(self) -> MotorsOut:
         """Return the motors' health and calibration; call it once a second."""
+        from miburi.safety.free import FreeRule  # it loads Numba
+
         motors, robot = self._partner.body.motors(), self._robot
         guards, step = by_motor(motors.rule.guards), robot.servo.step
+        shipped = [by_motor(rule.of(robot).guards) for rule in (Rule, FreeRule)]
         each = [
             MotorOut(
                 joint=joint,
@@ -119,7 +122,7 @@ class Observer:
         return MotorsOut(
             body=self.name,
             port=self.port,
-            calibrated=guards != by_motor(Rule.of(robot).guards),
+            calibrated=guards not in shipped,
             settings=motors.settings,
             hottest=motors.hottest,
             lowest=motors.lowest,

@@ -85,7 +85,7 @@ class Guards(Generic[Value]):
     the wire.
     """
 
-    lag: Annotated[Value, Guard("Delay behind its profile", TIME, 0, 100_000, 30_000)]
+    lag: Annotated[Value, Guard("Delay behind its profile", TIME, 0, 100_000, 5_500)]
     slack: Annotated[Value, Guard("Travel that may always be missing", ANGLE, 0, 40, 40, 0.006)]
     least: Annotated[Value, Guard("Less expected travel is judged later", ANGLE, 1, 100, 16)]
     behind: Annotated[Value, Guard("Farthest behind its profile", ANGLE, 1, 300, 150, 0.0092)]

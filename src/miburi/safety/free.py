@@ -15,7 +15,7 @@ granted half of each, and one in between in proportion. With a slack of 10 steps
 Import it where it is first needed: it loads Numba.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -55,8 +55,8 @@ GUARDS = Guards(
 class FreeRule(Rule):
     """The paper's period and ratio, against the speed that the free servo would have had.
 
-    A lag of 5.5 ms fits the model best: half of it is what steps of 5 ms are early, the rest the
-    servo's own delay.
+    The lag is the one of the servo that fits the model best. For the identified XL330 that is
+    5.5 ms: half of it is what steps of 5 ms are early, the rest the servo's own delay.
 
     Attributes
     ----------
@@ -74,7 +74,9 @@ class FreeRule(Rule):
         """Return the rule for a robot whose servos nobody has calibrated."""
         middle = loads(robot, (robot.lower + robot.upper) / 2)
         servo = FreeServo.of(robot.servo.model, middle.inertia)
-        return cls(in_whole_units(GUARDS, robot.servo.step), servo=servo)
+        lag = robot.servo.model.drive.lag
+        guards = replace(GUARDS, lag=[lag] * 8)
+        return cls(in_whole_units(guards, robot.servo.step), servo=servo)
 
     def watch(
         self, profile: Profile, start: Steps, direction: Steps, loading: Loading = UNLOADED

@@ -1,0 +1,54 @@
+// How a free servo would move, if nobody is in its way: the model that the contact rule expects.
+//
+// The twin of miburi/servos/free.py, to the last bit. Errors and loads are 1/256 encoder steps;
+// places are 1/65536 steps, and speeds these for each 5 ms.
+#pragma once
+
+#include <stdint.h>
+
+namespace miburi {
+
+const int32_t MODEL_STEP = 5000;  // µs
+
+// A motor with its joint; found by calibration.
+struct FreeServo {
+  uint16_t pull;      // 1/65536: what an error changes of the speed in a step
+  uint16_t brake;     // 1/65536: what a speed takes of itself in a step
+  uint16_t friction;  // what dry friction takes of the speed in a step
+  uint8_t lost;       // 1/256: the share of the motor's torque that the gears take
+};
+
+// What bears on one motor during a move, along its way.
+struct Loading {
+  int32_t offset;  // from where the motor is at the start to the origin of its profile
+  int32_t begin;   // the error that the load takes at the beginning …
+  int32_t end;     // … and at the end
+  int32_t most;    // the error at which the duty has its limit
+};
+
+struct FreeMotion {
+  int32_t x;
+  int32_t v;
+};
+
+// Lets `steps` steps pass while the profile goes from `before` to `now`.
+inline void advance(FreeMotion& motion, const FreeServo& servo, int32_t before, int32_t now,
+                    int32_t steps, int32_t sag, int32_t most) {
+  const int32_t weight = (servo.pull * sag) >> 8;
+  for (int32_t k = 1; k <= steps; k++) {
+    int32_t error = before + (now - before) * k / steps - (motion.x >> 8);
+    error = error > most ? most : error < -most ? -most : error;
+    const int32_t motor = ((servo.pull * error) >> 8) - ((servo.brake * (motion.v >> 8)) >> 8);
+    const int32_t speed = motion.v + motor - weight;
+    const int32_t lost = (servo.lost * (motor < 0 ? -motor : motor)) >> 8;
+    const int32_t taken = servo.friction + lost;
+    if (speed > 0) {
+      motion.v = speed > taken ? speed - taken : 0;
+    } else {
+      motion.v = speed < -taken ? speed + taken : 0;
+    }
+    motion.x += motion.v;
+  }
+}
+
+}  // namespace miburi

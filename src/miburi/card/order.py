@@ -1,0 +1,132 @@
+"""What a card is told beside a move: the loads that its motors will bear.
+
+In go the robot's description and the move; out come, for each motor, the error of position that
+the load takes at both ends of its way, and how much duty the motor may use. The card refuses a
+duty that cannot hold the load. ``controller.h`` of the firmware is the other side.
+"""
+
+import struct
+from typing import NamedTuple
+
+import numpy as np
+
+from miburi.card.settings import FULL_PWM, CardSettings, real_acceleration, real_speed
+from miburi.robot import JOINTS, Robot
+from miburi.safety.contact import Loading
+from miburi.safety.drive import aim, demand
+from miburi.safety.move import Move
+from miburi.safety.profile import FINE, Profile, Steps, to_steps
+
+__all__ = ["Order"]
+
+#: The unit in which errors go to the card, 1/256 steps; and how many of it.
+_QUARTER, _MOST = FINE // 4, 127
+_LOAD = struct.Struct("<bbH")
+
+
+class Order(NamedTuple):
+    """A move as the card is told of it; all (8,).
+
+    Attributes
+    ----------
+    goals, speeds
+        Steps, steps/s.
+    begin, end
+        The errors that the loads take, in quarters of a step of the joint's angle.
+    pwm
+        The most duty, of ``FULL_PWM``.
+    """
+
+    goals: Steps
+    speeds: Steps
+    begin: Steps
+    end: Steps
+    pwm: Steps
+
+    @classmethod
+    def of(
+        cls, robot: Robot, settings: CardSettings, positions: Steps, origin: Steps, move: Move
+    ) -> "Order":
+        """Return the order for motors at ``positions``, that are held at ``origin``; steps."""
+        lower, upper = to_steps(robot, robot.lower), to_steps(robot, robot.upper)
+        goals = np.clip(to_steps(robot, aim(robot, move.angles)), lower, upper)
+        speeds = np.minimum(to_steps(robot, move.speeds), settings.general.max_speed)
+        return cls._loaded(robot, settings, positions, origin, goals, speeds)
+
+    @classmethod
+    def home(cls, robot: Robot, settings: CardSettings, positions: Steps) -> "Order":
+        """Return the order for the slow return to neutral; its speeds are the card's own choice."""
+        neutral = np.array([joint.neutral for joint in settings.joints])
+        way = np.abs(neutral - positions)
+        speeds = way * settings.general.return_speed // max(int(way.max()), 1)
+        return cls._loaded(robot, settings, positions, positions, neutral, speeds)
+
+    @classmethod
+    def _loaded(
+        cls,
+        robot: Robot,
+        settings: CardSettings,
+        positions: Steps,
+        origin: Steps,
+        goals: Steps,
+        speeds: Steps,
+    ) -> "Order":
+        profile, direction = _profile(settings, origin, goals, speeds)
+        needs = demand(robot, positions, origin, profile, direction)
+        share = needs.ceiling / robot.servo.model.motor_torque
+        duty = np.clip(np.ceil(share * FULL_PWM), 1, FULL_PWM).astype(np.int64)
+
+        def quarters(error: Steps) -> Steps:
+            most = np.minimum(duty * settings.general.error_per_pwm // 256 // _QUARTER, _MOST)
+            rounded = (error * direction + _QUARTER // 2) // _QUARTER
+            clipped: Steps = np.clip(rounded, -most, most)
+            return clipped
+
+        return cls(
+            goals,
+            speeds,
+            quarters(needs.loading.begin),
+            quarters(needs.loading.end),
+            duty,
+        )
+
+    def profile(self, settings: CardSettings, origin: Steps) -> tuple[Profile, Steps]:
+        """Return the motion that the servos make of it, and each motor's direction."""
+        return _profile(settings, origin, self.goals, self.speeds)
+
+    def loading(self, settings: CardSettings, positions: Steps, origin: Steps) -> Loading:
+        """Return what the card's rule expects to bear on the motors."""
+        direction = np.where(self.goals < origin, -1, 1)
+        return Loading(
+            offset=(origin - positions) * direction * FINE,
+            begin=self.begin * _QUARTER * direction,
+            end=self.end * _QUARTER * direction,
+            most=self.pwm * settings.general.error_per_pwm >> 8,
+        )
+
+    def pack(self) -> bytes:
+        """Return the payload of a move."""
+        return struct.pack("<8h8H", *self.goals, *self.speeds)
+
+    def pack_loads(self) -> bytes:
+        """Return the payload of the loads, which go before it, or before a release."""
+        return b"".join(map(_LOAD.pack, self.begin, self.end, self.pwm))
+
+    @classmethod
+    def unpack(cls, move: bytes, loads: bytes) -> "Order":
+        """Read the payloads of a move and of its loads."""
+        motion = np.array(struct.unpack("<8h8H", move), dtype=np.int64)
+        of_motor = np.array(list(_LOAD.iter_unpack(loads)), dtype=np.int64).T
+        return cls(*motion.reshape(2, len(JOINTS)), *of_motor)
+
+
+def _profile(
+    settings: CardSettings, origin: Steps, goals: Steps, speeds: Steps
+) -> tuple[Profile, Steps]:
+    way = goals - origin
+    profile = Profile.plan(
+        np.abs(way),
+        np.array([real_speed(speed) for speed in speeds.tolist()]),
+        np.full(len(JOINTS), real_acceleration(settings.general.acceleration)),
+    )
+    return profile, np.where(way < 0, -1, 1)
