@@ -203,8 +203,41 @@ def test_who_is_refused_takes_nothing_from_who_may_come_in() -> None:
     assert ask(gate)[0] == 200
 
 
-def test_only_so_many_pages_are_made_and_they_come_back() -> None:
+def test_pages_are_made_one_at_a_time_and_a_stop_waits_for_one_at_most() -> None:
+    told: list[str] = []
+
+    async def app(scope: Any, receive: Any, send: Any) -> None:
+        told.append(f"begin {scope['path']}")
+        for _ in range(5):
+            await asyncio.sleep(0)
+        told.append(f"end {scope['path']}")
+        await behind(scope, receive, send)
+
+    async def flood() -> None:
+        gate = Gate(app)
+
+        async def receive() -> Any:
+            return {"type": "http.request"}
+
+        async def send(message: Any) -> None:
+            pass
+
+        def asked(path: str) -> Any:
+            headers = [(b"host", b"localhost")]
+            scope = {"type": "http", "method": "POST", "path": path, "headers": headers}
+            return asyncio.create_task(gate(scope, receive, send))
+
+        await asyncio.gather(*[asked("/") for _ in range(4)], asked(STOP))
+
+    asyncio.run(flood())
+    pages = [words for words in told if words.endswith(" /")]
+    assert pages == ["begin /", "end /"] * 4
+    assert told.index(f"end {STOP}") <= 3
+
+
+def test_only_so_many_pages_are_made_and_they_come_back(monkeypatch: pytest.MonkeyPatch) -> None:
     """A page costs the server a hundred times what a state does."""
+    monkeypatch.setattr("miburi.interface.access.PAGE_BREATH", 0.0)
     clock = Clock()
     gate = Gate(behind, clock=clock)
     for path in ("/", "/face"):

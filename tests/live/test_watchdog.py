@@ -2,13 +2,17 @@
 
 import threading
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
 from miburi.bodies import BodyState
+from miburi.feelings import EmotionalModel, Expression, shipped_temperament
+from miburi.live.archive import Archive
 from miburi.live.runner import STEP, Runner
 from miburi.live.watchdog import DEAD, LATE, Watchdog
-from miburi.safety.stop import StopReason
+from miburi.robot import Robot
+from miburi.safety.stop import Phase, StopReason
 
 
 class Clock:
@@ -66,6 +70,41 @@ def test_while_the_loop_hangs_the_body_is_stopped_and_everybody_sees_it(
     assert entry.name == StopReason.LOOP_LATE
     assert runner.failure is None
     runner.close(patience=0.0)
+
+
+def test_a_card_is_stopped_while_the_loop_hangs_in_the_middle_of_a_move(
+    robot: Robot, tmp_path: Path, firmware: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    feelings = EmotionalModel(shipped_temperament("playful"))
+    runner = Runner(robot, feelings, Archive(tmp_path), body="emulated-card")
+    runner.perform(Expression("happiness", 1.0))
+    until(lambda: runner.tick() or (runner.snapshot.state.asked and moves(runner)))
+    hang, begun, step = threading.Event(), threading.Event(), runner.body.step
+
+    def hangs(dt: float) -> BodyState:
+        begun.set()
+        hang.wait()
+        return step(dt)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(runner.body, "step", hangs)
+        runner.start()
+        assert begun.wait(10)
+        until(lambda: runner.snapshot.state.stop)
+    before = runner.body.state.angles
+    patched = step(0.06)  # the card goes on by itself; nobody has told the partner
+    assert patched.phase is Phase.STOPPED
+    assert abs(patched.angles - before).max() < 0.1
+    hang.set()
+    until(lambda: [entry for entry in runner.log() if entry.kind == "stopped"])
+    (entry,) = [entry for entry in runner.log() if entry.kind == "stopped"]
+    assert entry.name == StopReason.LOOP_LATE
+    assert not runner.held
+    runner.close(patience=0.0)
+
+
+def moves(runner: Runner) -> bool:
+    return runner.snapshot.state.hand_speed > 0.05
 
 
 def test_a_step_that_raises_stops_the_body_and_the_loop_goes_on(

@@ -4,6 +4,7 @@ On the loopback address anybody at this computer may; on any other address a tok
 everywhere but on the pairing page. Requests from other sites' pages are refused on both.
 """
 
+import asyncio
 import hmac
 import json
 import os
@@ -25,6 +26,7 @@ __all__ = [
     "BURST",
     "COOKIE",
     "LARGEST",
+    "PAGE_BREATH",
     "PAGE_BURST",
     "PAGE_RATE",
     "PAIRING",
@@ -53,6 +55,10 @@ LARGEST = 65_536
 RATE, BURST = 50.0, 150.0
 #: Pages a second and at once, to one address; the server makes each of them anew.
 PAGE_RATE, PAGE_BURST = 1.0, 20.0
+#: s between the end of a page's making and the next: what waits meanwhile may be a Stop (ours).
+PAGE_BREATH = 0.05
+#: s for which a page may keep others waiting: whoever asks for one may take it in slowly.
+_PAGE_TIME = 1.0
 #: Wrong tokens a second and at once, from one address.
 WRONG_RATE, WRONG_BURST = 0.2, 10.0
 #: WebSockets that may be open at the same time.
@@ -167,6 +173,7 @@ class Gate:
         self._pages = Allowance(PAGE_RATE, PAGE_BURST, clock)
         self._wrong = Allowance(WRONG_RATE, WRONG_BURST, clock)
         self._sockets = 0
+        self._next_page = 0.0  # on the event loop's clock
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Serve one connection."""
@@ -179,13 +186,25 @@ class Gate:
             await _refuse(scope, receive, send, refused)
             return
         if scope["type"] == "http":
-            await self._serve(scope, receive, send)
+            serve = self._serve_page if scope["path"] in _PAGES else self._serve
+            await serve(scope, receive, send)
             return
         self._sockets += 1
         try:
             await self._app(scope, receive, send)
         finally:
             self._sockets -= 1
+
+    async def _serve_page(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Make one page at a time, and take a breath after each: what waits may be a Stop."""
+        loop = asyncio.get_running_loop()
+        while (left := self._next_page - loop.time()) > 0:
+            await asyncio.sleep(min(left, PAGE_BREATH))
+        self._next_page = loop.time() + _PAGE_TIME
+        try:
+            await self._serve(scope, receive, send)
+        finally:
+            self._next_page = loop.time() + PAGE_BREATH
 
     def _check(self, scope: Scope) -> None:
         headers = {name: value.decode("latin-1") for name, value in scope["headers"]}

@@ -78,6 +78,7 @@ def configure(app: ASGIApp, *, lifespan: bool = True) -> uvicorn.Config:
         lifespan="on" if lifespan else "off",
         ws="websockets-sansio",
         ws_max_size=LARGEST,
+        ws_per_message_deflate=False,  # a state is small; to pack it costs more than to send it
         timeout_graceful_shutdown=2,
         server_header=False,
         proxy_headers=False,  # who asks is who has connected, whatever a header says

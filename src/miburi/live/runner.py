@@ -287,7 +287,7 @@ class Runner:
         """Run the waiting commands, then let one step pass."""
         if self._was_late:
             self._was_late = False
-            self._partner.halt()
+            self._partner.make_sure()
         self._commands.run()
         self._hand.step(self._partner.body.touchable, STEP)
         events: list[Event] = []
@@ -387,7 +387,7 @@ class Runner:
     def _halt(self) -> None:
         """Stop the body without the loop, and show it to everybody; any thread may call this."""
         self._was_late = True
-        self._partner.body.halt()
+        self._partner.halt()
         self._snapshot = self._snapshot.halted()
 
     def _give_up(self, why: str) -> None:

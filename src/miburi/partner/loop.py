@@ -221,7 +221,16 @@ class Partner:
             self.body.stop()
 
     def halt(self) -> None:
-        """Stop the body because nobody could look after it; it goes on after a pause."""
+        """Stop the body because nobody looks after it; it goes on after a pause.
+
+        Any thread may call it while another is at the body. A body that hears of it later must be
+        stopped again, by :meth:`make_sure`.
+        """
+        self._recovery.halted = self.body.state.phase is not Phase.STOPPED
+        self.body.halt()
+
+    def make_sure(self) -> None:
+        """Stop the body after a :meth:`halt`, if it has not stopped yet."""
         if self.body.state.phase is not Phase.STOPPED:
             self.body.stop()
             self._recovery.halted = True

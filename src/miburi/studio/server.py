@@ -4,6 +4,7 @@ The partner's loop and its watchdog run here. The server has a process of its ow
 (:mod:`miburi.studio.serving`), which cannot starve them.
 """
 
+import gc
 import os
 import signal
 import socket
@@ -192,6 +193,7 @@ def _live(
         threads.append(threading.Thread(target=keep, args=arguments, daemon=True))
     for thread in threads:
         thread.start()
+    gc.freeze()  # or a collection looks through all that was loaded, and the loop is late
     with _signals(happenings):
         answer(
             runner,
