@@ -53,6 +53,28 @@ def test_rule_on_the_avr_equals_the_reference(firmware: Path, rule_on_avr: Path)
     assert np.array_equal(np.frombuffer(answers, DECISION).reshape(-1, LOOKS), expected)
 
 
+def test_a_look_takes_at_most_6_ms_on_the_avr(firmware: Path, rule_on_avr: Path) -> None:
+    """With all motors at full speed, and four steps of the model since the last look."""
+    (trace,) = random_traces(np.random.default_rng(3), 1)
+    for name, value in (("distance", 2000), ("speed", 2000 * 256), ("acceleration", 13_000)):
+        trace["motion"][name] = value
+    trace["looks"]["time"] = np.arange(1, LOOKS + 1) * 20_000
+    ended = []
+    for count in (1, LOOKS):
+        trace["count"] = count
+        mega = Mega(rule_on_avr, firmware / "libmega.so")
+        while not mega.take(0):  # '>' when it is ready
+            mega.run(mega.time + 1000)
+        mega.give(0, trace.tobytes())
+        said = b""
+        while len(said) < count * DECISION.itemsize + 1:
+            mega.run(mega.time + 20)
+            said += mega.take(0)
+        ended.append(mega.time)
+        mega.close()
+    assert (ended[1] - ended[0]) / (LOOKS - 1) < 6000
+
+
 def test_square_root_equals_the_reference(native: Path) -> None:
     rng = np.random.default_rng(3)
     edges = [k * k + d for k in (1, 2, 3, 1 << 16, 1 << 31, (1 << 32) - 1) for d in (-1, 0, 1)]
