@@ -150,6 +150,33 @@ def test_the_pairing_page_needs_none() -> None:
     assert ask(Gate(behind, TOKEN), "/pair")[0] == 200
 
 
+@pytest.mark.parametrize(
+    ("path", "accept", "status"),
+    [
+        ("/face", "text/html,*/*;q=0.8", 303),
+        ("/", "text/html", 303),
+        ("/", "*/*", 401),
+        ("/api/v1/state", "text/html", 401),
+    ],
+)
+def test_a_person_without_a_token_is_led_to_the_pairing_page(
+    path: str, accept: str, status: int
+) -> None:
+    sent: list[Any] = []
+
+    async def send(message: Any) -> None:
+        sent.append(message)
+
+    async def receive() -> Any:
+        return {"type": "http.request"}
+
+    headers = [(b"host", b"192.168.1.4:8080"), (b"accept", accept.encode())]
+    scope = {"type": "http", "path": path, "method": "GET", "headers": headers}
+    asyncio.run(Gate(behind, TOKEN)(scope, receive, send))
+    assert sent[0]["status"] == status
+    assert ((b"location", f"/pair#{path}".encode()) in sent[0]["headers"]) == (status == 303)
+
+
 def test_wrong_tokens_are_counted() -> None:
     clock = Clock()
     gate = Gate(behind, TOKEN, clock)

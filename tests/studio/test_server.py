@@ -1,6 +1,7 @@
 """The server as a user starts it: how it begins, whom it lets in, and how it ends."""
 
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -18,6 +19,7 @@ from websockets.sync.client import connect
 
 import miburi
 from miburi.feelings import shipped_temperament
+from miburi.interface.pairing import qr_for_terminal
 from miburi.live.memory import remembered
 from miburi.live.recording import read
 
@@ -32,7 +34,7 @@ def run(*options: str) -> subprocess.CompletedProcess[str]:
     )  # fmt: skip
 
 
-def awake(folder: Path) -> subprocess.Popen[str]:
+def awake(folder: Path, *options: str) -> subprocess.Popen[str]:
     """Start a server that a test ends in its own way."""
     return subprocess.Popen(
         [sys.executable, "-m", "miburi", "run", "--headless", "--port", "0", "--folder",
@@ -117,6 +119,23 @@ def test_elsewhere_nothing_but_the_pairing_page_answers_without_the_token(
             assert cookie.has_nonstandard_attr("HttpOnly")
             assert phone.get("/face").status_code == 200
             assert phone.post("/api/v1/stop").status_code == 204
+
+
+def test_the_code_in_the_terminal_leads_to_an_address_that_a_phone_can_reach(
+    tmp_path: Path,
+) -> None:
+    process = awake(tmp_path, "--host", "0.0.0.0")
+    assert process.stdout is not None
+    process.stdout.readline()
+    process.stdout.readline()
+    said = process.stdout.readline()
+    code = "".join(process.stdout.readline() for _ in range(8))
+    process.terminate()
+    process.communicate(timeout=30)
+    found = re.search(r"http://([\w.-]+):\d+/pair#[\w-]+/$", said)
+    assert found, said
+    assert found[1] not in ("127.0.0.1", "localhost", "0.0.0.0")
+    assert qr_for_terminal(found[0]).startswith(code)
 
 
 def test_a_port_that_is_taken_is_said() -> None:

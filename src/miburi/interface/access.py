@@ -18,6 +18,7 @@ from ipaddress import ip_address
 from pathlib import Path
 from urllib.parse import SplitResult, urlsplit
 
+from starlette.responses import RedirectResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from miburi.errors import OutputError
@@ -183,6 +184,10 @@ class Gate:
         try:
             self._check(scope)
         except RefusedError as refused:
+            if refused.status == 401 and _wants_page(scope):
+                pairing = RedirectResponse(f"{PAIRING}#{scope['path']}", 303)
+                await pairing(scope, receive, send)
+                return
             await _refuse(scope, receive, send, refused)
             return
         if scope["type"] == "http":
@@ -306,6 +311,12 @@ def _split(url: str) -> SplitResult:
         return urlsplit(url)
     except ValueError:
         raise RefusedError(403, "the host or the origin is not a name.") from None
+
+
+def _wants_page(scope: Scope) -> bool:
+    """Whether a person opens a page, whom words in JSON would not help."""
+    accepted = b"".join(value for name, value in scope["headers"] if name == b"accept")
+    return scope.get("method") == "GET" and scope["path"] in _PAGES and b"text/html" in accepted
 
 
 async def _refuse(scope: Scope, receive: Receive, send: Send, refused: RefusedError) -> None:

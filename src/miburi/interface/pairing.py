@@ -1,10 +1,10 @@
 """Pair a phone: it scans a QR code, the page sends the token, and a cookie keeps it."""
 
+from collections.abc import Callable
 from io import StringIO
-from pathlib import Path
 
 import segno
-from fastapi import APIRouter, Response
+from fastapi import APIRouter, Request, Response
 from fastapi.responses import HTMLResponse, JSONResponse, RedirectResponse
 from pydantic import Field
 
@@ -16,7 +16,6 @@ __all__ = ["PairIn", "pairing_router", "pairing_url", "qr_for_terminal", "qr_svg
 #: Wrong tokens allowed per second, and in a burst, from all devices together (ours).
 _RATE, _BURST = 0.5, 20.0
 _MONTH = 30 * 24 * 3600
-_PAGE = Path(__file__).with_suffix(".html")
 
 
 class PairIn(Message):
@@ -45,15 +44,22 @@ def qr_svg(text: str) -> str:
     return segno.make(text, error="m").svg_inline(scale=6, border=3, light="white")
 
 
-def pairing_router(token: str | None) -> APIRouter:
-    """Return the routes of the pairing page, the only ones that answer without a token."""
+def pairing_router(token: str | None, content: Callable[[Request], str]) -> APIRouter:
+    """Return the routes of the pairing page, the only ones that answer without a token.
+
+    Parameters
+    ----------
+    token
+        What pairs; None where nobody needs it.
+    content
+        Returns the page for a request, as HTML.
+    """
     router = APIRouter(include_in_schema=False)
     wrong = Allowance(_RATE, _BURST)
-    content = _PAGE.read_text(encoding="utf-8")
 
     @router.get(PAIRING)
-    async def page() -> Response:
-        return RedirectResponse("/") if token is None else HTMLResponse(content)
+    async def page(request: Request) -> Response:
+        return RedirectResponse("/") if token is None else HTMLResponse(content(request))
 
     @router.post(PAIRING)
     async def pair(wish: PairIn) -> Response:

@@ -14,6 +14,7 @@ from miburi.interface.pairing import pairing_router
 from miburi.interface.socket import live_router
 from miburi.live.view import LivePartner
 from miburi.studio.face_page import add_face_page
+from miburi.studio.pairing_page import pairing_page
 from miburi.studio.studio_page import add_studio_page
 
 __all__ = ["HERE", "make_app"]
@@ -35,7 +36,7 @@ def make_app(runner: LivePartner, addresses: list[str], token: str | None) -> Fa
     """
     app = make_api(runner)
     app.include_router(live_router(runner))
-    app.include_router(pairing_router(token))
+    app.include_router(pairing_router(token, pairing_page))
     app.mount("/static", StaticFiles(directory=HERE / "static"), name="static")
     app.include_router(_nothing(app))
     add_face_page(app)

@@ -33,6 +33,7 @@ from miburi.live.memory import keep, remember, remembered
 from miburi.live.runner import Runner
 from miburi.robot import Robot
 from miburi.safety.contact import Rule
+from miburi.studio.addresses import own_addresses
 from miburi.studio.serving import Pages, serve_pages
 from miburi.studio.words import FALLBACK, words
 
@@ -113,11 +114,14 @@ def serve(wish: Wish) -> None:
     with _listening(wish.host, wish.port) as listener:
         url = _url(listener, wish.host)
         ends, theirs = lanes()
-        server = _start(Pages(listener, _addresses(listener, wish.host), token), theirs)
+        addresses = _addresses(listener, wish.host)
+        server = _start(Pages(listener, addresses, token), theirs)
     try:
         feelings = _feelings(wish, memory)
         runner = _wake(wish, feelings, folder)
-        end = _live(runner, server, ends, memory, lambda: _announce(url, token, wish.headless))
+        end = _live(
+            runner, server, ends, memory, lambda: _announce(url, token, addresses, wish.headless)
+        )
     finally:
         server.terminate()
         server.join(_PATIENCE)
@@ -301,13 +305,8 @@ def _addresses(listener: socket.socket, host: str) -> list[str]:
     port = listener.getsockname()[1]
     if host not in _EVERYWHERE:
         return [_url(listener, host)]
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        try:
-            probe.connect(("192.0.2.1", 9))  # sends nothing: asks which interface leads outside
-            name = probe.getsockname()[0]
-        except OSError:
-            name = socket.gethostname()
-    return [f"http://{name}:{port}"]
+    names = own_addresses() or [socket.gethostname()]
+    return [f"http://{name}:{port}" for name in names]
 
 
 def _recall(path: Path, temperament: Temperament) -> EmotionalModel | None:
@@ -339,7 +338,7 @@ def _say_good_bye(runner: Runner, folder: Path, *, kept: bool) -> None:
     print(f"Good-bye. The body {how}{remembers}.", flush=True)
 
 
-def _announce(url: str, token: str | None, headless: bool) -> None:
+def _announce(url: str, token: str | None, addresses: list[str], headless: bool) -> None:
     """Say where the studio is; open it unless told otherwise."""
     from miburi.interface.pairing import pairing_url, qr_for_terminal
 
@@ -347,7 +346,12 @@ def _announce(url: str, token: str | None, headless: bool) -> None:
     print(f"Miburi is awake. Studio: {shown}   face: {url}/face   (end with Ctrl-C)", flush=True)
     if token is not None:
         print(f"Token for programs and other devices: {token}")
-        print(qr_for_terminal(shown), flush=True)
+        first, *others = (pairing_url(address, token) for address in addresses)
+        print(f"On a phone in the same network, scan this or open {first}")
+        print(qr_for_terminal(first))
+        for other in others:
+            print(f"In another network: {other}")
+        sys.stdout.flush()
     if headless:
         return
     can_show = sys.platform in ("darwin", "win32") or any(

@@ -22,7 +22,7 @@ from miburi.live.view import LivePartner
 from miburi.robot import JOINTS
 from miburi.studio.body_panel import body_panel
 from miburi.studio.contact_panel import contact_panel, why, why_ended
-from miburi.studio.elements import Levels, Plots, RobotView
+from miburi.studio.elements import Choice, Levels, Plots, RobotView
 from miburi.studio.gestures_panel import gestures_panel
 from miburi.studio.parts import attempt, button, heading, set_label, talk_form
 from miburi.studio.preferences import TABS, Preferences, keep
@@ -235,11 +235,21 @@ class _Studio:
                 ui.label(say["local"])
                 ui.html("miburi run --host 0.0.0.0", sanitize=False, tag="code")
             else:
-                url = pairing_url(self._phones.addresses[0], token, "/face")
-                ui.html(f'<div class="qr">{qr_svg(url)}</div>', sanitize=False)
-                ui.label(say["scan"])
+                self._codes(token)
             button(say["close"], "").on("click", dialog.close)
         return dialog
+
+    def _codes(self, token: str) -> None:
+        """Add a code to scan, and the choice of the network that the phone is in."""
+        say = self._words["pair"]
+        urls = {address: pairing_url(address, token, "/face") for address in self._phones.addresses}
+        first = self._phones.addresses[0]
+        code = ui.html(qr_svg(urls[first]), sanitize=False).classes("qr")
+        ui.label(say["scan"])
+        if len(urls) > 1:
+            names = {address: address.removeprefix("http://") for address in urls}
+            network = Choice(names, first, say["network"])
+            network.on_value_change(lambda event: code.set_content(qr_svg(urls[event.value])))
 
     async def _release(self) -> None:
         # A person at this button sees the body, and need not wait for the pause after a contact.

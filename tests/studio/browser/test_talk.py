@@ -1,0 +1,46 @@
+"""A line typed to the partner, and what it says that it understood."""
+
+from urllib.parse import urljoin
+
+import pytest
+from playwright.sync_api import BrowserContext, Page, expect
+from tests.fixtures.browser import needs_browser, until, without_3d
+
+pytestmark = needs_browser
+
+
+def say(page: Page, text: str) -> str:
+    """Type a line; return the answer."""
+    line = page.get_by_label("Say something to it")
+    line.fill(text)
+    line.press("Enter")
+    answer = page.locator(".talk output")
+    expect(answer).not_to_have_text("…")
+    expect(answer).not_to_be_empty()
+    return answer.inner_text()
+
+
+@pytest.mark.parametrize("place", ["/", "/face"])
+def test_it_says_what_it_heard_and_why_and_what_it_feels(
+    context: BrowserContext, url: str, place: str
+) -> None:
+    page = without_3d(context, url)
+    if place == "/face":
+        page.goto(urljoin(url, place))
+        page.get_by_text("Say something", exact=True).click()
+    heard = say(page, "I am so sad today")
+    assert heard.startswith("I heard sadness in “sad”")
+    assert "% sure" in heard
+    assert "Now I feel sadness" in heard
+    until(page, lambda now: now["emotion"][1] > 0.1)
+    nothing = say(page, "The table has four legs")
+    assert "heard no feeling in that" in nothing
+    assert "Tell me with a plain word" in nothing
+
+
+def test_it_understands_and_answers_in_japanese(context: BrowserContext, url: str) -> None:
+    page = without_3d(context, url + "/?lang=ja")
+    line = page.get_by_label("話しかける")
+    line.fill("今日はとても嬉しい")
+    page.get_by_role("button", name="話す").click()
+    expect(page.locator(".talk output")).to_contain_text("喜びを感じ取りました")
