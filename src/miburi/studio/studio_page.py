@@ -84,6 +84,8 @@ class _Studio:
             '<script type="module" src="/static/page.js"></script>'
         )
         self._top()
+        if not self._preferences.met:
+            self._first_hint()
         with ui.element("div").classes("studio"):  # NiceGUI brings the main landmark
             self._stage()
             self._feelings()
@@ -134,6 +136,15 @@ class _Studio:
 
         self._updates.append(update)
 
+    def _first_hint(self) -> None:
+        """Say what one can do here, until somebody has read it."""
+        say = self._words["studio"]
+        with ui.element("div").classes("first"):
+            ui.label(say["first"])
+            read = button(say["first_read"], "")
+        away = 'event.currentTarget.closest(".first").hidden = true;'
+        read.on("click", js_handler=f"(event) => {{ {keep('met', '1')} {away} }}")
+
     def _languages(self) -> None:
         chosen = self._preferences.language
         options = "".join(
@@ -148,7 +159,8 @@ class _Studio:
         say = self._words["studio"]
         with ui.element("section").classes("card stage").props(f'aria-label="{say["scene"]}"'):
             robot = describe(self._runner).model_dump()
-            view = RobotView(robot, CATALOGUE.faces(), say["scene"], say["no_3d"])
+            told = {name: say[name] for name in ("no_3d", "clip", "clip_making")}
+            view = RobotView(robot, CATALOGUE.faces(), say["scene"], told)
             with ui.element("div").classes("why").props('role="alert" aria-live="assertive"'):
                 headline = ui.label()
                 with ui.element("small"):

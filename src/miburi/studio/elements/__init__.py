@@ -13,14 +13,18 @@ class RobotView(Element, component="robot.js", esm={"three": "vendor/three"}):
     """The robot in 3D, and a hand to drag."""
 
     def __init__(
-        self, robot: Mapping[str, Any], faces: Mapping[str, object], label: str, without: str
+        self,
+        robot: Mapping[str, Any],
+        faces: Mapping[str, object],
+        label: str,
+        words: Mapping[str, str],
     ) -> None:
         super().__init__()
         self._props |= {
             "robot": dict(robot),
             "faces": dict(faces),
             "label": label,
-            "without": without,
+            "words": dict(words),
         }
 
     def reset(self) -> None:

@@ -1,6 +1,7 @@
 // The robot in 3D, built from the description, moved by the partner's states; and a hand to drag.
 import * as THREE from "three";
 import { listen, send } from "/static/live.js";
+import { clipKind, download, film, Past } from "/static/clip.js";
 import { ArmsWay, DepthMarks } from "/static/reach.js";
 import { Blinker, drawOn, Easer, mix, tintOf } from "/static/face.js";
 
@@ -13,9 +14,11 @@ export default {
   template: `<div class="robot-view" style="position:absolute;inset:0">
     <canvas ref="canvas" tabindex="0" role="img" :aria-label="label"
       style="width:100%;height:100%;display:block;outline-offset:-4px"></canvas>
-    <p v-if="blind" class="blind">{{ without }}</p></div>`,
-  props: { robot: Object, faces: Object, label: String, without: String },
-  data: () => ({ blind: false }),
+    <button v-if="clips && !blind" class="plain-button clip" type="button" :disabled="filming" @click="save">
+      {{ filming ? words.clip_making : words.clip }}</button>
+    <p v-if="blind" class="blind">{{ words.no_3d }}</p></div>`,
+  props: { robot: Object, faces: Object, label: String, words: Object },
+  data: () => ({ blind: false, clips: Boolean(clipKind()), filming: false }),
 
   async mounted() {
     // Without WebGL the rest of the page works all the same.
@@ -47,9 +50,8 @@ export default {
     this.$el.view = this; // for tests and pictures
     this.angles = [...this.robot.neutral];
     this.goal = this.angles;
-    this.easer = new Easer(this.faces.feelings.length);
-    this.blinker = new Blinker();
     this.weights = [];
+    this.past = new Past();
     this.unlisten = listen((state) => this.take(state));
     if (quality === "low") this.lighten();
     let last = performance.now(), faceDue = 0, frames = 0, slow = 0;
@@ -89,6 +91,7 @@ export default {
       if (!state) return;
       this.goal = state.angles;
       this.weights = state.face;
+      this.past.keep(state);
       const pose = state.hand;
       this.hand.visible = state.hand_out;
       if (!state.hand_out) this.held = false;
@@ -201,18 +204,17 @@ export default {
       const screens = this.robot.parts.filter((part) => part.name.startsWith("screen"));
       const screen = screens.find((part) => part.name === "screen") ?? screens[0];
       const wide = Math.max(...screens.map((part) => part.size[1] ?? 0)), high = screen.size[2];
-      this.canvas = document.createElement("canvas");
-      [this.canvas.width, this.canvas.height] = [384, Math.round((384 * high) / wide)];
-      this.texture = new THREE.CanvasTexture(this.canvas);
-      this.texture.colorSpace = THREE.SRGBColorSpace;
+      this.screenHeight = Math.round((384 * high) / wide);
+      Object.assign(this, this.screenCanvas());
       const shape = rounded(2 * wide, 2 * high, 0.16 * wide);
       const geometry = new THREE.ShapeGeometry(shape, 12);
       const at = geometry.attributes.position, uv = geometry.attributes.uv;
       for (let i = 0; i < at.count; i++)
         uv.setXY(i, at.getX(i) / (2 * wide) + 0.5, at.getY(i) / (2 * high) + 0.5);
-      const plane = new THREE.Mesh(geometry, new THREE.MeshBasicMaterial({
+      this.screen = new THREE.MeshBasicMaterial({
         map: this.texture, polygonOffset: true, polygonOffsetFactor: -2, polygonOffsetUnits: -2000,
-      }));
+      });
+      const plane = new THREE.Mesh(geometry, this.screen);
       const group = new THREE.Group();
       group.quaternion.setFromAxisAngle(new THREE.Vector3(0, -1, 0), screen.tilt);
       group.position.set(...screen.position);
@@ -222,6 +224,14 @@ export default {
       plane.position.x = screen.size[0] + 0.0006;
       group.add(plane);
       links[screen.link].add(group);
+    },
+
+    screenCanvas() {
+      // What a face is drawn on, and what moves it.
+      const canvas = Object.assign(document.createElement("canvas"), { width: 384, height: this.screenHeight });
+      const texture = new THREE.CanvasTexture(canvas);
+      texture.colorSpace = THREE.SRGBColorSpace;
+      return { canvas, texture, easer: new Easer(this.faces.feelings.length), blinker: new Blinker() };
     },
 
     drawFace(time, dt) {
@@ -235,6 +245,44 @@ export default {
       context.translate((width - size) / 2, (height - size) * 0.45);
       drawOn(context, size, look, time, this.blinker.at(time));
       this.texture.needsUpdate = true;
+    },
+
+    async save() {
+      this.filming = true;
+      const moments = [...this.past.moments], recall = (moment) => this.recall(moment);
+      try {
+        download(await film(moments, this.scene, this.camera, recall, this.light_weight));
+      } finally {
+        this.filming = false;
+      }
+    },
+
+    recall(moment) {
+      // Show a moment that has been; returns what shows the present again.
+      const { canvas, texture, weights, blinker, easer } = this;
+      const { position, quaternion, visible } = this.hand;
+      const now = { position: position.clone(), quaternion: quaternion.clone(), visible };
+      const turn = (angles) =>
+        this.robot.joints.forEach((name, i) => this.joints[name].forEach((joint) => joint(angles[i])));
+      turn(moment.angles);
+      this.hand.visible = moment.out;
+      if (moment.hand) {
+        const [w, x, y, z] = moment.hand.quaternion;
+        position.set(...moment.hand.position);
+        quaternion.set(x, y, z, w);
+      }
+      this.recalled ??= this.screenCanvas();
+      Object.assign(this, this.recalled, { weights: moment.face });
+      this.screen.map = this.texture;
+      this.drawFace(moment.at / 1000, 1);
+      return () => {
+        Object.assign(this, { canvas, texture, weights, blinker, easer });
+        this.screen.map = texture;
+        turn(this.angles);
+        position.copy(now.position);
+        quaternion.copy(now.quaternion);
+        this.hand.visible = now.visible;
+      };
     },
 
     reset() {

@@ -1,0 +1,68 @@
+// A clip of the last seconds. What was is kept as states, which cost nothing; who wants a film of
+// it has them played once more, on a canvas of its own, and recorded meanwhile.
+import * as THREE from "three";
+
+const SECONDS = 20, WIDTH = 960, HEIGHT = 600, RATE = 25; // a slow device draws half of each
+const KINDS = ["video/webm;codecs=vp9", "video/webm;codecs=vp8", "video/webm", "video/mp4"];
+
+export const clipKind = () =>
+  window.MediaRecorder && HTMLCanvasElement.prototype.captureStream && KINDS.find((kind) => MediaRecorder.isTypeSupported(kind));
+
+export class Past {
+  constructor() {
+    this.moments = [];
+  }
+
+  keep(state) {
+    const { angles, face, hand, hand_out: out } = state;
+    this.moments.push({ at: performance.now(), angles, face, hand, out });
+    while (this.moments[0].at < performance.now() - 1000 * SECONDS) this.moments.shift();
+  }
+}
+
+export async function film(moments, scene, camera, pose, slow) {
+  // `pose` puts a moment into the scene and returns what puts it back. Resolves to a file's content.
+  const canvas = document.createElement("canvas"), part = slow ? 0.5 : 1;
+  const renderer = new THREE.WebGLRenderer({ canvas, antialias: !slow });
+  renderer.shadowMap.enabled = !slow;
+  renderer.setSize(part * WIDTH, part * HEIGHT, false);
+  const eye = camera.clone();
+  eye.aspect = WIDTH / HEIGHT;
+  eye.updateProjectionMatrix();
+  const recorder = new MediaRecorder(canvas.captureStream(RATE), { mimeType: clipKind(), videoBitsPerSecond: 4e6 });
+  const pieces = [];
+  recorder.ondataavailable = (event) => pieces.push(event.data);
+  const ended = new Promise((resolve) => { recorder.onstop = resolve; });
+  const draw = (moment) => {
+    const putBack = pose(moment);
+    renderer.render(scene, eye);
+    putBack();
+  };
+  draw(moments[0]);
+  recorder.start();
+  const begin = performance.now(), first = moments[0].at, last = moments.at(-1).at;
+  await new Promise((resolve) => {
+    let next = 0;
+    const step = () => {
+      const time = first + performance.now() - begin;
+      while (next < moments.length - 1 && moments[next + 1].at <= time) next++;
+      draw(moments[next]);
+      if (time < last) requestAnimationFrame(step);
+      else resolve();
+    };
+    requestAnimationFrame(step);
+  });
+  recorder.stop();
+  await ended;
+  renderer.dispose();
+  return new Blob(pieces, { type: recorder.mimeType });
+}
+
+export function download(blob) {
+  const name = new Date().toISOString().slice(0, 19).replace(/\D/g, "");
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(blob);
+  link.download = `miburi-${name}.${blob.type.includes("mp4") ? "mp4" : "webm"}`;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
+}

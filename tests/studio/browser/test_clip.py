@@ -1,0 +1,58 @@
+"""A clip of the last seconds, judged by ffmpeg; and the hint of a first visit."""
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from playwright.sync_api import BrowserContext, Page, expect
+from tests.fixtures.browser import ask, needs_browser, until, without_3d
+
+pytestmark = needs_browser
+
+WIDTH, HEIGHT = 96, 60
+
+
+@pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="needs ffmpeg")
+def test_the_last_seconds_are_saved_as_a_film(studio: Page, tmp_path: Path) -> None:
+    ask(studio, "/express", feeling="thrill", mood=1.0)
+    until(studio, lambda now: now["asked"])
+    until(studio, lambda now: not now["asked"])
+    seen = studio.evaluate(
+        "() => { const all = document.querySelector('.robot-view').view.past.moments;"
+        " return (all.at(-1).at - all[0].at) / 1000; }"
+    )
+    with studio.expect_download() as waiting:
+        studio.get_by_role("button", name="Save clip").click()
+        expect(studio.get_by_role("button", name="Making the clip")).to_be_disabled()
+    path = tmp_path / waiting.value.suggested_filename
+    waiting.value.save_as(path)
+    scale = ["-vf", f"fps=5,scale={WIDTH}:{HEIGHT},format=gray", "-f", "rawvideo", "-"]
+    film = subprocess.run(
+        ["ffmpeg", "-v", "error", "-i", str(path), *scale], capture_output=True, check=True
+    )
+    pictures = np.frombuffer(film.stdout, np.uint8).reshape(-1, HEIGHT, WIDTH).astype(float)
+    assert len(pictures) / 5 == pytest.approx(seen, abs=1.5)
+    assert np.abs(pictures - pictures[0]).mean(axis=(1, 2)).max() > 1.0  # the arms have moved
+
+
+def test_a_first_visit_brings_a_hint_and_a_second_does_not(
+    context: BrowserContext, url: str
+) -> None:
+    page = without_3d(context, url)
+    hint = page.get_by_text("New here?")
+    expect(hint).to_be_visible()
+    page.get_by_role("button", name="Got it").click()
+    expect(hint).to_be_hidden()
+    page.reload()
+    page.wait_for_function("window.did_handshake")
+    expect(hint).to_be_hidden()
+
+
+def test_every_gesture_of_ones_own_can_be_chosen(context: BrowserContext, url: str) -> None:
+    page = without_3d(context, url)
+    page.get_by_role("tab", name="Gestures").click()
+    page.get_by_label("Gesture", exact=True).select_option("surprise")
+    page.get_by_role("button", name="Perform").click()
+    until(page, lambda now: now["asked"] and now["expressed"]["feeling"] == "surprise")
