@@ -288,6 +288,28 @@ def test_panels_do_what_they_say(studio: Page) -> None:
     expect(alone).to_have_attribute("aria-pressed", "true")
 
 
+def test_a_busy_device_draws_no_impossible_robot(context: BrowserContext, url: str) -> None:
+    page = context.new_page()
+    page.add_init_script(  # every frame is said to have begun two seconds ago
+        "const real = requestAnimationFrame;"
+        "window.requestAnimationFrame = (draw) => real((now) => draw(now - 2000));"
+    )
+    page.goto(url + "/?quality=low")
+    page.wait_for_function("document.querySelector('.robot-view')?.view?.ready")
+    angles = page.evaluate(
+        """async () => {
+          const { view } = document.querySelector('.robot-view');
+          const seen = [];
+          for (let i = 0; i < 20; i++) {
+            await new Promise((go) => setTimeout(go, 50));
+            seen.push(...view.angles);
+          }
+          return seen;
+        }"""
+    )
+    assert max(abs(angle) for angle in angles) < 3.2
+
+
 def test_everything_has_a_name_and_can_be_reached_by_keyboard(studio: Page) -> None:
     nameless = studio.evaluate(
         """() => [...document.querySelectorAll('button, input, select, canvas, [role=img], a')]

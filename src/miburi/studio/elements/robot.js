@@ -57,7 +57,8 @@ export default {
     let last = performance.now(), faceDue = 0, frames = 0, slow = 0;
     this.renderer.setAnimationLoop((now) => {
       if (this.light_weight && now - last < 110) return;
-      const dt = Math.min(0.15, (now - last) / 1000);
+      // The time of a frame that began before `last` was taken lies before it.
+      const dt = Math.max(0, Math.min(0.15, (now - last) / 1000));
       // A device that cannot keep up gets fewer pixels, fewer pictures, and no shadows.
       if (++frames > 10 && frames < 60 && now - last > 90 && !quality && ++slow === 12) this.lighten();
       last = now;
