@@ -86,6 +86,10 @@ out/trials/as-printed.parquet: .venv/run.stamp
 docs-safety: $(patsubst %,out/trials/%.parquet,default-servo varied-servos as-printed) ## contact trials and their page (about 10 minutes)
 	$(BIN)/miburi safety-page $^ --out docs
 
+.PHONY: docs-paper
+docs-paper: .venv/run.stamp ## the paper, claim by claim, and its figures (about a minute)
+	$(BIN)/miburi paper --out docs
+
 # Peers of the inverse kinematics, in an environment of their own; results in bench/ik.
 .PHONY: bench-ik reproduce-ik
 bench-ik: .venv-bench/stamp ## the inverse kinematics beside its peers (about 10 minutes)

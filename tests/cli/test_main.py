@@ -225,6 +225,23 @@ def test_the_inverse_kinematics_can_be_the_papers() -> None:
     assert answers[2]["generations"] == 35
 
 
+def test_forward_says_which_angles_are_outside_their_limits() -> None:
+    out = miburi("forward", "0", "0.1", "1.3", "0.25", "0.1", "1.3", "-0.25", "2")
+    assert out.returncode == 0
+    elbow, head = out.stderr.splitlines()
+    assert "left_elbow is outside its limits: 1.3 rad; allowed are -1.744 to 0.174" in elbow
+    assert "head is outside" in head
+    assert miburi("forward", "0", "0.1", "1.3", "0.25", "0.1", "-1.3", "-0.25", "1").stderr == ""
+
+
+def test_a_gesture_can_be_measured_with_the_papers_inverse_kinematics() -> None:
+    errors = []
+    for way in ("default", "paper"):
+        out = miburi("gesture", "measures", "surprise", "--step", "1", "--json", "--ik", way)
+        errors.append(json.loads(out.stdout.splitlines()[-1])["ik_error_m"])
+    assert errors[0] < 1e-6 < 1e-4 < errors[1] < 0.005
+
+
 def test_nowhere_to_write() -> None:
     out = miburi("experiment", "--seconds", "4", "--no-film", "--out", "/proc/miburi")
     assert out.returncode == 1

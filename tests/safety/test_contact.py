@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from miburi.robot import JOINTS, iphonoid
 from miburi.robot.guards import Guards
 from miburi.safety.contact import LAG_DOUBT, PAPER_PERIOD, PAPER_RATIO, Contact, Rule, Sign, Watch
-from miburi.safety.printed import is_slow_as_printed
+from miburi.safety.printed import PrintedRule, is_slow_as_printed
 from miburi.safety.profile import FINE, SECOND, Profile
 
 EIGHT = np.ones(8, dtype=np.int64)
@@ -248,6 +248,19 @@ def test_a_contact_names_the_motor_that_is_furthest_behind() -> None:
 
 def test_the_ratio_is_zero_where_no_travel_was_expected() -> None:
     assert Contact(0, Sign.TRACKING, 50, 0, 1).ratio == 0.0
+
+
+@pytest.mark.parametrize(("lag", "passes"), [(0, True), (5_000, True), (7_000, False)])
+def test_the_printed_rule_passes_a_free_move_up_to_a_lag_of_about_6_ms(
+    lag: int, passes: bool
+) -> None:
+    """Without a ramp worth naming; and it judges no motor that has arrived within a window."""
+    profile = Profile.plan(930 * EIGHT, FINE * 1000 * EIGHT, 2_000_000 * EIGHT)
+    w = PrintedRule(RULE.guards).watch(profile, 0 * EIGHT, EIGHT)
+    contacts = [w.look(follow(w, t, lag), t) for t in range(10_000, 1_500_000, 10_000)]
+    assert all(contact is None for contact in contacts) == passes
+    assert contacts[8] is None  # before the end of the first period
+    assert (contacts[9] is None) == passes
 
 
 def test_the_printed_rule_stops_a_ramped_free_move() -> None:

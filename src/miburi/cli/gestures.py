@@ -6,7 +6,15 @@ from typing import Annotated
 
 import typer
 
-from miburi.cli.options import GesturesFolder, RobotFile, gesture_of, repertoire_of, robot_of
+from miburi.cli.options import (
+    GesturesFolder,
+    IkWay,
+    RobotFile,
+    gesture_of,
+    repertoire_of,
+    robot_of,
+    settings_of,
+)
 from miburi.errors import InputError
 
 __all__ = [
@@ -25,7 +33,7 @@ __all__ = [
 gesture_app = typer.Typer(help="Measure, check and film gestures.", no_args_is_help=True)
 
 Source = Annotated[str, typer.Argument(help="A gesture file (….toml), or a feeling's name.")]
-Face = Annotated[bool, typer.Option("--face", help="The phone shows the feeling's face.")]
+Face = Annotated[bool, typer.Option(help="The phone shows the feeling's face.")]
 Step = Annotated[float, typer.Option(help="Step from one mood to the next, 0.01 to 1.")]
 
 
@@ -37,15 +45,17 @@ def measures(
     step: Step = 0.05,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, one line each.")] = False,
     robot: RobotFile = None,
+    solver: IkWay = "default",
 ) -> None:
     """Measure Laban's effort of each gesture at each mood, on the simulated body."""
     from miburi.studies.gestures.check import moods, perform
 
     body = robot_of(robot)
+    settings = settings_of(body, solver)
     chosen = [gesture_of(body, source) for source in feeling or ()]
     for function in chosen or repertoire_of(body, None).functions:
         for mood in moods(_check_step(step)):
-            result = perform(body, function, mood)
+            result = perform(body, function, mood, settings)
             values = result.measures
             if as_json:
                 print(json.dumps(result.as_json()), flush=True)
@@ -61,13 +71,17 @@ def measures(
 
 
 @gesture_app.command()
-def check(source: Source, step: Step = 0.1, robot: RobotFile = None) -> None:
+def check(
+    source: Source, step: Step = 0.1, robot: RobotFile = None, solver: IkWay = "default"
+) -> None:
     """Check a gesture: reach, limits, self-collision, contact rule; more mood, more movement."""
     from miburi.gestures import load
     from miburi.studies.gestures.check import check as problems_of
 
     function = load(source)
-    problems = list(problems_of(robot_of(robot), function, step=_check_step(step)))
+    body = robot_of(robot)
+    settings = settings_of(body, solver)
+    problems = list(problems_of(body, function, step=_check_step(step), settings=settings))
     for problem in problems:
         print(f"{source}: {problem}.")
     if problems:
@@ -80,8 +94,9 @@ def preview(
     source: Source,
     mood: Annotated[float, typer.Option(help="0 to 1.")] = 0.9,
     out: Annotated[Path, typer.Option(help="Folder for film and pictures.")] = Path("out/gesture"),
-    face: Face = False,
+    face: Face = True,
     robot: RobotFile = None,
+    solver: IkWay = "default",
 ) -> None:
     """Film a gesture; draw six moments of it and the paths of its hands."""
     from miburi.ground.files import whole_files
@@ -90,7 +105,8 @@ def preview(
     body = robot_of(robot)
     function = gesture_of(body, source)
     with whole_files(out) as draft, camera_on(body) as camera:
-        pictures = show(body, function, mood, draft, camera, face=face)
+        settings = settings_of(body, solver)
+        pictures = show(body, function, mood, draft, camera, face=face, settings=settings)
     for name in (pictures.film, pictures.strip, pictures.paths):
         print(out / name)
 

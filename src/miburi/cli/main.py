@@ -36,6 +36,7 @@ from miburi.version import __version__
 
 if TYPE_CHECKING:
     from miburi.bodies import Body
+    from miburi.robot import Robot
 
 __all__ = [
     "AsJson",
@@ -49,6 +50,7 @@ __all__ = [
     "forward",
     "ik",
     "main",
+    "paper",
 ]
 
 app = typer.Typer(
@@ -209,7 +211,9 @@ def forward(
     description = robot_of(robot)
     solve = body.forward_as_printed if printed else body.forward
     for pose in [angles] if angles else _lines():
-        place = solve(description, _row(pose, 8, "angles", ["angles"])).round(9)
+        row = _row(pose, 8, "angles", ["angles"])
+        _warn_of_limits(description, row)
+        place = solve(description, row).round(9)
         places = {
             name: place[3 * i : 3 * i + 3].tolist() for i, name in enumerate(body.EXTREMITIES)
         }
@@ -218,6 +222,30 @@ def forward(
         else:
             for name, (x, y, z) in places.items():
                 print(f"{name:>5}  x {x:+.4f}  y {y:+.4f}  z {z:+.4f} m")
+
+
+def _warn_of_limits(robot: "Robot", angles: list[float]) -> None:
+    """Say on standard error which angles the robot's joints cannot reach."""
+    from miburi.robot import JOINTS
+
+    for name, angle, low, high in zip(JOINTS, angles, robot.lower, robot.upper, strict=True):
+        if not low <= angle <= high:
+            print(
+                f"miburi: {name} is outside its limits: {angle:g} rad; allowed are {low:g} to "
+                f"{high:g}.",
+                file=sys.stderr,
+            )
+
+
+@app.command()
+def paper(
+    out: Annotated[Path, typer.Option(help="Folder for paper.md and images.")] = Path("out/paper"),
+    robot: RobotFile = None,
+) -> None:
+    """Carry out the paper's claims; write a page with verdicts, numbers and figures."""
+    from miburi.studies.paper.page import write_paper
+
+    print(write_paper(robot_of(robot), out, lambda what: typer.echo(what, err=True)))
 
 
 @app.command(context_settings=_NEGATIVE_NUMBERS)

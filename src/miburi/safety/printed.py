@@ -1,8 +1,10 @@
 """The contact rule exactly as the paper prints it (Eqs. 1 and 2), for comparison.
 
 :class:`PrintedRule` takes the place of :class:`~miburi.safety.contact.Rule`: at the end of each
-period it compares the speed of each motor with the speed sent. It stops every free move of a real
-servo, because the first window is a ramp.
+period it compares the speed of each motor with the speed sent, but of no motor that has arrived. In
+its first window a motor that follows with a lag, and with a ramp a, covers v (p − lag − v / 2a): it
+passes only if lag + v / 2a is at most 0.0628 p, 6.28 ms. Real servos need more, and brake too, so
+the rule stops nearly every free move; ``docs/paper.md`` draws it over lag and ramp.
 """
 
 import numpy as np
@@ -49,7 +51,7 @@ def is_slow_as_printed(
 
 
 class PrintedRule(Rule):
-    """The paper's rule as printed; it stops every free move of a real servo."""
+    """The paper's rule as printed, for comparison with :class:`~miburi.safety.contact.Rule`."""
 
     def watch(
         self, profile: Profile, start: Steps, direction: Steps, loading: Loading = UNLOADED
@@ -66,8 +68,9 @@ class _PrintedWatch(Watch):
         travel = self._travel(positions)
         moved = travel - self._measured
         self._measured = travel
-        # A motor with nowhere to go has been sent no speed.
-        sent = np.where(self.profile.distance > 0, self.profile.speed // FINE, 0)
+        # A motor that has arrived, or had nowhere to go, has no speed to keep.
+        going = self._goal - travel > self._arrival
+        sent = np.where(going, self.profile.speed // FINE, 0)
         slow = is_slow_as_printed(moved // FINE, sent, self.rule.period, self.rule.ratio)
         due = sent * FINE * self.rule.period // SECOND
         length = np.full_like(due, self.rule.period)

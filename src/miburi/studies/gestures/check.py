@@ -10,6 +10,7 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
+from miburi.bma.settings import Settings
 from miburi.gestures import MovementFunction, key_poses, misfits
 from miburi.robot import Robot, forward
 from miburi.studies.gestures.measures import Measures
@@ -67,9 +68,11 @@ def moods(step: float) -> list[float]:
     return [round(index / count, 6) for index in range(count + 1)]
 
 
-def perform(robot: Robot, function: MovementFunction, mood: float) -> Measured:
+def perform(
+    robot: Robot, function: MovementFunction, mood: float, settings: Settings | None = None
+) -> Measured:
     """Perform a gesture at one mood on the simulated body, and sum up what it did."""
-    rehearsal = rehearse(robot, key_poses(robot, function, mood))
+    rehearsal = rehearse(robot, key_poses(robot, function, mood), settings)
     stop = rehearsal.stop
     return Measured(
         feeling=function.feeling,
@@ -83,7 +86,13 @@ def perform(robot: Robot, function: MovementFunction, mood: float) -> Measured:
     )
 
 
-def check(robot: Robot, function: MovementFunction, *, step: float = 0.1) -> Iterator[str]:
+def check(
+    robot: Robot,
+    function: MovementFunction,
+    *,
+    step: float = 0.1,
+    settings: Settings | None = None,
+) -> Iterator[str]:
     """Yield in words what is wrong with a gesture; nothing if all is well.
 
     Every pose must be in reach and inside the limits. Mood 0 must be exactly neutral. At every
@@ -96,7 +105,7 @@ def check(robot: Robot, function: MovementFunction, *, step: float = 0.1) -> Ite
         yield "at mood 0 it is not exactly neutral"
     before: Measured | None = None
     for mood in moods(step):
-        now = perform(robot, function, mood)
+        now = perform(robot, function, mood, settings)
         if now.ik_error > MOST_ERROR:
             yield f"at mood {mood} a key pose is missed by {1e3 * now.ik_error:.2f} mm"
         if now.met:

@@ -13,6 +13,7 @@ import matplotlib.pyplot as plt
 from matplotlib.collections import LineCollection
 from PIL import Image
 
+from miburi.bma.settings import Settings
 from miburi.feelings import Expression
 from miburi.gestures import MovementFunction, key_poses
 from miburi.robot import Array, Robot
@@ -74,13 +75,15 @@ def show(
     camera: Camera,
     *,
     face: bool = False,
+    settings: Settings | None = None,
 ) -> Pictures:
     """Perform a gesture and write its strip, film and hand paths into ``folder``.
 
-    With ``face`` the phone shows the feeling's face; otherwise its screen is blank.
+    With ``face`` the phone shows the feeling's face; otherwise its screen is blank. ``settings``
+    are those of the inverse kinematics.
     """
     screen = faces.face(Expression(function.feeling, mood)) if face else None
-    rehearsal = rehearse(robot, key_poses(robot, function, mood))
+    rehearsal = rehearse(robot, key_poses(robot, function, mood), settings)
     stem = f"{function.name}-{mood:g}"
     strip_file = folder / f"{stem}-strip.png"
     Image.fromarray(strip(camera, rehearsal, screen)).save(strip_file)

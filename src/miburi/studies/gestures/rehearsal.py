@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from miburi import ik
+from miburi.bma.settings import Settings
 from miburi.bodies.simulated import Simulated
 from miburi.gestures import KeyPose
 from miburi.robot import Array, Robot, forward
@@ -52,8 +53,13 @@ class Rehearsal:
         return measure(self.positions, PERIOD)
 
 
-def rehearse(robot: Robot, performance: Sequence[KeyPose]) -> Rehearsal:
-    """Perform key poses from neutral on a new simulated body."""
+def rehearse(
+    robot: Robot, performance: Sequence[KeyPose], settings: Settings | None = None
+) -> Rehearsal:
+    """Perform key poses from neutral on a new simulated body.
+
+    ``settings`` are those of the inverse kinematics; see :func:`miburi.ik.solve`.
+    """
     body = Simulated(robot)
     present = np.array(robot.neutral)
     poses = [body.configuration[0]]
@@ -67,7 +73,7 @@ def rehearse(robot: Robot, performance: Sequence[KeyPose]) -> Rehearsal:
             met.append(body.touch.itself)
 
     for pose in performance:
-        solution = ik.solve(robot, pose.target, start=present)
+        solution = ik.solve(robot, pose.target, start=present, settings=settings)
         worst = max(worst, float(solution.error.max()))
         began = len(poses)
         body.move(plan_move(robot, present, solution.angles, pose.duration))

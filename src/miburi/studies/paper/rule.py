@@ -1,0 +1,63 @@
+"""Where the printed contact rule (Eqs. 1 and 2) lets a free move pass: over a servo's lag and ramp.
+
+In goes a move at a speed v; out comes whether the rule stops it. The servo follows a trapezoid with
+the ramp a, late by a lag. In the first window of p = 0.1 s it covers v (p − lag − v / 2a), so it
+passes that window only if lag + v / 2a is at most 0.0628 p, 6.28 ms. No motor that has arrived is
+judged.
+"""
+
+import numpy as np
+
+from miburi.robot import Array
+from miburi.safety.contact import PAPER_RATIO
+
+__all__ = ["FIRST_WINDOW", "is_stopped", "pass_map"]
+
+_PERIOD, _RATIO = 0.1, PAPER_RATIO / 10_000
+#: s: lag + v / 2a of a motor that just passes its first window.
+FIRST_WINDOW = (1 - _RATIO) * _PERIOD
+
+
+def is_stopped(distance: float, speed: float, ramp: float, lag: float) -> bool:
+    """Return whether the printed rule stops a free move.
+
+    Parameters
+    ----------
+    distance, speed
+        Of the move, rad and rad/s; the speed is what was sent.
+    ramp
+        Acceleration at both ends, rad/s²; inf for none.
+    lag
+        s by which the servo follows.
+    """
+    rise = speed / ramp
+    if distance < speed * rise:  # it never reaches its speed
+        rise = float(np.sqrt(distance / ramp))
+    peak = min(speed, ramp * rise)
+    end = distance / peak + rise if peak else 0.0
+
+    def place(time: float) -> float:
+        t = min(max(time - lag, 0.0), end)
+        up, down = min(t, rise), max(t - (end - rise), 0.0)
+        lost = down * down * ramp / 2 if rise else 0.0
+        gained = up * up * ramp / 2 if rise else 0.0
+        return gained + peak * max(t - rise, 0.0) - lost
+
+    for window in range(int((end + lag) / _PERIOD)):
+        begin = window * _PERIOD
+        if begin + _PERIOD >= end + lag:
+            break  # it has arrived
+        if place(begin + _PERIOD) - place(begin) < _RATIO * speed * _PERIOD - 1e-12:
+            return True
+    return False
+
+
+def pass_map(moves: list[tuple[float, float]], lags: Array, ramps: Array) -> Array:
+    """Return the share of moves (distance, speed) that pass, (len(ramps), len(lags))."""
+    return np.array(
+        [
+            [np.mean([not is_stopped(d, v, float(ramp), float(lag)) for d, v in moves])
+             for lag in lags]
+            for ramp in ramps
+        ]
+    )  # fmt: skip

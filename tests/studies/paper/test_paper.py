@@ -1,0 +1,79 @@
+"""The paper, claim by claim: the page is whole, its table and its rule are right."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from miburi.robot import Robot, forward, load_robot
+from miburi.studies.paper.claims import ClaimVerdict
+from miburi.studies.paper.denavit import TABLES, frames
+from miburi.studies.paper.page import write_paper
+from miburi.studies.paper.rule import is_stopped, pass_map
+
+
+@pytest.mark.parametrize("extremity", TABLES)
+def test_the_denavit_hartenberg_table_is_the_model(
+    robot: Robot, tall_file: Path, extremity: str
+) -> None:
+    column = 3 * list(TABLES).index(extremity)
+    for body in (robot, load_robot(tall_file)):
+        for pose in np.random.default_rng(0).uniform(body.lower, body.upper, (50, 8)):
+            end = frames(body, extremity, pose)[-1][:3, 3]
+            np.testing.assert_allclose(end, forward(body, pose)[column : column + 3], atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("ramp", "lag", "stopped"),
+    [
+        (np.inf, 0.00627, False),
+        (np.inf, 0.00629, True),
+        (1000.0, 0.0057, False),  # v / 2a = 0.5 ms
+        (1000.0, 0.0059, True),
+        (40.0, 0.0, True),  # 12.5 ms
+    ],
+)
+def test_the_printed_rule_passes_up_to_6_28_ms(ramp: float, lag: float, stopped: bool) -> None:
+    """The move ends just after a window does, so that braking is not judged."""
+    speed = 1.0
+    distance = speed * 0.5 - (0 if np.isinf(ramp) else speed**2 / ramp)
+    assert is_stopped(distance, speed, ramp, lag) == stopped
+
+
+def test_no_move_passes_with_a_long_lag_and_all_do_with_none() -> None:
+    moves = [(0.5, 1.0), (1.2, 3.0), (0.3, 0.7)]
+    share = pass_map(moves, np.array([0.0, 0.02]), np.array([40.0, 1e9]))
+    np.testing.assert_array_equal(share, [[0, 0], [1, 0]])
+
+
+@pytest.fixture(scope="module")
+def page(robot: Robot, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_paper(robot, tmp_path_factory.mktemp("paper"))
+
+
+def test_every_claim_has_a_verdict_and_a_number(page: Path) -> None:
+    rows = [line.split("|")[1:-1] for line in page.read_text().splitlines()
+            if re.match(r"\| \d", line)]  # fmt: skip
+    assert len(rows) > 20
+    assert {row[0].strip()[0] for row in rows} == {"2", "3", "4", "5", "6"}
+    for _, sentence, verdict, number, _, _ in rows:
+        assert sentence.strip()
+        assert verdict.strip(" *") in list(ClaimVerdict)
+        assert "nan" not in number
+        if verdict.strip(" *") != ClaimVerdict.UNKNOWN:
+            assert re.search(r"\d", number), sentence
+
+
+def test_what_held_holds(page: Path) -> None:
+    text = page.read_text()
+    assert "8 of 8 gestures rise strictly" in text
+    assert re.search(r"stops in 5 runs of 30 s: 0 false, 0 contacts missed", text)
+    assert len(re.findall(r"\*\*differs\*\*", text)) == 3  # misprints, several poses, Table 2
+
+
+def test_every_figure_is_there(page: Path) -> None:
+    pictures = re.findall(r"\]\((images/[a-z-]+\.png)\)", page.read_text())
+    assert len(pictures) == 8
+    for picture in pictures:
+        assert (page.parent / picture).read_bytes().startswith(b"\x89PNG")
