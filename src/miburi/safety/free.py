@@ -39,14 +39,14 @@ def _each(
     return [waist, *(2 * [shoulder, elbow, fingertip]), head]
 
 
-#: The guards of servos that nobody has calibrated, s and rad (ours): what 1,000 free moves of
-#: varied robots needed times 1.3 or more, and the waist's wider, for its inertia varies by pose.
+#: The guards of servos that nobody has calibrated, s and rad (ours): 1.1 times or more what 6,000
+#: free moves of varied robots needed. The waist's are wider, for its inertia varies by pose.
 GUARDS = Guards(
     lag=_each(0.0055, 0.0055, 0.0055, 0.0055, 0.0055),
-    slack=_each(16 * _STEP, 10 * _STEP, 10 * _STEP, 8 * _STEP, 10 * _STEP),
+    slack=_each(14 * _STEP, 10 * _STEP, 10 * _STEP, 8 * _STEP, 10 * _STEP),
     least=_each(8 * _STEP, 8 * _STEP, 8 * _STEP, 8 * _STEP, 8 * _STEP),
-    behind=_each(18 * _STEP, 12 * _STEP, 12 * _STEP, 10 * _STEP, 12 * _STEP),
-    ahead=_each(18 * _STEP, 12 * _STEP, 12 * _STEP, 10 * _STEP, 12 * _STEP),
+    behind=_each(15 * _STEP, 12 * _STEP, 12 * _STEP, 10 * _STEP, 12 * _STEP),
+    ahead=_each(12 * _STEP, 12 * _STEP, 12 * _STEP, 10 * _STEP, 12 * _STEP),
     arrival=_each(12 * _STEP, 12 * _STEP, 12 * _STEP, 12 * _STEP, 12 * _STEP),
 )
 
