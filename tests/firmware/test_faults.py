@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.firmware.rig import NO_LOADS, Rig
+from tests.firmware.rig import LOAD, NO_LOADS, Rig
 
 from miburi.bodies import Motor
 from miburi.card.card import Card
@@ -216,6 +216,57 @@ def test_deaf_servo_is_named(rig: Rig) -> None:
         rig.body.release()
     rig.servos[4].deaf = False
     recovers(rig)
+
+
+def test_who_loses_the_cards_gains_is_named_and_gets_them_back(rig: Rig) -> None:
+    general, servo = rig.settings.general, rig.servos[3]
+    gains = ("position_d_gain", "position_i_gain", "position_p_gain")
+    gains += ("feedforward_2nd_gain", "feedforward_1st_gain")
+    ours = [general.d_gain, 0, general.p_gain, 0, 0]
+    assert [[one.get(name) for name in gains] for one in rig.servos] == [ours] * 8
+    for name, other in zip(gains, (10, 20, 400, 30, 40), strict=True):
+        servo.set(name, other)
+        rig.run(0.3)
+        stop = rig.body.state.stop
+        assert stop is not None, name
+        assert (stop.reason, stop.motor) == (StopReason.SERVO_RESTARTED, JOINTS[3])
+        rig.body.wake()
+        assert [servo.get(name) for name in gains] == ours
+
+
+def test_a_servo_that_takes_no_gains_is_refused(rig: Rig) -> None:
+    rig.body.stop()
+    servo, write = rig.servos[6], rig.servos[6].write
+    servo.set("position_p_gain", 400)
+
+    def but_gains(address: int, data: bytes, time: float) -> int:
+        return 0 if address == 80 else write(address, data, time)
+
+    servo.write = but_gains  # type: ignore[method-assign]
+    with pytest.raises(BodyError, match=f"{JOINTS[6]}: servo does not take orders"):
+        rig.body.wake()
+    servo.write = write  # type: ignore[method-assign]
+    recovers(rig)
+
+
+def test_no_move_without_its_loads_nor_with_more_than_a_motor_holds(rig: Rig) -> None:
+    here = struct.pack("<8h8H", *[joint.neutral for joint in rig.settings.joints], *[100] * 8)
+    for _ in range(2):
+        with pytest.raises(BodyError, match="not told the loads"):
+            rig.body.ask(FrameKind.MOVE, here)
+        rig.body.ask(FrameKind.LOADS, NO_LOADS)
+        rig.body.ask(FrameKind.MOVE, here)  # it takes the loads: the next needs its own
+        rig.run(0.1)
+        assert rig.settle() is Phase.IDLE
+    held = rig.settings.general.error_per_pwm * 60 // 256 // 64  # quarters of a step
+    for load in ((held + 1, 0, 60), (0, -held - 1, 60), (0, 0, 0), (0, 0, 886)):
+        wrong = LOAD.pack(0, 0, 885) * 4 + LOAD.pack(*load) + LOAD.pack(0, 0, 885) * 3
+        with pytest.raises(BodyError, match=f"load of {JOINTS[4]}: it is more"):
+            rig.body.ask(FrameKind.LOADS, wrong)
+    assert rig.body.state.phase is Phase.IDLE
+    rig.body.stop()
+    with pytest.raises(BodyError, match="not told the loads"):
+        rig.body.ask(FrameKind.RELEASE)
 
 
 def test_answers_that_are_lost_in_turn_do_not_starve_the_rule(rig: Rig) -> None:
