@@ -337,6 +337,7 @@ def test_the_token_is_made_once_and_for_its_owner_alone(tmp_path: Path) -> None:
 def test_a_token_that_is_none_is_made_anew(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "token"
     path.write_bytes(content)
+    path.chmod(0o600)
     token = kept_token(path)
     assert token.encode() not in content
     assert kept_token(path) == token

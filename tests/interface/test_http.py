@@ -53,10 +53,11 @@ def test_an_address_has_only_so_many_connections_and_stop_is_answered_all_the_sa
     runner: Runner, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("miburi.interface.http.CONNECTIONS", 20)
+    monkeypatch.setattr("miburi.interface.http.HEADER_TIME", 1000.0)
     runner.start()
     with serving(Gate(interface(runner))) as url:
         where = (urlsplit(url).hostname, urlsplit(url).port or 0)
-        slow = [socket.create_connection(where, 30) for _ in range(60)]
+        slow = [socket.create_connection(where, 15) for _ in range(60)]
         assert httpx.post(url + "/api/v1/stop").status_code == 204
         for line in slow[:40]:  # the oldest silent ones gave way
             assert line.recv(1) == b""

@@ -326,8 +326,10 @@ def test_only_ports_that_the_system_lists_are_opened(runner: Runner, port: str) 
         runner.use("card", port)
 
 
-def test_a_port_that_was_named_at_the_start_may_be_used_again(runner: Runner) -> None:
-    runner.ports.add("/dev/no-such-port")
+def test_a_port_that_was_named_at_the_start_may_be_used_again(robot: Robot, tmp_path: Path) -> None:
+    runner = Runner(robot, EmotionalModel(), Archive(tmp_path), port="/dev/no-such-port")
+    runner.use("simulated")
+    runner.tick()
     with pytest.raises(BodyError, match="cannot be reached"):
         runner.use("card", "/dev/no-such-port")
 

@@ -6,6 +6,7 @@ keeps nobody out.
 """
 
 import asyncio
+import itertools
 
 import uvicorn
 from starlette.types import ASGIApp
@@ -20,26 +21,29 @@ HEADERS, HEADER_TIME = 16_384, 10.0
 #: Connections that an address may have open, sockets not counted (ours).
 CONNECTIONS = 200
 _BACKLOG = 2048
+_NUMBERS = itertools.count()
 
 
 class _Connection(H11Protocol):
     """One connection that speaks HTTP."""
 
     _timer: asyncio.TimerHandle | None = None  # runs while no headers have come
-    _since = 0.0
+    _number = 0  # counts up; many may come at one time of the loop's clock
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         super().connection_made(transport)
-        self._since = self.loop.time()
+        self._number = next(_NUMBERS)
         mine = [
             other
             for other in self.connections
-            if isinstance(other, _Connection) and other._address == self._address
+            if isinstance(other, _Connection)
+            and other._address == self._address
+            and not other.transport.is_closing()  # it has given way already
         ]
         silent = [other for other in mine if other._timer is not None]
         if len(mine) > CONNECTIONS:
             # Never the new one: it may be a Stop.
-            min(silent or mine, key=lambda other: other._since).transport.abort()
+            min(silent or mine, key=lambda other: other._number).transport.abort()
         self._timer = self.loop.call_later(HEADER_TIME, transport.abort)
 
     def data_received(self, data: bytes) -> None:
