@@ -1,0 +1,57 @@
+"""The whole way by keyboard alone: nothing is clicked."""
+
+from playwright.sync_api import BrowserContext, Page, expect
+from tests.fixtures.browser import needs_browser, until, without_3d
+
+pytestmark = needs_browser
+
+
+def tab_to(page: Page, name: str) -> None:
+    """Press Tab until what has this name has the focus, and can be seen to have it."""
+    for _ in range(80):
+        page.keyboard.press("Tab")
+        focused = page.locator(":focus")
+        if f'"{name}"' in focused.aria_snapshot().split("\n")[0]:
+            assert focused.evaluate("e => getComputedStyle(e).outlineStyle") != "none"
+            return
+    raise AssertionError(f"Tab never reaches {name}")
+
+
+def test_everything_is_done_by_keyboard(context: BrowserContext, url: str) -> None:
+    page = without_3d(context, url)
+    press = page.keyboard.press
+    tab_to(page, "Face")
+    press("Enter")
+    expect(page.get_by_role("dialog")).to_be_visible()
+    tab_to(page, "Close")
+    press("Enter")
+    expect(page.get_by_role("dialog")).to_be_hidden()
+    tab_to(page, "Stop")
+    press("Enter")
+    until(page, lambda now: now["phase"] == "stopped")
+    press("r")
+    until(page, lambda now: now["phase"] != "stopped")
+    tab_to(page, "Got it")
+    press("Enter")
+    tab_to(page, "Reach in")
+    press("Enter")
+    until(page, lambda now: now["hand_out"])
+    tab_to(page, "thrill")
+    press("Enter")
+    until(page, lambda now: now["emotion"][4] > 0.3)
+    tab_to(page, "Say something to it")
+    page.keyboard.type("I am so angry r")  # an r in a line releases nothing
+    press("Enter")
+    expect(page.locator(".talk output")).to_contain_text("I heard anger")
+    tab_to(page, "Contact")
+    press("ArrowRight")
+    press("ArrowRight")
+    press("Enter")
+    expect(page.get_by_role("tab", name="Gestures")).to_have_attribute("aria-selected", "true")
+    tab_to(page, "Gesture")
+    page.keyboard.type("surp")
+    tab_to(page, "Perform")
+    press("Enter")
+    until(page, lambda now: now["asked"] and now["expressed"]["feeling"] == "surprise")
+    press("Escape")
+    until(page, lambda now: now["stop"] and now["stop"]["reason"] == "asked")
