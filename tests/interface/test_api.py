@@ -15,6 +15,7 @@ from tests.fixtures.live import Server
 
 from miburi.errors import BodyError
 from miburi.feelings import FEELINGS
+from miburi.interface.access import STOP
 from miburi.live.runner import Runner
 from miburi.live.state import State
 from miburi.robot.guards import by_motor
@@ -82,6 +83,13 @@ def test_what_cannot_be_done_is_said_in_words(
     answer = client.post(V1 + path, json=content)
     assert answer.status_code in ((status,) if status else (400, 409))
     assert words in answer.json()["detail"]
+
+
+def test_the_refusal_that_any_request_may_meet_is_described(client: httpx.Client) -> None:
+    described = client.get("/api/openapi.json").json()["paths"]
+    for path, methods in described.items():
+        for method, operation in methods.items():
+            assert ("429" in operation["responses"]) == (path != STOP), (method, path)
 
 
 @pytest.mark.parametrize(

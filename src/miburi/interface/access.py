@@ -65,6 +65,7 @@ WRONG_RATE, WRONG_BURST = 0.2, 10.0
 #: WebSockets that may be open at the same time.
 SOCKETS = 200
 _PAGES = ("/", "/face")
+_METHODS = ("GET", "HEAD", "POST", "DELETE")
 _HEADERS = (
     (b"x-content-type-options", b"nosniff"),
     (b"referrer-policy", b"no-referrer"),
@@ -218,8 +219,11 @@ class Gate:
         path = scope["path"]
         if self._token is not None and path != PAIRING:
             self._check_token(headers, who, self._token)
-        if path == STOP and scope.get("method") == "POST":
+        method = scope.get("method", "GET")
+        if path == STOP and method == "POST":
             return
+        if method not in _METHODS:
+            raise RefusedError(405, f"{method[:20]} is not for this address.")
         limited = path.startswith("/api") or path == PAIRING
         if limited and not self._requests.take(who):
             raise RefusedError(429, f"too many requests; at most {RATE:g} a second, please.")

@@ -55,6 +55,8 @@ _REFUSED: Refusals = {
     409: {"model": Refusal, "description": "The body cannot do that now."},
     503: {"model": Refusal, "description": "Too much at once, or the robot cannot be reached."},
 }
+#: What all but Stop may meet.
+_OFTEN: Refusals = {429: {"model": Refusal, "description": "Too many requests."}}
 _NONE: Refusals = {404: {"model": Refusal, "description": "There is none of that name."}}
 _NO_ROOM: Refusals = {507: {"model": Refusal, "description": "The folder takes no more."}}
 _RecordingName = Annotated[str, Path(max_length=60)]
@@ -77,11 +79,24 @@ def make_api(runner: LivePartner) -> FastAPI:
 
 
 def _router(runner: LivePartner) -> APIRouter:
-    router = APIRouter(prefix="/api/v1", responses={422: {"model": Refusal}})
-    _looking(router, runner)
-    _asking(router, runner)
-    _recording(router, runner)
+    refusal: Refusals = {422: {"model": Refusal}}
+    limited = APIRouter(responses=refusal | _OFTEN)
+    _looking(limited, runner)
+    _asking(limited, runner)
+    _recording(limited, runner)
+    router = APIRouter(prefix="/api/v1", responses=refusal)
+    _stopping(router, runner)
+    router.include_router(limited)
     return router
+
+
+def _stopping(router: APIRouter, runner: LivePartner) -> None:
+    """Add what no limit holds up."""
+
+    @router.post("/stop", status_code=_NOTHING, responses=_REFUSED)
+    async def stop() -> None:
+        """Stop all motors until they are released."""
+        await done(runner.stop())
 
 
 def _looking(router: APIRouter, runner: LivePartner) -> None:
@@ -165,11 +180,6 @@ def _asking(router: APIRouter, runner: LivePartner) -> None:
         """Perform a gesture once, whatever the feelings are."""
         poses = await asyncio.to_thread(performance, runner, wish)
         await done(runner.perform(Expression(wish.feeling, wish.mood), poses))
-
-    @router.post("/stop", status_code=_NOTHING, responses=_REFUSED)
-    async def stop() -> None:
-        """Stop all motors until they are released."""
-        await done(runner.stop())
 
     @router.post("/release", status_code=_NOTHING, responses=_REFUSED)
     async def release() -> None:

@@ -59,7 +59,7 @@ def make_app(runner: LivePartner, addresses: list[str], token: str | None) -> Fa
 def _nothing(app: FastAPI) -> APIRouter:
     """Return what answers where the interface has nothing: in JSON, not with NiceGUI's page."""
     router = APIRouter(include_in_schema=False)
-    methods = ["GET", "POST", "PUT", "PATCH", "DELETE"]
+    methods = ["GET", "HEAD", "POST", "DELETE"]  # the gate refuses others
 
     @router.api_route("/api", methods=methods)
     @router.api_route("/api/{path:path}", methods=methods)
