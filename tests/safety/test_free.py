@@ -142,6 +142,15 @@ def test_a_slow_motor_is_granted_less(rule: FreeRule, speed: int, share: float) 
             assert look(here + way * one, slack=300 * EIGHT)[0]
 
 
+def test_a_waist_at_rest_may_not_be_pushed_aside_by_eight_steps(real: Robot) -> None:
+    """A person pressed on one with 8.3 N over 0.1 s, and it gave way by nine steps, unnoticed."""
+    shipped = FreeRule.of(real)
+    still = Profile.plan(0 * EIGHT, FINE * EIGHT, 13_000 * EIGHT)
+    for steps, noticed in ((5, False), (8, True), (-5, False), (-8, True)):
+        watch = shipped.watch(still, 0 * EIGHT, EIGHT)
+        assert (watch.look(steps * WIDER, 20_000) is not None) is noticed
+
+
 def test_expectations_do_not_depend_on_when_they_are_asked_much(rule, traces) -> None:
     """Every 20 ms as the card, or every 10 ms: the same within a step."""
     one = traces[0]

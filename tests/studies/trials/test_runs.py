@@ -14,6 +14,8 @@ import pytest
 from miburi.errors import InputError, MiburiError, OutputError
 from miburi.robot import Robot
 from miburi.safety.contact import Rule
+from miburi.safety.free import FreeRule
+from miburi.servos import load_servo
 from miburi.studies.trials import runs
 from miburi.studies.trials.runs import Plan, carry_out_plan, read_parquet
 from miburi.studies.trials.trial import TrialKind
@@ -105,6 +107,14 @@ def test_the_key_knows_rule_and_seed(plan: Plan, robot: Robot) -> None:
         replace(plan, blocked=6),
     ]
     assert len({plan.key, *(other.key for other in others)}) == 4
+
+
+def test_the_key_knows_what_the_rule_expects_of_its_servos(plan: Plan, robot: Robot) -> None:
+    """Two calibrations may have the same guards: one's journal must not go on as the other's."""
+    rule = FreeRule.of(robot.with_servo(load_servo("xl330-m288-t")))
+    heavier = replace(rule, sag=2 * rule.sag)
+    keys = {replace(plan, servos=((robot, one),)).key for one in (rule, heavier)}
+    assert len(keys) == 2
 
 
 @pytest.mark.parametrize("wrong", [{"seed": -1}, {"free": 0, "blocked": 0}, {"servos": ()}])

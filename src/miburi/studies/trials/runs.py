@@ -15,7 +15,7 @@ import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
-from dataclasses import astuple, dataclass, field, fields
+from dataclasses import asdict, astuple, dataclass, field, fields
 from multiprocessing import connection, get_context, parent_process
 from pathlib import Path
 from typing import Any
@@ -92,9 +92,8 @@ class Plan:
         """A name made from the contents of the run: same key, same results."""
         words = hashlib.sha256(f"{__version__} {self.seed} {self.free} {self.blocked}".encode())
         for robot, rule in self.servos:
-            grants = {name: values.tolist() for name, values in vars(rule.guards).items()}
-            servo = [robot.model_dump(), grants, type(rule).__name__, rule.period, rule.ratio]
-            words.update(json.dumps(servo, sort_keys=True).encode())
+            servo = [robot.model_dump(), type(rule).__name__, asdict(rule)]
+            words.update(json.dumps(servo, sort_keys=True, default=np.ndarray.tolist).encode())
         if self.repertoire != shipped_repertoire():
             for function in self.repertoire.functions:
                 words.update(function.model_dump_json().encode())
