@@ -118,32 +118,51 @@ def flow_figure(body: Body, path: Path) -> dict[tuple[str, str], int]:
         events += partner.step(0.02)
     names = [type(event).__name__ for event in events]
     follows = Counter(pairwise(names))
+    # So that no arrow crosses another.
     places = {
-        "GestureStarted": (0.5, 0.95, "a gesture starts:\nstrongest emotion, mood μ"),
-        "MoveSent": (0.5, 0.62, "9 coordinates → 8 angles:\na move is sent"),
-        "GestureEnded": (0.12, 0.3, "the gesture ends"),
-        "Stopped": (0.85, 0.3, "contact: stop,\nmood × 0.8"),
-        "Released": (0.85, 0.02, "released: back\nto neutral"),
+        "GestureStarted": (0.14, 0.95, "a gesture starts:\nstrongest emotion, mood μ"),
+        "MoveSent": (0.86, 0.95, "9 coordinates → 8 angles:\na move is sent"),
+        "GestureEnded": (0.5, 0.5, "the gesture ends"),
+        "Stopped": (0.86, 0.05, "contact: stop,\nmood × 0.8"),
+        "Released": (0.14, 0.05, "released: back\nto neutral"),
     }
-    figure = Figure(figsize=(6, 4.6), layout="constrained")
+    figure = Figure(figsize=(7, 4.2), layout="constrained")
     axes = figure.subplots()
     axes.axis("off")
-    axes.set(xlim=(-0.1, 1.1), ylim=(-0.1, 1.08))
-    for x, y, words in places.values():
-        axes.text(x, y, words, ha="center", va="center", fontsize=9,
-                  bbox={"boxstyle": "round,pad=0.5", "facecolor": "#f6efe6"})  # fmt: skip
+    axes.set(xlim=(-0.1, 1.1), ylim=(-0.1, 1.15))
+    boxes = {
+        name: axes.text(x, y, words, ha="center", va="center", fontsize=9,
+                        bbox={"boxstyle": "round,pad=0.5", "facecolor": "#f6efe6"})
+        for name, (x, y, words) in places.items()
+    }  # fmt: skip
     for (before, after), count in sorted(follows.items()):
-        if before == after:
-            x, y, _ = places[before]
-            axes.text(x + 0.22, y, f"↻ {count}", fontsize=9, color=_CORAL, va="center")
-            continue
         (x0, y0, _), (x1, y1, _) = places[before], places[after]
-        axes.annotate("", (x1, y1), (x0, y0), arrowprops={
-            "arrowstyle": "->", "color": _CORAL, "shrinkA": 32, "shrinkB": 32,
-            "connectionstyle": "arc3,rad=0.18"})  # fmt: skip
-        bend = 0.09 * np.array([y1 - y0, x0 - x1])
-        axes.text((x0 + x1) / 2 + bend[0], (y0 + y1) / 2 + bend[1], str(count), fontsize=9,
-                  color=_CORAL, ha="center", va="center")  # fmt: skip
+        if before == after:
+            axes.text(x0, y0 + 0.14, f"↻ {count} ×", fontsize=9, color=_CORAL, ha="center")
+            continue
+        axes.annotate(
+            "",
+            (x1, y1),
+            (x0, y0),
+            arrowprops={
+                "arrowstyle": "-|>",
+                "color": _CORAL,
+                "shrinkA": 4,
+                "shrinkB": 4,
+                "patchA": boxes[before].get_bbox_patch(),
+                "patchB": boxes[after].get_bbox_patch(),
+            },
+        )
+        axes.text(
+            (x0 + x1) / 2,
+            (y0 + y1) / 2,
+            f"{count} ×",
+            fontsize=9,
+            color=_CORAL,
+            ha="center",
+            va="center",
+            bbox={"facecolor": "white", "lw": 0, "pad": 2},
+        )
     _save(figure, path)
     return dict(follows)
 
