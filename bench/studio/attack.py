@@ -36,6 +36,7 @@ from pathlib import Path
 from urllib.parse import urlsplit
 
 import httpx
+from measure import memory
 from websockets.asyncio.client import connect as connect_async
 from websockets.sync.client import ClientConnection, connect
 
@@ -144,20 +145,6 @@ def prefer(nice: int) -> None:
     os.nice(nice - os.nice(0))
     with suppress(OSError):
         Path("/proc/self/autogroup").write_text(str(nice))
-
-
-def processes(pid: int) -> list[int]:
-    children = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
-    return [pid, *(child for one in children for child in processes(int(one)))]
-
-
-def memory(pid: int) -> float:
-    """Return the resident memory of a process and its children, MB."""
-    total = 0
-    for one in processes(pid):
-        found = re.search(r"VmRSS:\s+(\d+)", Path(f"/proc/{one}/status").read_text())
-        total += int(found.group(1)) if found else 0
-    return total / 1024
 
 
 class Watch(threading.Thread):
@@ -282,7 +269,7 @@ def main() -> None:
         after = watch.seen[-1]
         missing = lost(Path(folder) / "disk", process.pid)
         process.terminate()
-        _, errors = process.communicate(timeout=60)
+        errors = process.communicate(timeout=60)[1].replace(folder, "FOLDER")
     during = [one for one in watch.seen if calm[0] <= one[0] <= last[0]]
     print(f"attackers alive at the end: {alive} of {len(ATTACKS)}; {wish.minutes:g} minutes")
     print(f"before the attack: {times(calmly)}")

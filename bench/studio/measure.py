@@ -53,17 +53,28 @@ def partner() -> Iterator[tuple[str, int]]:
             process.wait()
 
 
+def processes(pid: int) -> list[int]:
+    """Return a process and all its children."""
+    children = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
+    return [pid, *(child for one in children for child in processes(int(one)))]
+
+
 def processor(pid: int) -> float:
-    """Return the processor time of a process, s."""
-    fields = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
-    return (int(fields[11]) + int(fields[12])) / TICKS
+    """Return the processor time of a process and its children, s."""
+    total = 0
+    for one in processes(pid):
+        fields = Path(f"/proc/{one}/stat").read_text().rsplit(")", 1)[1].split()
+        total += int(fields[11]) + int(fields[12])
+    return total / TICKS
 
 
 def memory(pid: int) -> float:
-    """Return the resident memory of a process, MB."""
-    found = re.search(r"VmRSS:\s+(\d+)", Path(f"/proc/{pid}/status").read_text())
-    assert found
-    return int(found.group(1)) / 1024
+    """Return the resident memory of a process and its children, MB (what they share twice)."""
+    total = 0
+    for one in processes(pid):
+        found = re.search(r"VmRSS:\s+(\d+)", Path(f"/proc/{one}/status").read_text())
+        total += int(found.group(1)) if found else 0
+    return total / 1024
 
 
 def serial(url: str) -> int:
