@@ -31,7 +31,7 @@ from miburi.studies import experiment
 
 
 def test_the_papers_experiment_with_the_real_firmware_in_the_loop(firmware: Path) -> None:
-    result = experiment.conduct(EmulatedBody(iphonoid()), experiment.Setup(seconds=15)).report()
+    result = experiment.conduct(EmulatedBody(iphonoid()), experiment.Setup(seconds=24)).report()
     assert result["false_stops"] == 0
     assert result["missed_contacts"] == []
     assert len(result["stops"]) >= 2
@@ -44,7 +44,9 @@ def test_the_papers_experiment_with_the_real_firmware_in_the_loop(firmware: Path
 def test_the_experiment_with_the_identified_servo_on_the_card(firmware: Path, seed: int) -> None:
     """The servo's own gains, its ceiling for each move, and the rule against the free servo."""
     robot = iphonoid().with_servo(load_servo("xl330-m288-t"))
-    result = experiment.conduct(EmulatedBody(robot), seed, 15.0).report()
+    result = experiment.conduct(
+        EmulatedBody(robot), experiment.Setup(seed=seed, seconds=15)
+    ).report()
     assert result["false_stops"] == 0
     assert result["missed_contacts"] == []
     assert result["stops"]
