@@ -38,7 +38,7 @@ def awake(folder: Path, *options: str) -> subprocess.Popen[str]:
     """Start a server that a test ends in its own way."""
     return subprocess.Popen(
         [sys.executable, "-m", "miburi", "run", "--headless", "--port", "0", "--folder",
-         str(folder)],
+         str(folder), *options],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=own_environment(),
         start_new_session=True,
     )  # fmt: skip
