@@ -376,6 +376,21 @@ def test_every_level_stays_between_0_and_1_and_the_expression_fits(kind, events,
 
 
 @both
+def test_what_one_feeling_takes_from_anothers_mood_does_not_depend_on_the_steps(kind):
+    """The loss heals from when it came, not from the step's beginning."""
+    apart, together = kind(), kind()
+    for model in (apart, together):
+        for _ in range(12):
+            model.stimulate(Stimulus("happiness", 1.0))
+            model.step(5.0)
+    for _ in range(600):
+        apart.step(1.0)
+    together.step(600.0)
+    assert together.mood.min() < 0.5
+    np.testing.assert_allclose(apart.mood, together.mood, rtol=0, atol=1e-12)
+
+
+@both
 @settings(max_examples=90, deadline=None)
 @given(events=lives, a=seconds, b=seconds)
 def test_two_steps_equal_one(kind, events, a, b):

@@ -175,7 +175,6 @@ class FeelingModel(ABC):
         """
         dt = _seconds(dt, "dt")
         self._pass(dt)
-        self._lowered *= np.exp(-dt / self.temperament.fading[2])
         self._stale *= np.exp(-dt / self.temperament.habituation.recovery)
         self._time += dt
 
@@ -296,6 +295,10 @@ class FeelingModel(ABC):
         mood: Array = rest + (1 - rest) * self._current_levels()[2]
         return mood
 
+    def _heal(self, dt: float) -> None:
+        """Let the mood that was lost come back for ``dt`` seconds."""
+        self._lowered *= np.exp(-dt / self.temperament.fading[2])
+
     def _inhibit_mood(self, remaining: Array) -> None:
         """Leave a share of the shown mood, (n,); the model does so with its slowest level."""
         sunk = remaining * self._lowered + (1 - remaining) * self._rest()
@@ -311,7 +314,7 @@ class FeelingModel(ABC):
 
     @abstractmethod
     def _pass(self, dt: float) -> None:
-        """Advance the levels by ``dt`` seconds."""
+        """Advance the levels by ``dt`` seconds, and heal the mood."""
 
     @abstractmethod
     def _set(self, row: int, values: Array) -> None:
@@ -372,6 +375,7 @@ class EmotionalModel(FeelingModel):
         self._pending[1:] += np.where(self._held[1:], 0.0, rise) * room
 
     def _pass(self, dt: float) -> None:
+        self._heal(dt)
         rates = 1 / self.temperament.fading
         pending, levels = _take_up(
             self._pending[1:], self._levels[1:], self._supply(), rates[:2], rates[1:], dt

@@ -90,10 +90,15 @@ class SpikingModel(FeelingModel):
 
     def _pass(self, dt: float) -> None:
         self._since += dt
+        left = dt
         while (first := self._next.min()) <= self._since:
             layer, neuron = divmod(int(self._next.argmin()), len(FEELINGS))
             self._advance(first)
+            # A spike may lower the mood: heal until then, and from then on.
+            self._heal(left - self._since)
+            left = self._since
             self._fire(layer, neuron)
+        self._heal(left)
 
     def _set(self, row: int, values: Array) -> None:
         self._advance(self._since)
