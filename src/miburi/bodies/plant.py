@@ -43,6 +43,9 @@ class Plant:
         self._dofs = np.array([self.model.joint(name).dofadr[0] for name in JOINTS])
         self._positions: Array = self.data.qpos  # MuJoCo's own memory, at the same place for life
         self._hand = self.model.geom("hand").id
+        #: What a placed hand stays out of; a sprung one gives way by itself.
+        trunk = [] if sprung_hand else [self.model.body(name).id for name in ("base", "torso")]
+        self._trunk = np.flatnonzero(np.isin(self.model.geom_bodyid, trunk))
         self._start = 0.0
         self._servo = robot.servo.model
         #: V of the supply when nothing draws current.
@@ -99,6 +102,8 @@ class Plant:
     def place_hand(self, position: Array, along: Array) -> None:
         """Put the human hand's middle at ``position`` (3,) m, its fingers ``along`` (3,).
 
+        A place inside the trunk becomes the nearest one outside it: neither gives way.
+
         Raises
         ------
         InputError
@@ -111,6 +116,16 @@ class Plant:
             )
         self.data.mocap_pos[0] = position
         mujoco.mju_quatZ2Vec(self.data.mocap_quat[0], np.asarray(along, dtype=np.float64) / length)
+        self._leave_trunk()
+
+    def _leave_trunk(self) -> None:
+        """Move a hand that is inside a part of the trunk out of it, by the shortest way."""
+        ends = np.empty(6)
+        for _ in range(3):  # out of one part may be into the next
+            for part in self._trunk:
+                mujoco.mj_kinematics(self.model, self.data)
+                if mujoco.mj_geomDistance(self.model, self.data, self._hand, part, 1.0, ends) < 0:
+                    self.data.mocap_pos[0] += ends[3:] - ends[:3]
 
     def remove_hand(self) -> None:
         """Take the human hand away."""

@@ -6,10 +6,13 @@ from miburi.bodies import Touchable
 from miburi.errors import InputError
 from miburi.robot import Array
 
-__all__ = ["FASTEST", "GuidedHand"]
+__all__ = ["FASTEST", "GIVES_WAY", "GuidedHand"]
 
 #: The hand's greatest speed, m/s (ours): it cannot jump into the robot.
 FASTEST = 1.2
+#: A hand that meets this force goes back as fast as it came, N (ours). It is more than the servos
+#: press with, and far less than what bruises.
+GIVES_WAY = 40.0
 
 
 class GuidedHand:
@@ -48,4 +51,6 @@ class GuidedHand:
         way = self.goal - here
         length = float(np.linalg.norm(way))
         reach = min(1.0, FASTEST * dt / length) if length > 0 else 1.0
+        if body.touch.force > GIVES_WAY:
+            reach = -reach
         body.place_hand(here + reach * way, self._along)
