@@ -12,7 +12,7 @@ import numpy as np
 
 from miburi.robot import Array, Robot
 from miburi.robot.loads import loads
-from miburi.safety.contact import Loading
+from miburi.safety.contact import UNLOADED, Loading
 from miburi.safety.profile import FINE, Profile, Steps
 from miburi.servos import required_torque
 
@@ -76,6 +76,7 @@ def demand(robot: Robot, start: Steps, origin: Steps, profile: Profile, directio
             offset=(origin - start) * direction * FINE,
             begin=error(gravity[0]) * direction,
             end=error(gravity[-1]) * direction,
-            most=error(ceiling),
+            # A D gain takes a part of the error back: then no error alone reaches the limit.
+            most=UNLOADED.most if servo.control_damping else error(ceiling),
         ),
     )
