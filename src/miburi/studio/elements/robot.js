@@ -96,9 +96,10 @@ export default {
       const pose = state.hand;
       this.hand.visible = state.hand_out;
       if (!state.hand_out) this.held = false;
-      if (state.hand_out && !this.held && performance.now() > this.steered) {
-        this.wish.copy(new THREE.Vector3(...pose.position));
-        this.handle.position.copy(this.wish);
+      if (state.hand_out && !this.held) {
+        // One takes hold of the hand where one sees it, on its way to a wish as well.
+        this.handle.position.set(...pose.position);
+        if (performance.now() > this.steered) this.wish.copy(this.handle.position);
       }
       if (pose) {
         this.hand.position.set(...pose.position);
@@ -334,7 +335,6 @@ export default {
     follow(ray) {
       // Put the wish on a ray, as deep as the arm there; `nearer` is what the keys add.
       ray.at(this.arms.depth(ray) - this.nearer, this.wish);
-      this.handle.position.copy(this.wish);
     },
 
     dragging() {
