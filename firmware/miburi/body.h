@@ -338,7 +338,8 @@ class Body {
     if (polls_ % HEALTH_POLLS == 0) {
       look_at_health();
     } else if (controller_.phase == Phase::idle) {
-      look_at_torque(polls_ % MOTORS);
+      // No motor's turn falls to a look at the health.
+      look_at_torque((polls_ - polls_ / HEALTH_POLLS) % MOTORS);
     }
     if (controller_.phase == Phase::stopped) {
       hold(table_.settings.max_speed);

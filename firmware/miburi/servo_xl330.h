@@ -150,12 +150,12 @@ class Xl330 {
   // Gains are lost with the power: the factory's make a soft spring of the servo.
   void set_gains(const Joint* joints, const Gains& gains) {
     protocol2::Instruction packet(protocol2::BROADCAST, protocol2::SYNC_WRITE);
-    packet.put(POSITION_GAINS, 2).put(6, 2);
+    packet.put(POSITION_GAINS, 2).put(GAINS_SIZE, 2);
     for (uint8_t i = 0; i < MOTORS; i++) {
       packet.put(joints[i].id, 1).put(gains.d, 2).put(0, 2).put(gains.p, 2);
     }
     send(packet);
-    write_all(joints, FEED_FORWARD, 0, 4);
+    write_all(joints, FEED_FORWARD, 0, FEED_SIZE);
   }
 
   // The motors that have not these gains.
@@ -163,6 +163,12 @@ class Xl330 {
     uint8_t detuned = static_cast<uint8_t>(~sync_read(joints, POSITION_GAINS, GAINS_SIZE));
     for (uint8_t i = 0; i < MOTORS; i++) {
       if (!are(answers_[i].parameters, gains)) {
+        detuned = static_cast<uint8_t>(detuned | (1u << i));
+      }
+    }
+    detuned = static_cast<uint8_t>(detuned | ~sync_read(joints, FEED_FORWARD, FEED_SIZE));
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      if (!are_nothing(answers_[i].parameters)) {
         detuned = static_cast<uint8_t>(detuned | (1u << i));
       }
     }
@@ -174,22 +180,30 @@ class Xl330 {
     if (read(id, TORQUE_ENABLE, 1) && answer_.parameters[0] == 0) {
       return true;
     }
-    return read(id, POSITION_GAINS, GAINS_SIZE) && !are(answer_.parameters, gains);
+    if (read(id, POSITION_GAINS, GAINS_SIZE) && !are(answer_.parameters, gains)) {
+      return true;
+    }
+    return read(id, FEED_FORWARD, FEED_SIZE) && !are_nothing(answer_.parameters);
   }
 
-  // Makes sure that a servo works in the mode that this layer needs; torque goes off where not.
+  // Makes sure that a servo works in the mode that this layer needs, and starts limp after a loss of
+  // power; torque goes off where not.
   bool set_mode(uint8_t id) {
     // A byte is lost now and then: who is silent is asked once more.
     if (!read(id, RETURN_DELAY, 3) && !read(id, RETURN_DELAY, 3)) {
       return false;
     }
     const uint8_t* mode = answer_.parameters;
-    if (mode[0] == DELAY && mode[1] == SPEED_PROFILES && mode[2] == POSITION) {
-      return true;
+    const bool right = mode[0] == DELAY && mode[1] == SPEED_PROFILES && mode[2] == POSITION;
+    if (!right && !(write(id, TORQUE_ENABLE, 0) && write(id, RETURN_DELAY, DELAY) &&
+                    write(id, DRIVE_MODE, SPEED_PROFILES) && write(id, OPERATING_MODE, POSITION))) {
+      return false;
     }
-    return write(id, TORQUE_ENABLE, 0) && write(id, RETURN_DELAY, DELAY) &&
-           write(id, DRIVE_MODE, SPEED_PROFILES) &&
-           write(id, OPERATING_MODE, POSITION);
+    if (!read(id, STARTUP, 1) && !read(id, STARTUP, 1)) {
+      return refused_;  // firmware older than 46 has no such register, and starts limp
+    }
+    return answer_.parameters[0] == START_LIMP ||
+           (write(id, TORQUE_ENABLE, 0) && write(id, STARTUP, START_LIMP));
   }
 
   // A servo that switched itself off after an error starts anew only so.
@@ -232,11 +246,13 @@ class Xl330 {
   static const uint8_t RETURN_DELAY = 9;  // then drive mode and operating mode
   static const uint8_t DRIVE_MODE = 10;
   static const uint8_t OPERATING_MODE = 11;
+  static const uint8_t STARTUP = 60;  // may bring back torque, and a goal from a backup, by itself
   static const uint8_t TORQUE_ENABLE = 64;
   static const uint8_t BUS_WATCHDOG = 98;
-  static const uint8_t POSITION_GAINS = 80;  // D, I, P, 2 bytes each; then a gap of 2
-  static const uint8_t FEED_FORWARD = 88;    // of acceleration and speed, 2 bytes each
-  static const uint8_t GAINS_SIZE = 12;      // with gap and feed-forward
+  static const uint8_t POSITION_GAINS = 80;  // D, I, P, 2 bytes each; behind them nothing is defined
+  static const uint8_t GAINS_SIZE = 6;
+  static const uint8_t FEED_FORWARD = 88;  // of acceleration and speed, 2 bytes each
+  static const uint8_t FEED_SIZE = 4;
   static const uint8_t GOAL_PWM = 100;  // goals of current, speed; profile acceleration, speed, goal
   static const uint8_t PROFILE_AND_GOAL = 108;
   static const uint8_t SPEED_AND_POSITION = 128;
@@ -246,6 +262,7 @@ class Xl330 {
   static const uint8_t DELAY = 25;  // in 2 µs: time for us to turn from sending to listening
   static const uint8_t SPEED_PROFILES = 0;
   static const uint8_t POSITION = 3;
+  static const uint8_t START_LIMP = 0;
   static const uint16_t PATIENCE = 2000;  // µs of silence after which no answer will come
   static const uint16_t LONGEST = 12000;  // µs that listening may take on a noisy bus
   static const uint16_t LONG_PATIENCE = 36000;  // the same after a write to EEPROM
@@ -261,9 +278,11 @@ class Xl330 {
 
   static bool are(const uint8_t* registers, const Gains& gains) {
     Reader in(registers, GAINS_SIZE);
-    const bool same = in.u16() == gains.d && in.u16() == 0 && in.u16() == gains.p;
-    in.u16();  // the gap
-    return same && in.u32() == 0;
+    return in.u16() == gains.d && in.u16() == 0 && in.u16() == gains.p;
+  }
+
+  static bool are_nothing(const uint8_t* feed_forward) {
+    return Reader(feed_forward, FEED_SIZE).u32() == 0;
   }
 
   void send(protocol2::Instruction& packet) {
@@ -350,7 +369,7 @@ class Xl330 {
 
   bool answered(uint8_t id, uint8_t width) {
     listen();
-    stranger_ = false;
+    stranger_ = refused_ = false;
     bool more = receive(length_of_answers(1, width));
     for (;;) {
       protocol2::Status status;
@@ -360,6 +379,7 @@ class Xl330 {
           return true;
         }
         stranger_ = status.id != id;
+        refused_ = !stranger_ && (status.error & ~protocol2::ALERT) != 0;
       }
       if (!more) {
         return false;
@@ -398,6 +418,7 @@ class Xl330 {
   Answer answer_;
   uint16_t patience_ = PATIENCE;
   bool stranger_ = false;  // the servo asked last answered with another id
+  bool refused_ = false;   // it answered with an error
   uint8_t misnamed_ = 0;
 };
 

@@ -13,6 +13,7 @@ from miburi.bodies import Motor
 from miburi.card.card import Card
 from miburi.card.link import FrameKind
 from miburi.card.settings import ALLOWED, CardSettings, JointSettings
+from miburi.emulation.control_table import REGISTERS
 from miburi.emulation.servos import Servo
 from miburi.errors import BodyError
 from miburi.robot import JOINTS
@@ -246,6 +247,53 @@ def test_a_servo_that_takes_no_gains_is_refused(rig: Rig) -> None:
     with pytest.raises(BodyError, match=f"{JOINTS[6]}: servo does not take orders"):
         rig.body.wake()
     servo.write = write  # type: ignore[method-assign]
+    recovers(rig)
+
+
+def test_only_what_the_manual_defines_is_read(rig: Rig) -> None:
+    """What a servo says of the addresses between its registers, the manual leaves open."""
+    defined = {
+        at
+        for register in REGISTERS.values()
+        for at in range(register.address, register.address + register.size)
+    }
+    asked = set[int]()
+    for servo in rig.servos:
+
+        def read(address: int, count: int, time: float, one: Servo = servo) -> tuple[int, bytes]:
+            asked.update(range(address, address + count))
+            return Servo.read(one, address, count, time)
+
+        servo.read = read  # type: ignore[method-assign]
+    rig.body.stop()
+    rig.body.wake()
+    raise_arms(rig)
+    assert rig.settle() is Phase.IDLE
+    rig.run(0.6)  # it looks at health and gains meanwhile
+    assert asked >= {80, 85, 88, 91, 146}
+    assert asked <= defined, sorted(asked - defined)
+
+
+@pytest.mark.parametrize("startup", [1, 2, 3])
+def test_a_servo_never_gets_torque_back_by_itself(rig: Rig, startup: int) -> None:
+    """Its Startup Configuration may bring torque and, from a backup, another goal."""
+    rig.body.stop()
+    rig.servos[5].set("startup", startup)
+    rig.body.wake()
+    assert [servo.get("startup") for servo in rig.servos] == [0] * 8
+    rig.servos[5].power_up()
+    assert rig.servos[5].get("torque_enable") == 0
+
+
+def test_a_servo_whose_firmware_has_no_startup_configuration_is_taken(rig: Rig) -> None:
+    """Register 60 came with firmware 46."""
+    rig.body.stop()
+    servo = rig.servos[5]
+
+    def read(address: int, count: int, time: float) -> tuple[int, bytes]:
+        return (7, b"") if address == 60 else Servo.read(servo, address, count, time)
+
+    servo.read = read  # type: ignore[method-assign]
     recovers(rig)
 
 
