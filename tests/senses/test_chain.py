@@ -6,7 +6,7 @@ import sys
 import httpx
 import numpy as np
 import pytest
-from tests.fixtures.live import Server
+from tests.fixtures.live import Server, run
 
 import miburi
 from miburi.feelings import FEELINGS, EmotionalModel, shipped_temperament
@@ -14,6 +14,7 @@ from miburi.gestures import key_poses, load
 from miburi.live.runner import Runner
 from miburi.robot import forward, iphonoid
 from miburi.senses import stimuli
+from miburi.senses.answers import language_of, shipped_answers
 from miburi.senses.words import hear
 
 HAPPY = (
@@ -110,6 +111,56 @@ def test_it_is_told_over_the_interface(server: Server) -> None:
         assert [stimulus.feeling for stimulus in heard.felt] == ["sadness"]
         assert partner.say("The door is open.").felt == []
         assert next(entry.kind for entry in partner.log()) == "stimulus"
+
+
+def test_it_answers_in_the_voice_of_what_it_feels_then(runner: Runner) -> None:
+    """It was happy; it hears something sad, is sad at once, and says so as a sad one."""
+    ticked(runner, "I am so happy today.")
+    assert runner.snapshot.state.spoken is None, "who does not ask for an answer gets none"
+    future = runner.take(hear("I am so sad today"), "en")
+    runner.tick()
+    spoken = runner.snapshot.state.spoken
+    assert spoken is not None
+    assert (spoken.feeling, spoken.language) == ("sadness", "en")
+    assert spoken.text == future.result(0).answer
+    assert spoken.text in shipped_answers("en").lines("sadness", "sadness")
+    assert [e.name for e in runner.log() if e.kind == "spoken"] == [spoken.text]
+
+
+def test_it_answers_in_the_language_in_which_it_is_spoken_to(server: Server) -> None:
+    with miburi.connect(server.url) as partner:
+        for text, language in (("今日はとても嬉しい", "ja"), ("The door is open.", "en")):
+            answer = partner.say(text).answer
+            assert language_of(answer) == language
+            spoken = next(now.spoken for now in partner.watch() if now.spoken)
+            assert (spoken.text, spoken.language) == (answer, language)
+
+
+def test_a_program_lets_it_speak_and_it_feels_nothing_by_that(server: Server) -> None:
+    with miburi.connect(server.url) as partner:
+        partner.speak("I am so sad today")
+        first = next(now for now in partner.watch() if now.spoken)
+        assert max(first.emotion) == 0
+        assert first.spoken is not None
+        assert first.spoken.text == "I am so sad today"
+        partner.speak("I am so sad today")
+        again = next(n.spoken for n in partner.watch() if n.spoken != first.spoken)
+        assert again is not None
+        assert again.number == first.spoken.number + 1, "the same words again are another sentence"
+
+
+@pytest.mark.parametrize("content", [{"text": ""}, {"text": "x" * 301}, {}, {"say": "x"}])
+def test_it_refuses_to_speak_what_is_no_sentence(server: Server, content: object) -> None:
+    assert httpx.post(server.url + "/api/v1/speak", json=content).status_code == 422
+
+
+def test_it_speaks_while_it_is_stopped_and_stays_stopped(runner: Runner) -> None:
+    runner.stop()
+    runner.tick()
+    runner.speak("Let me go, please.")
+    states = run(runner, 1.0)
+    assert states[-1].spoken is not None
+    assert {state.phase for state in states} == {"stopped"}
 
 
 @pytest.mark.parametrize("content", [{"text": ""}, {"text": "x" * 1001}, {}, {"text": 1}])

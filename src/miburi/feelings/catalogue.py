@@ -31,6 +31,7 @@ __all__ = [
     "FeelingName",
     "Mouth",
     "Signs",
+    "Voice",
     "load_catalogue",
 ]
 
@@ -38,6 +39,9 @@ Colour = Annotated[str, Field(pattern=r"^#[0-9a-f]{6}$")]
 Part = Annotated[float | None, Field(ge=0, le=1)]
 Turn = Annotated[float | None, Field(ge=-1.5, le=1.5)]
 Size = Annotated[float | None, Field(ge=0.1, le=2)]
+_Pitch = Annotated[float, Field(ge=60, le=4000)]
+_Length = Annotated[float, Field(ge=0.02, le=1)]
+Note = Annotated[tuple[_Pitch, _Length], Field(strict=False)]
 
 
 class Eyes(Table):
@@ -108,12 +112,29 @@ class Colours(Table):
     screen: Colour
 
 
+class Voice(Table):
+    """How a feeling sounds; the defaults are the voice of no feeling.
+
+    ``rate`` and ``pitch`` are factors of a voice's own, as the Web Speech API has them; ``chirp``
+    holds notes of so many Hz and s.
+    """
+
+    rate: Annotated[float, Field(ge=0.5, le=2)] = 1.0
+    pitch: Annotated[float, Field(ge=0, le=2)] = 1.1
+    chirp: Annotated[tuple[Note, ...], Field(strict=False, min_length=3, max_length=6)] = (
+        (659, 0.09),
+        (784, 0.09),
+        (659, 0.12),
+    )
+
+
 class Feeling(Table):
-    """One feeling: its name in files and programs, its word in each language, colours and face."""
+    """One feeling: its name in files and programs, its words, its colours, voice and face."""
 
     name: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,39}$")]
     words: dict[str, Annotated[str, Field(min_length=1, max_length=40)]]
     colour: Colours
+    voice: Voice = Voice()
     face: Face
 
 
@@ -154,6 +175,11 @@ class Catalogue(Table):
                 for feeling in self.feeling
             ],
         }
+
+    def voices(self) -> dict[str, object]:
+        """Return how each feeling sounds, ready for JSON, and ``rest``: how it does in none."""
+        each = {feeling.name: feeling.voice.model_dump() for feeling in self.feeling}
+        return {"rest": Voice().model_dump(), "feelings": each}
 
 
 def load_catalogue(path: Path | str) -> Catalogue:

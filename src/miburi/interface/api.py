@@ -29,6 +29,7 @@ from miburi.interface.wire import (
     RobotOut,
     SayIn,
     SayOut,
+    SpeakIn,
     StimulusIn,
     TemperamentIn,
     WhyOut,
@@ -40,6 +41,7 @@ from miburi.live.view import LivePartner, UnreachableError
 from miburi.robot import JOINTS
 from miburi.robot.mjcf import HAND_AWAY, HAND_SIZE
 from miburi.robot.shape import COLOURS, links, parts
+from miburi.senses.answers import language_of
 from miburi.version import __version__
 
 __all__ = ["Refusals", "describe", "done", "make_api", "move_hand", "performance"]
@@ -163,17 +165,23 @@ def _asking(router: APIRouter, runner: LivePartner) -> None:
 
     @router.post("/say", responses=_REFUSED)
     async def say(wish: SayIn) -> SayOut:
-        """Say something to the partner; it takes the feeling of the words."""
+        """Say something to the partner; it takes the feeling of the words, and answers."""
         from miburi.senses.words import hear
 
         heard = await asyncio.to_thread(hear, wish.text)
-        felt = await done(runner.take(heard))
+        taken = await done(runner.take(heard, language_of(wish.text)))
         return SayOut(
             feeling=heard.feeling,
             strength=heard.strength,
             why=[WhyOut.model_validate(asdict(part)) for part in heard.why],
-            felt=[StimulusIn.model_validate(asdict(stimulus)) for stimulus in felt],
+            felt=[StimulusIn.model_validate(asdict(stimulus)) for stimulus in taken.felt],
+            answer=taken.answer or "",
         )
+
+    @router.post("/speak", status_code=_NOTHING, responses=_REFUSED)
+    async def speak(wish: SpeakIn) -> None:
+        """Let the partner say something aloud, where a page has its voice on; the latest wins."""
+        await done(runner.speak(wish.text))
 
     @router.post("/express", status_code=_NOTHING, responses=_REFUSED)
     async def express(wish: ExpressIn) -> None:

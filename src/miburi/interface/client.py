@@ -122,8 +122,12 @@ class RemotePartner:
         )
 
     def say(self, text: str) -> SayOut:
-        """Say something to the partner; returns what it heard in it, why, and what it felt."""
+        """Say something to the partner; returns what it heard, why, what it felt and answered."""
         return SayOut.model_validate_json(self._ask("POST", "/say", {"text": text}).content)
+
+    def speak(self, text: str) -> None:
+        """Let the partner say something aloud, where a page has its voice on."""
+        self._post("/speak", {"text": text})
 
     def express(
         self,

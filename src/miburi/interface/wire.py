@@ -30,6 +30,7 @@ __all__ = [
     "RobotOut",
     "SayIn",
     "SayOut",
+    "SpeakIn",
     "StimulusIn",
     "TemperamentIn",
     "WhyOut",
@@ -73,6 +74,13 @@ class SayOut(BaseModel):
     strength: Share
     why: list[WhyOut]
     felt: list[StimulusIn]
+    answer: str = Field(description="What it answered, aloud where a page has its voice on.")
+
+
+class SpeakIn(Message):
+    """What the partner shall say aloud; English and Japanese are told apart by their letters."""
+
+    text: Annotated[str, Field(min_length=1, max_length=300)]
 
 
 class EffortIn(Message):

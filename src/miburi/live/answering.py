@@ -68,6 +68,7 @@ class _Answering:
         self._quick: dict[str, Callable[..., Future[Any]]] = {
             "stimulate": runner.stimulate,
             "take": runner.take,
+            "speak": runner.speak,
             "perform": runner.perform,
             "pause": runner.pause,
             "hand": runner.hand,

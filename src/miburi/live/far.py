@@ -15,11 +15,13 @@ from miburi.gestures import KeyPose
 from miburi.live.archive import Kept
 from miburi.live.commands import Result
 from miburi.live.crossing import LONG, Answer, Ask, Cancel, Hello, Lanes, Latest, Look, Post, Ready
-from miburi.live.runner import LOGGED, SAMPLED, STEP
+from miburi.live.log import LOGGED
+from miburi.live.runner import SAMPLED, STEP
 from miburi.live.state import Entry, MotorsOut, Sample, Snapshot
-from miburi.live.view import UnreachableError
+from miburi.live.view import Taken, UnreachableError
 from miburi.robot import Array
 from miburi.senses import Impression
+from miburi.senses.answers import Language
 
 __all__ = ["SILENCE", "FarPartner"]
 
@@ -97,9 +99,13 @@ class FarPartner:
         """Let the partner feel something."""
         return self.ask("stimulate", stimulus)
 
-    def take(self, impression: Impression) -> Future[tuple[Stimulus, ...]]:
-        """Let the partner take what somebody showed."""
-        return self.ask("take", impression)
+    def take(self, impression: Impression, answer_in: Language | None = None) -> Future[Taken]:
+        """Let the partner take what somebody showed, and answer it in a language."""
+        return self.ask("take", impression, answer_in)
+
+    def speak(self, text: str) -> Future[str]:
+        """Let the partner say something aloud."""
+        return self.ask("speak", text)
 
     def perform(self, expression: Expression, poses: list[KeyPose] | None = None) -> Future[None]:
         """Perform a gesture once."""

@@ -21,16 +21,20 @@ from miburi.live.archive import Archive
 from miburi.live.bodies import check_port, make_body
 from miburi.live.commands import Commands
 from miburi.live.hand import GuidedHand
+from miburi.live.log import Log
 from miburi.live.observer import Observer
 from miburi.live.recording import step_messages
-from miburi.live.state import Entry, MotorsOut, RecordingEnd, Sample, Snapshot, State, StopOut
+from miburi.live.speaker import Speaker
+from miburi.live.state import Entry, MotorsOut, RecordingEnd, Sample, Snapshot, Spoken, StopOut
+from miburi.live.view import Taken
 from miburi.live.watchdog import Watchdog
 from miburi.partner import Event, GestureStarted, Partner, Released, Stopped
 from miburi.robot import Array, Robot, forward
 from miburi.safety.contact import Rule
 from miburi.senses import Impression, stimuli
+from miburi.senses.answers import Language, language_of, shipped_answers
 
-__all__ = ["LOGGED", "SAMPLED", "STEP", "Runner"]
+__all__ = ["SAMPLED", "STEP", "Runner"]
 
 #: The loop's period in s; the encoders are read twice in it.
 STEP = 0.02
@@ -40,8 +44,8 @@ _PATIENCE = 0.2
 _PERIOD = 0.5
 #: Steps in a row that may fail before the loop is given up: a second.
 _FAILURES = 50
-#: Entries of the log and samples that are kept.
-LOGGED, SAMPLED = 300, 1200
+#: Samples that are kept.
+SAMPLED = 1200
 _STEPS_PER_SAMPLE = 5
 _STEPS_PER_MOTORS = 50
 
@@ -102,9 +106,10 @@ class Runner:
         #: Why the loop had to be given up; None while it lives.
         self.failure: str | None = None
         self._patience = 0.0
-        self._log: deque[Entry] = deque(maxlen=LOGGED)
+        self._log = Log()
         self._samples: deque[tuple[int, Sample]] = deque(maxlen=SAMPLED)
-        self._serial = self._number = 0
+        self._serial = 0
+        self._speaker = Speaker(seed)
         self._paused = self._at_home = False
         self._recording_end: RecordingEnd | None = None
         self._hand = GuidedHand()
@@ -154,7 +159,7 @@ class Runner:
 
     def log(self, after: int = 0) -> list[Entry]:
         """Return the latest entries whose number is above ``after``."""
-        return [entry for entry in self._log.copy() if entry.number > after]
+        return self._log.after(after)
 
     def samples(self) -> list[Sample]:
         """Return the last two minutes, ten samples a second."""
@@ -170,16 +175,31 @@ class Runner:
         """Let the partner feel something."""
         return self._commands.ask(lambda: self._feel(stimulus))
 
-    def take(self, impression: Impression) -> Future[tuple[Stimulus, ...]]:
-        """Let the partner take what somebody showed, as its temperament does; the log says why."""
+    def take(self, impression: Impression, answer_in: Language | None = None) -> Future[Taken]:
+        """Let the partner take what somebody showed, as its temperament does; the log says why.
 
-        def run() -> tuple[Stimulus, ...]:
+        It answers aloud if it is told in which language.
+        """
+        if answer_in:
+            shipped_answers(answer_in)  # they are read here, not in the loop
+
+        def run() -> Taken:
             felt = stimuli(impression, self._feelings.temperament)
             for stimulus in felt:
                 self._feel(stimulus, impression.reason)
-            return felt
+            if answer_in is None:
+                return Taken(felt, None)
+            own = self._feelings.express()
+            return Taken(felt, self._tell(self._speaker.answer(impression, answer_in, own)))
 
         return self._commands.ask(run)
+
+    def speak(self, text: str) -> Future[str]:
+        """Let the partner say something aloud, coloured by what it feels; the latest wish wins."""
+        speaker, language = self._speaker, language_of(text)
+        return self._commands.ask(
+            lambda: self._tell(speaker.say(text, language, self._feelings.express()))
+        )
 
     def perform(self, expression: Expression, poses: list[KeyPose] | None = None) -> Future[None]:
         """Perform a gesture once; refused while the partner rests."""
@@ -296,7 +316,7 @@ class Runner:
         except BodyError as error:
             # A card may have stopped, or been lost, between its report and our command: it is
             # stopped then, and the next state says why. What repeats is said once.
-            if not (self._log and self._log[-1].name == str(error)):
+            if self._log.latest != str(error):
                 self._note("refused", name=str(error))
         self._serial += 1
         sampled = self._serial % _STEPS_PER_SAMPLE == 0
@@ -311,10 +331,11 @@ class Runner:
         try:
             self._look()
             if sampled:
-                self._sample(self._snapshot.state)
+                self._samples.append((self._serial, Sample.of(self._snapshot.state)))
         except Exception as error:
             self._excuse(error)
-            self._look_at_the_least()
+            body, held = self._partner.body.state, self._partner.held
+            self._snapshot = self._snapshot.at_least(self._serial, body, held, self._log.number)
 
     def start(self, on_failure: Callable[[], None] = lambda: None) -> None:
         """Start the thread that paces the steps, and the watchdog's.
@@ -407,6 +428,10 @@ class Runner:
             detail=why,
         )
 
+    def _tell(self, spoken: Spoken) -> str:
+        self._note("spoken", name=spoken.text, feeling=spoken.feeling)
+        return spoken.text
+
     def _use(self, name: str, port: str | None, body: Body) -> None:
         self._partner = Partner(
             body, self._feelings, repertoire=self.repertoire, period=_PERIOD, life=self._seed
@@ -434,34 +459,10 @@ class Runner:
             recording_end=self._recording_end,
             rule=self._motors.rule,
             hand_out=self._hand.goal is not None,
-            latest=self._number,
+            spoken=self._speaker.spoken,
+            latest=self._log.number,
         )
         self._snapshot = Snapshot(state)
-
-    def _look_at_the_least(self) -> None:
-        """Renew what must not be hidden, where the observer fails: whether the body is stopped."""
-        body = self._partner.body.state
-        state = self._snapshot.state.model_copy(
-            update={
-                "serial": self._serial,
-                "time": round(body.time, 3),
-                "phase": body.phase.value,
-                "held": self._partner.held,
-                "latest": self._number,
-            }
-        )
-        self._snapshot = Snapshot(state)
-
-    def _sample(self, state: State) -> None:
-        sample = Sample(
-            time=state.time,
-            mood=state.mood,
-            hand_speed=state.hand_speed,
-            extent=state.extent,
-            ratios=state.ratios,
-            stopped=state.stop is not None,
-        )
-        self._samples.append((self._serial, sample))
 
     def _record(self, events: list[Event], sampled: bool) -> None:
         """Hand the step to the recording, if one is on; note what became of recordings."""
@@ -477,7 +478,7 @@ class Runner:
     def _excuse(self, error: Exception, kind: str = "trouble") -> None:
         """Note that what only looks on, or the loop, has failed; what repeats is noted once."""
         name = f"{type(error).__name__}: {error}"
-        if not any(entry.kind == kind and entry.name == name for entry in self._log):
+        if not self._log.holds(kind, name):
             self._note(kind, name=name)
 
     def _take(self, event: Event, stopped: StopOut | None) -> None:
@@ -494,7 +495,4 @@ class Runner:
                 pass
 
     def _note(self, kind: str, **content: Any) -> None:
-        self._number += 1
-        time = round(self._partner.body.state.time, 2)
-        entry = {"number": self._number, "time": time, "kind": kind, **content}
-        self._log.append(Entry.model_validate(entry))
+        self._log.note(self._partner.body.state.time, kind, **content)

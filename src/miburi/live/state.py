@@ -5,10 +5,12 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, Field
 
+from miburi.bodies import BodyState
 from miburi.feelings.catalogue import FEELINGS, FeelingName
 from miburi.live.archive import EndReason
 from miburi.robot.guards import Guards
 from miburi.safety.stop import StopReason
+from miburi.senses.answers import Language
 
 __all__ = [
     "Eight",
@@ -23,6 +25,7 @@ __all__ = [
     "Sample",
     "Share",
     "Snapshot",
+    "Spoken",
     "State",
     "StopOut",
 ]
@@ -64,6 +67,15 @@ class StopOut(BaseModel):
     part: str | None = Field(description="The part that met the hand; simulation only.")
     mood_before: Share
     mood_after: Share
+
+
+class Spoken(BaseModel):
+    """What the partner says aloud; a page with its voice on speaks it."""
+
+    number: int = Field(description="Another number is another sentence.")
+    text: str
+    language: Language
+    feeling: FeelingName | None = Field(description="What it felt then: it colours the voice.")
 
 
 class RecordingEnd(BaseModel):
@@ -126,6 +138,7 @@ class State(BaseModel):
         description="Whether the hand reaches in; else it waits beside the table."
     )
     face: Levels = Field(description="How much of each feeling the face shows.")
+    spoken: Spoken | None = Field(description="The latest sentence that it says.")
     latest: int = Field(description="Number of the latest entry of the log.")
 
 
@@ -137,7 +150,7 @@ class Entry(BaseModel):
     kind: Literal[
         "stimulus", "gesture", "stopped", "released", "body", "paused", "resumed", "temperament",
         "recording", "recorded", "recording_ended", "deleted", "refused",
-        "trouble", "loop_failed",
+        "trouble", "loop_failed", "spoken",
     ]  # fmt: skip
     feeling: str | None = None
     mood: float | None = None
@@ -159,6 +172,18 @@ class Sample(BaseModel):
     extent: float
     ratios: list[float | None]
     stopped: bool
+
+    @classmethod
+    def of(cls, state: State) -> "Sample":
+        """Return what a plot shows of a state."""
+        return cls(
+            time=state.time,
+            mood=state.mood,
+            hand_speed=state.hand_speed,
+            extent=state.extent,
+            ratios=state.ratios,
+            stopped=state.stop is not None,
+        )
 
 
 class MotorOut(BaseModel):
@@ -202,6 +227,17 @@ class Snapshot:
     def json(self) -> str:
         """The state as JSON."""
         return self._json or self.state.model_dump_json()
+
+    def at_least(self, serial: int, body: BodyState, held: bool, latest: int) -> "Snapshot":
+        """Return this with what must not be hidden where the observer fails, such as a stop."""
+        update = {
+            "serial": serial,
+            "time": round(body.time, 3),
+            "phase": body.phase.value,
+            "held": held,
+            "latest": latest,
+        }
+        return Snapshot(self.state.model_copy(update=update))
 
     def halted(self) -> "Snapshot":
         """Return this as it is once the body was stopped because the loop was late."""

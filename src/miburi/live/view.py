@@ -6,7 +6,7 @@
 
 from concurrent.futures import Future
 from pathlib import Path
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from miburi.errors import MiburiError
 from miburi.feelings import Expression, Stimulus
@@ -15,8 +15,9 @@ from miburi.live.archive import Kept
 from miburi.live.state import Entry, MotorsOut, Sample, Snapshot
 from miburi.robot import Array, Robot
 from miburi.senses import Impression
+from miburi.senses.answers import Language
 
-__all__ = ["LivePartner", "Recordings", "UnreachableError"]
+__all__ = ["LivePartner", "Recordings", "Taken", "UnreachableError"]
 
 
 class UnreachableError(MiburiError):
@@ -51,6 +52,13 @@ class Recordings(Protocol):
 
     def delete(self, name: str) -> None:
         """Delete an ended recording."""
+
+
+class Taken(NamedTuple):
+    """What an impression did: what was felt at it, and what was answered, if anything."""
+
+    felt: tuple[Stimulus, ...]
+    answer: str | None
 
 
 class LivePartner(Protocol):
@@ -97,8 +105,14 @@ class LivePartner(Protocol):
     def stimulate(self, stimulus: Stimulus) -> Future[None]:
         """Let the partner feel something."""
 
-    def take(self, impression: Impression) -> Future[tuple[Stimulus, ...]]:
-        """Let the partner take what somebody showed, as its temperament does; the log says why."""
+    def take(self, impression: Impression, answer_in: Language | None = None) -> Future[Taken]:
+        """Let the partner take what somebody showed, as its temperament does; the log says why.
+
+        It answers aloud if it is told in which language.
+        """
+
+    def speak(self, text: str) -> Future[str]:
+        """Let the partner say something aloud, coloured by what it feels; the latest wish wins."""
 
     def perform(self, expression: Expression, poses: list[KeyPose] | None = None) -> Future[None]:
         """Perform a gesture once; refused while the partner rests."""

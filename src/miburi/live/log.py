@@ -1,0 +1,39 @@
+"""The log of a live partner: what happened, by number."""
+
+from collections import deque
+from typing import Any
+
+from miburi.live.state import Entry
+
+__all__ = ["LOGGED", "Log"]
+
+#: Entries that are kept.
+LOGGED = 300
+
+
+class Log:
+    """The latest entries; one thread writes, any may read."""
+
+    def __init__(self) -> None:
+        self._entries: deque[Entry] = deque(maxlen=LOGGED)
+        #: The number of the latest entry, from 1.
+        self.number = 0
+
+    @property
+    def latest(self) -> str | None:
+        """What the latest entry names, if anything."""
+        return self._entries[-1].name if self._entries else None
+
+    def after(self, number: int) -> list[Entry]:
+        """Return the entries that came after one, the oldest first."""
+        return [entry for entry in self._entries.copy() if entry.number > number]
+
+    def holds(self, kind: str, name: str) -> bool:
+        """Whether an entry of this kind names this."""
+        return any(entry.kind == kind and entry.name == name for entry in self._entries)
+
+    def note(self, time: float, kind: str, **content: Any) -> None:
+        """Add an entry with the fields of its kind at a time, s."""
+        self.number += 1
+        entry = {"number": self.number, "time": round(time, 2), "kind": kind, **content}
+        self._entries.append(Entry.model_validate(entry))

@@ -1,0 +1,35 @@
+"""What a live partner says aloud: what it is told to say, and small answers of its own."""
+
+from miburi.feelings import Expression
+from miburi.live.state import Spoken
+from miburi.senses import Impression
+from miburi.senses.answers import Answerer, Language, shipped_answers
+
+__all__ = ["Speaker"]
+
+
+class Speaker:
+    """Keeps the latest sentence; pages with their voice on speak it.
+
+    Parameters
+    ----------
+    seed
+        Chooses among small answers.
+    """
+
+    def __init__(self, seed: int) -> None:
+        self._answerer = Answerer(seed)
+        #: The latest sentence.
+        self.spoken: Spoken | None = None
+
+    def say(self, text: str, language: Language, felt: Expression | None) -> Spoken:
+        """Say a text in the voice of a feeling."""
+        number = self.spoken.number + 1 if self.spoken else 1
+        feeling = None if felt is None else felt.feeling
+        self.spoken = Spoken(number=number, text=text, language=language, feeling=feeling)
+        return self.spoken
+
+    def answer(self, heard: Impression, language: Language, felt: Expression | None) -> Spoken:
+        """Answer what was heard."""
+        text = self._answerer.answer(heard, felt, shipped_answers(language))
+        return self.say(text, language, felt)
