@@ -159,6 +159,10 @@ class Watch(threading.Thread):
         self.seen: list[tuple[float, float, float, float]] = []
         self.endings: set[str] = set()
 
+    def release(self) -> None:
+        """Let a stopped body go on."""
+        self.socket.send('{"do": "release"}')
+
     def run(self) -> None:
         with suppress(Exception):
             for text in self.socket:
@@ -175,6 +179,7 @@ def press(url: str, count: int, seconds: float, release: Callable[[], None]) -> 
     took, kept = [], HTTPConnection(urlsplit(url).netloc, timeout=30)
     begin = time.monotonic()
     for number in range(count):
+        # Presses are spread evenly over the time, however long each takes.
         time.sleep(max(0.0, begin + number * seconds / count - time.monotonic()))
         before = time.monotonic()
         if number % 2 == 0:
@@ -208,6 +213,7 @@ def start(folder: Path) -> subprocess.Popen[str]:
             resource.setrlimit(resource.RLIMIT_FSIZE, (1_000_000, 1_000_000))
 
     print("disk:", f"tmpfs of {DISK}" if may else "files of at most 1 MB")
+    # A limit can only be set between fork and exec; no thread is running here yet (PLW1509).
     return subprocess.Popen([*small, *run] if may else run, stdout=subprocess.PIPE,
                             stderr=subprocess.PIPE, text=True, preexec_fn=limit)  # noqa: PLW1509  # fmt: skip
 
@@ -244,28 +250,29 @@ def main() -> None:
         process = start(Path(folder))
         assert process.stdout is not None
         said = process.stdout.readline()
-        url = re.search(r"http://[\d.:]+", said).group()  # type: ignore[union-attr]
+        found = re.search(r"http://[\d.:]+", said)
+        assert found, said
+        url = found.group()
         for page in ("/", "/face"):
             httpx.get(url + page)
         with miburi.connect(url) as partner:
             partner.record()
         watch = Watch(url, process.pid)
         watch.start()
-        time.sleep(5.0)
+        time.sleep(5.0)  # what a calm partner needs is measured first
         calm = watch.seen[-1]
         calmly = press(url, 50, 5.0, lambda: None)
         commands = [[sys.executable, __file__, "--attack", name, url]
                     for name in ATTACKS]  # fmt: skip
         attackers = [subprocess.Popen(one, start_new_session=True) for one in commands]
         try:
-            release = lambda: watch.socket.send('{"do": "release"}')  # noqa: E731
-            took = press(url, wish.stops, 60 * wish.minutes, release)
+            took = press(url, wish.stops, 60 * wish.minutes, watch.release)
         finally:
             alive = sum(one.poll() is None for one in attackers)
             for one in attackers:
                 one.kill()
         last = watch.seen[-1]
-        time.sleep(10.0)
+        time.sleep(10.0)  # memory falls back once the attackers are gone
         after = watch.seen[-1]
         missing = lost(Path(folder) / "disk", process.pid)
         process.terminate()

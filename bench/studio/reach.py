@@ -14,6 +14,7 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
 import numpy as np
 from playwright.sync_api import Page, sync_playwright
@@ -67,8 +68,8 @@ def drag(page: Page, url: str, rng: np.random.Generator, number: int) -> bool:
     def post(path: str, **content: object) -> None:
         page.request.post(f"{url}/api/v1{path}", data=content or None)
 
-    def state() -> dict[str, object]:
-        return page.request.get(f"{url}/api/v1/state").json()  # type: ignore[no-any-return]
+    def state() -> dict[str, Any]:
+        return page.request.get(f"{url}/api/v1/state").json()
 
     def aim() -> tuple[float, float]:
         hands = forward(iphonoid(), np.array(state()["angles"]))
@@ -84,14 +85,14 @@ def drag(page: Page, url: str, rng: np.random.Generator, number: int) -> bool:
             post("/release")
         elif not now["asked"]:
             post("/express", feeling=gesture, mood=1.0)
-        elif now["hand_speed"] > 0.08:  # type: ignore[operator]
+        elif now["hand_speed"] > 0.08:
             break
         page.wait_for_timeout(100)
     page.evaluate(LOOK, [side, height])
     page.get_by_role("button", name="Reach in").click()
     page.wait_for_function("document.querySelector('.robot-view').view.hand.visible")
     page.wait_for_timeout(500)
-    begin = on_screen(page, state()["hand"]["position"])  # type: ignore[index]
+    begin = on_screen(page, state()["hand"]["position"])
     page.mouse.move(*begin)
     page.mouse.down()
     goal = aim()
@@ -110,10 +111,10 @@ def drag(page: Page, url: str, rng: np.random.Generator, number: int) -> bool:
         if not now["asked"]:
             post("/express", feeling=gesture, mood=1.0)
         page.wait_for_timeout(50)
-    met = bool(stop) and stop["reason"] == "contact"  # type: ignore[index]
+    met = bool(stop) and stop["reason"] == "contact"
     page.mouse.up()
     post("/hand", position=None)
-    arm_name, motor = ("right", "left")[arm], stop["motor"] if stop else None  # type: ignore[index]
+    arm_name, motor = ("right", "left")[arm], stop["motor"] if stop else None
     print(f"{number:2}  {gesture:9}  {arm_name:5}  side {side:+.2f}  {motor or '-'}", flush=True)
     return met
 

@@ -206,8 +206,8 @@ def test_identified_servos_come_back_from_their_file(robot: Robot, tmp_path: Pat
     write_calibration(worn, rule, path, "two\nlines", identified=shares)
     back = read_calibration(real, path).rule
     assert isinstance(back, FreeRule)
-    for name, values in vars(rule.servo).items():
-        np.testing.assert_allclose(vars(back.servo)[name], values, atol=2)
+    for read, written in zip(back.servo, rule.servo, strict=True):
+        np.testing.assert_allclose(read, written, atol=2)
     np.testing.assert_allclose(back.sag, rule.sag, atol=1)
     for name, values in vars(guards).items():
         np.testing.assert_array_equal(vars(back.guards)[name], values)

@@ -199,9 +199,6 @@ def test_every_number_fits_into_32_bits(seed: int) -> None:
                 big = max(big, *map(abs, (part, pulled, braked, weighed, lost, wanted, place)))
             after.append((place, speed))
         assert big < 1 << 31
-        advance(
-            x, v, before, now, steps, sag, most,
-            servo.pull, servo.brake, servo.friction, servo.lost,
-        )  # fmt: skip
+        advance(x, v, before, now, steps, sag, most, servo)
         assert list(zip(x.tolist(), v.tolist(), strict=True)) == after
         before = now

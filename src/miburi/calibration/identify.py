@@ -175,9 +175,7 @@ def _errors(rule: FreeRule, moves: Sequence[_Move], shares: dict[str, Array]) ->
         loading = move.trace.loading
         begin, end = ((each * weight).astype(np.int64) for each in (loading.begin, loading.end))
         sag = begin + (((end - begin) * move.share) >> 8)
-        way = travel(
-            move.profile, sag, loading.most, servo.pull, servo.brake, servo.friction, servo.lost
-        )
+        way = travel(move.profile, sag, loading.most, servo)
         between = way[move.before] * (1 - move.part) + way[move.before + 1] * move.part
         errors += (((between - move.trace.travel) / FINE) ** 2).sum(axis=0)
     return errors

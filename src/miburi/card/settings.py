@@ -239,7 +239,7 @@ class CardSettings:
                     int(upper[i]),
                     int(neutral[i]),
                     guards,
-                    FreeMotor(*(int(values[i]) for values in vars(free.servo).values())),
+                    FreeMotor(*(int(values[i]) for values in free.servo)),
                 )
                 for i, guards in enumerate(by_motor(rule.guards))
             ),

@@ -121,10 +121,8 @@ class _FreeWatch(Watch):
             share = went // way  # in 1/256, as positions are
             sag = loading.begin + (((loading.end - loading.begin) * share) >> 8)
             now = loading.offset + went
-            advance(
-                self._x, self._v, self._profile_then, now, steps, sag, loading.most,
-                servo.pull, servo.brake, servo.friction, servo.lost,
-            )  # fmt: skip
+            then = self._profile_then
+            advance(self._x, self._v, then, now, steps, sag, loading.most, servo)
             self._profile_then = now
         rest = (time - self._model_time) * FINE // STEP
         return (self._x >> 8) + (((self._v >> 8) * rest) >> 8)

@@ -11,7 +11,7 @@ Positions are in 1/65536 encoder step, v in these for each 5 ms. Shifts round do
 fits into 32 bits. Import it where it is first needed: it loads Numba.
 """
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,8 +30,7 @@ STEP = 5000
 _ONE, _SHARE = 1 << 16, 1 << 8
 
 
-@dataclass(frozen=True)
-class FreeServo:
+class FreeServo(NamedTuple):
     """A motor with its joint; all (8,) int64.
 
     Attributes
@@ -84,10 +83,7 @@ def advance(
     steps: int,
     sag: Steps,
     most: Steps,
-    pull: Steps,
-    brake: Steps,
-    friction: Steps,
-    lost: Steps,
+    servo: FreeServo,
 ) -> None:
     """Let ``x`` and ``v`` (8,) pass ``steps`` steps, while the profile goes on.
 
@@ -98,23 +94,15 @@ def advance(
         for k in range(1, steps + 1):
             profile = before[j] + (now[j] - before[j]) * k // steps
             error = min(max(profile - (x[j] >> 8), -most[j]), most[j])
-            motor = ((pull[j] * error) >> 8) - ((brake[j] * (v[j] >> 8)) >> 8)
-            speed = v[j] + motor - ((pull[j] * sag[j]) >> 8)
-            taken = friction[j] + ((lost[j] * abs(motor)) >> 8)
+            motor = ((servo.pull[j] * error) >> 8) - ((servo.brake[j] * (v[j] >> 8)) >> 8)
+            speed = v[j] + motor - ((servo.pull[j] * sag[j]) >> 8)
+            taken = servo.friction[j] + ((servo.lost[j] * abs(motor)) >> 8)
             v[j] = max(speed - taken, 0) if speed > 0 else min(speed + taken, 0)
             x[j] += v[j]
 
 
 @compiled
-def travel(
-    profile: Steps,
-    sag: Steps,
-    most: Steps,
-    pull: Steps,
-    brake: Steps,
-    friction: Steps,
-    lost: Steps,
-) -> Steps:
+def travel(profile: Steps, sag: Steps, most: Steps, servo: FreeServo) -> Steps:
     """Return the way through a whole move, (n, 8) in 1/256 encoder step, from rest at 0.
 
     ``profile`` and ``sag`` (n, 8) are those at the end of each step of the model.
@@ -122,6 +110,6 @@ def travel(
     way = np.zeros_like(profile)
     x, v = np.zeros_like(most), np.zeros_like(most)
     for k in range(1, len(profile)):
-        advance(x, v, profile[k - 1], profile[k], 1, sag[k], most, pull, brake, friction, lost)
+        advance(x, v, profile[k - 1], profile[k], 1, sag[k], most, servo)
         way[k] = x >> 8
     return way

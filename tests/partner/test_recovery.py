@@ -1,0 +1,252 @@
+"""From a stop back to life: contacts, pauses, who may release."""
+
+from contextlib import suppress
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.fixtures.partner import PaperBody, happy, of, run
+
+from miburi.bodies import BodyState
+from miburi.bodies.simulated import Simulated
+from miburi.errors import BodyError
+from miburi.feelings import FEELINGS, EmotionalModel, Expression
+from miburi.feelings.catalogue import FeelingName
+from miburi.partner import (
+    GestureEnded,
+    GestureStarted,
+    Partner,
+    Released,
+    Stopped,
+    UnsettledError,
+)
+from miburi.partner.recovery import FIRST_PAUSE, LONGEST_PAUSE
+from miburi.robot import Robot, forward
+from miburi.safety.move import Move
+from miburi.safety.stop import Phase, StopReason
+
+
+def test_contact_lowers_the_mood_by_a_fifth_and_the_gesture_is_broken_off(robot: Robot) -> None:
+    body, feelings = PaperBody(robot), happy(0.9)
+    partner = Partner(body, feelings)
+    run(partner, 0.3)
+    body.touch()
+    events = partner.step(0.02)
+    stopped, ended = events
+    assert isinstance(stopped, Stopped)
+    assert (stopped.mood_before, stopped.mood_after) == pytest.approx((0.9, 0.72))
+    assert ended == GestureEnded(ended.time, ended.expression, complete=False)
+    assert partner.expression is None
+    moves = len(body.moves)
+    later = run(partner, FIRST_PAUSE - 0.1)
+    assert later == []
+    assert len(body.moves) == moves
+    assert of(Released, run(partner, 0.2))
+    assert body.phase is Phase.RETURNING
+    again = of(GestureStarted, run(partner, 4.0))
+    assert again[0].expression.mood == pytest.approx(0.72, abs=0.001)
+
+
+def test_a_stop_is_told_once(robot: Robot) -> None:
+    body = PaperBody(robot)
+    partner = Partner(body, happy())
+    run(partner, 0.1)
+    body.touch()
+    assert len(of(Stopped, run(partner, 0.9))) == 1
+
+
+def test_blocked_again_on_the_way_back_the_pauses_grow(robot: Robot) -> None:
+    body, feelings = PaperBody(robot), happy(0.9)
+    partner = Partner(body, feelings)
+    run(partner, 0.1)
+    pauses = []
+    for _ in range(6):
+        body.touch()
+        told = body.time
+        stopped = of(Stopped, partner.step(0.02))[0]
+        assert stopped.mood_after == pytest.approx(0.8 * stopped.mood_before)
+        while body.phase is Phase.STOPPED:
+            partner.step(0.02)
+        pauses.append(body.time - told)
+    expected = np.minimum(FIRST_PAUSE * 2.0 ** np.arange(6), LONGEST_PAUSE)
+    np.testing.assert_allclose(pauses, expected, atol=0.05)
+    # A whole gesture without a contact: the next pause is the first again.
+    run(partner, 6.0)
+    body.touch()
+    told = body.time
+    while body.phase is Phase.STOPPED:
+        partner.step(0.02)
+    assert body.time - told == pytest.approx(FIRST_PAUSE, abs=0.05)
+
+
+def test_a_stop_that_was_asked_for_stays_and_leaves_the_mood(robot: Robot) -> None:
+    body, feelings = PaperBody(robot), happy(0.9)
+    partner = Partner(body, feelings)
+    run(partner, 0.1)
+    partner.stop()
+    events = run(partner, 60.0)
+    assert body.phase is Phase.STOPPED
+    assert of(Stopped, events)[0].mood_after == pytest.approx(0.9)
+    partner.release()
+    assert of(GestureStarted, run(partner, 4.0))
+
+
+def test_rest_ends_a_contact_stop_after_its_pause(robot: Robot) -> None:
+    body = PaperBody(robot)
+    partner = Partner(body, happy())
+    run(partner, 0.1)
+    body.touch()
+    run(partner, 0.1)
+    partner.rest()
+    run(partner, FIRST_PAUSE + 2.0)
+    assert partner.at_rest
+
+
+@pytest.mark.parametrize("contact", [False, True])
+def test_rest_leaves_a_body_that_somebody_stopped_where_it_is(robot: Robot, contact: bool) -> None:
+    body = PaperBody(robot)
+    partner = Partner(body, happy())
+    run(partner, 0.1)
+    if contact:
+        body.touch()
+        run(partner, 0.1)
+    partner.stop()
+    partner.rest()
+    assert of(Released, run(partner, 60.0)) == []
+    assert body.phase is Phase.STOPPED
+    assert partner.held
+    assert not partner.at_rest
+
+
+def test_a_stop_that_was_asked_for_outlasts_a_contact(robot: Robot) -> None:
+    body = PaperBody(robot)
+    partner = Partner(body, happy())
+    run(partner, 0.1)
+    body.touch()
+    run(partner, 0.1)
+    assert not partner.held
+    partner.stop()
+    run(partner, 60.0)
+    assert partner.held
+    assert body.phase is Phase.STOPPED
+    partner.release()
+    assert not partner.held
+
+
+@pytest.mark.parametrize("ending", [False, True])
+def test_what_failed_waits_for_a_person(robot: Robot, ending: bool) -> None:
+    """Even if a contact came first, and at the end of all: the card may come back by itself."""
+    body = PaperBody(robot)
+    partner = Partner(body, happy())
+    run(partner, 0.1)
+    body.touch()
+    run(partner, 0.5)
+    body.touch(StopReason.LINE_LOST)
+    if ending:
+        partner.rest()
+    assert of(Released, run(partner, 30.0)) == []
+    assert body.phase is Phase.STOPPED
+    partner.release()
+    assert body.phase is Phase.RETURNING
+
+
+def test_the_pause_holds_for_everyone_but_a_person(robot: Robot) -> None:
+    body = PaperBody(robot)
+    partner = Partner(body, happy())
+    run(partner, 0.1)
+    for pause in (1.0, 2.0, 4.0):
+        body.touch()
+        run(partner, 0.5)
+        with pytest.raises(BodyError, match=rf"in {pause - 0.5:.1f} s"):
+            partner.release()
+        run(partner, pause)
+    body.touch()
+    run(partner, 0.5)
+    partner.release(by_person=True)
+    assert body.phase is Phase.RETURNING
+
+
+@pytest.mark.parametrize(("feeling", "step"), [("surprise", 15), ("thrill", 40)])
+def test_a_release_at_once_after_a_contact_invents_no_contacts(
+    robot: Robot, feeling: FeelingName, step: int
+) -> None:
+    def begin() -> tuple[Partner, Simulated]:
+        feelings, body = EmotionalModel(), Simulated(robot)
+        feelings.set_state(mood=dict.fromkeys(FEELINGS, 0.5))
+        partner = Partner(body, feelings, period=0.5)
+        partner.perform(Expression(feeling, 1.0))
+        return partner, body
+
+    partner, body = begin()
+    run(partner, (step + 1) * 0.02)
+    place = forward(robot, body.state.angles)[:3]
+    partner, body = begin()
+    body.place_hand(place, np.array([1.0, 0.0, 0.0]))
+    while body.phase is not Phase.STOPPED:
+        partner.step(0.02)
+    body.remove_hand()
+    events = []
+    for _ in range(300):
+        events += partner.step(0.02)
+        if body.phase is Phase.STOPPED:
+            with suppress(UnsettledError):
+                partner.release(by_person=True)
+    assert of(Stopped, events) == []
+    assert partner.feelings.mood.max() > 0.35
+
+
+@pytest.mark.parametrize("by_person", [False, True])
+def test_a_body_that_still_moves_is_not_released(
+    robot: Robot, monkeypatch: pytest.MonkeyPatch, by_person: bool
+) -> None:
+    """Neither at a wish nor, once the pause is over, by itself."""
+    body = PaperBody(robot)
+    partner = Partner(body, happy())
+    run(partner, 0.1)
+    body.touch()
+    pushed = BodyState(0.0, body.state.angles, np.full(8, 0.2), Phase.STOPPED, body.stopped)
+    with monkeypatch.context() as patch:
+        moving = property(lambda body: replace(pushed, time=body.time))
+        patch.setattr(PaperBody, "state", moving)
+        assert of(Released, run(partner, 20.0)) == []
+        with pytest.raises(UnsettledError, match="rest"):
+            partner.release(by_person=by_person)
+    run(partner, 0.1)
+    with pytest.raises(UnsettledError):
+        partner.release(by_person=by_person)
+    assert len(of(Released, run(partner, 0.2))) == 1
+
+
+def test_a_body_that_is_not_ready_is_asked_again(
+    robot: Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    body = PaperBody(robot)
+    partner = Partner(body, happy())
+    run(partner, 0.1)
+    body.touch()
+    with monkeypatch.context() as refusing:
+        refusing.setattr(body, "release", _refuse)
+        assert of(Released, run(partner, 5.0)) == []
+    assert len(of(Released, run(partner, 2.0))) == 1
+
+
+def test_a_move_that_comes_too_late_for_a_stopped_body_is_no_failure(
+    robot: Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    body = PaperBody(robot)
+    partner = Partner(body, happy())
+
+    def stopped_just_now(move: Move) -> None:
+        body.touch(StopReason.LINE_LOST)
+        _refuse()
+
+    monkeypatch.setattr(body, "move", stopped_just_now)
+    assert len(of(Stopped, run(partner, 1.0))) == 1
+    body.phase = Phase.IDLE
+    monkeypatch.setattr(body, "move", _refuse)
+    with pytest.raises(BodyError):  # but what an idle body refuses is a mistake of ours
+        run(partner, 4.0)
+
+
+def _refuse(_move: Move | None = None) -> None:
+    raise BodyError("refused")
