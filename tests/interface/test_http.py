@@ -5,7 +5,7 @@ from urllib.parse import urlsplit
 
 import httpx
 import pytest
-from tests.fixtures.live import interface, serving
+from tests.fixtures.live import interface, refuses_in_json, serving
 
 from miburi.interface.access import BURST, Gate
 from miburi.live.runner import Runner
@@ -75,15 +75,7 @@ def test_a_host_that_is_no_name_is_refused(runner: Runner, host: str) -> None:
 
 def test_what_is_not_there_is_said_in_json(runner: Runner) -> None:
     with serving(Gate(interface(runner))) as url:
-        for method, path, status in (
-            ("GET", "/api/v1/nothing", 404),
-            ("GET", "/api", 404),
-            ("GET", "/api/v1/stop", 405),
-            ("DELETE", "/api/v1/state", 405),
-        ):
-            answer = httpx.request(method, url + path)
-            assert answer.status_code == status
-            assert answer.json()["detail"]
+        refuses_in_json(url)
 
 
 def test_a_large_body_in_chunks_is_refused_as_one_in_one_piece(runner: Runner) -> None:

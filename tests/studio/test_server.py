@@ -13,7 +13,7 @@ from pathlib import Path
 import httpx
 import numpy as np
 import pytest
-from tests.fixtures.live import address, own_environment
+from tests.fixtures.live import address, own_environment, refuses_in_json
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
@@ -211,16 +211,7 @@ def test_where_no_browser_can_be_opened_it_is_said(tmp_path: Path) -> None:
 
 def test_what_the_interface_has_not_is_said_in_json(start: Start) -> None:
     with start("--forget") as said:
-        url = address(said)
-        for method, path, status in (
-            ("GET", "/api/v1/nothing", 404),
-            ("GET", "/api", 404),
-            ("GET", "/api/v1/stop", 405),
-            ("DELETE", "/api/v1/state", 405),
-        ):
-            answer = httpx.request(method, url + path)
-            assert answer.status_code == status, path
-            assert answer.json()["detail"]
+        refuses_in_json(address(said))
 
 
 def test_ctrl_c_is_a_good_end(tmp_path: Path) -> None:
