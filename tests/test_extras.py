@@ -17,6 +17,7 @@ def without(libraries: list[str], *arguments: str) -> list[str]:
 
 
 STUDIES = ["pyarrow", "scipy"]
+DOORS = ["mcp"]
 
 
 @pytest.mark.parametrize(
@@ -40,7 +41,9 @@ def test_what_needs_no_extra_works(arguments: list[str], tmp_path: Path) -> None
 
 
 def test_the_live_partner_needs_no_extra(tmp_path: Path) -> None:
-    command = without(STUDIES, "run", "--headless", "--port", "0", "--folder", str(tmp_path))
+    command = without(
+        STUDIES + DOORS, "run", "--headless", "--port", "0", "--folder", str(tmp_path)
+    )
     with subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=own_environment()
     ) as process:
@@ -58,6 +61,8 @@ def test_the_live_partner_needs_no_extra(tmp_path: Path) -> None:
         ("scipy", "studies", ["trials", "--free", "1", "--blocked", "0"]),
         ("pyarrow", "studies", ["trials", "--free", "1", "--blocked", "0", "--out", "out.parquet"]),
         ("pyarrow", "studies", ["safety-page", "out.parquet", "--recorded", "1"]),
+        ("mcp", "mcp", ["mcp"]),
+        ("mcp", "mcp", ["run", "--agents", "--port", "0", "--folder", "."]),
         ("ray", "cluster", ["trials", "--free", "1", "--blocked", "0", "--ray", "auto"]),
     ],
     ids=lambda value: " ".join(value[:2]) if isinstance(value, list) else value,
@@ -74,3 +79,14 @@ def test_what_needs_an_extra_says_so_in_a_line(
         f"miburi: this needs {library}, which is not installed: pip install 'miburi[{extra}]'."
     )
     assert list(tmp_path.iterdir()) == []
+
+
+def test_no_door_is_loaded_that_nobody_opens() -> None:
+    program = (
+        "import sys, miburi.cli.main, miburi.studio.server, miburi.studio.app; "
+        f"print(*(set({DOORS}) & sys.modules.keys()))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.split() == []

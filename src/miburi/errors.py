@@ -4,12 +4,15 @@ Each message says what was got, what is allowed, and how to mend it. Catch :clas
 catch them all.
 """
 
+from importlib.util import find_spec
+
 __all__ = [
     "BodyError",
     "DescriptionError",
     "InputError",
     "MiburiError",
     "OutputError",
+    "need",
     "needs_extra",
 ]
 
@@ -40,3 +43,9 @@ def needs_extra(extra: str, error: ModuleNotFoundError) -> MiburiError:
     return MiburiError(
         f"this needs {library}, which is not installed: pip install 'miburi[{extra}]'."
     )
+
+
+def need(library: str, extra: str) -> None:
+    """Raise what :func:`needs_extra` returns unless a library is installed; this loads nothing."""
+    if find_spec(library) is None:
+        raise needs_extra(extra, ModuleNotFoundError(name=library))

@@ -1,6 +1,7 @@
 """The gate, asked by hand: what passes, and with which words the rest does not."""
 
 import asyncio
+import itertools
 import json
 import stat
 from collections.abc import Iterable
@@ -10,6 +11,7 @@ from typing import Any
 import pytest
 
 from miburi.interface.access import (
+    AGENTS,
     BURST,
     LARGEST,
     PAGE_BURST,
@@ -115,6 +117,14 @@ def test_our_own_pages_may() -> None:
     assert ask(Gate(behind), kind="websocket", origin="http://127.0.0.1:8080")[0] == (
         "websocket.accept"
     )
+
+
+def test_many_calls_of_agents_wait_instead_of_being_refused() -> None:
+    ticks = itertools.count()
+    gate = Gate(behind, clock=lambda: next(ticks) / RATE / 3)
+    answers = [ask(gate, AGENTS, method="POST")[0] for _ in range(int(BURST * 1.5) + 5)]
+    assert set(answers) == {200}
+    assert next(ticks) > len(answers) + 5  # some have waited
 
 
 @pytest.mark.parametrize("path", ["/", "/face", "/api/v1/stop", "/static/face.js", "/pair/", "/x"])

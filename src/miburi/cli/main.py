@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from miburi.cli.agents import mcp
 from miburi.cli.card import app as card_app
 from miburi.cli.gestures import gallery, gesture_app
 from miburi.cli.options import (
@@ -293,6 +294,7 @@ app.command()(gallery)
 app.command()(run)
 app.command()(words)
 app.command()(say)
+app.command()(mcp)
 app.command()(trials)
 app.command()(calibrate)
 app.command()(tune)

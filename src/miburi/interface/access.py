@@ -24,6 +24,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from miburi.errors import OutputError
 
 __all__ = [
+    "AGENTS",
     "BURST",
     "COOKIE",
     "LARGEST",
@@ -50,6 +51,8 @@ COOKIE = "miburi_token"
 PAIRING = "/pair"
 #: What no limit holds up, for those who may use the partner.
 STOP = "/api/v1/stop"
+#: Where agents come in, if the partner lets them.
+AGENTS = "/mcp"
 #: The largest body of a request, and the largest message on a WebSocket, bytes.
 LARGEST = 65_536
 #: Requests to the interface a second and at once, from one address.
@@ -173,6 +176,8 @@ class Gate:
         self._app = app
         self._token = token
         self._requests = Allowance(RATE, BURST, clock)
+        self._agents = Allowance(RATE, BURST, clock)
+        self._agents_turn = asyncio.Lock()
         self._pages = Allowance(PAGE_RATE, PAGE_BURST, clock)
         self._wrong = Allowance(WRONG_RATE, WRONG_BURST, clock)
         self._sockets = 0
@@ -193,6 +198,11 @@ class Gate:
             await _refuse(scope, receive, send, refused)
             return
         if scope["type"] == "http":
+            if scope["path"] == AGENTS:
+                # A refusal would look to an agent like a broken tool; a moment is nothing to it.
+                async with self._agents_turn:
+                    while not self._agents.take(_asker(scope)):
+                        await asyncio.sleep(1 / RATE)
             serve = self._serve_page if scope["path"] in _PAGES else self._serve
             await serve(scope, receive, send)
             return
@@ -215,7 +225,7 @@ class Gate:
 
     def _check(self, scope: Scope) -> None:
         headers = {name: value.decode("latin-1") for name, value in scope["headers"]}
-        who = (scope.get("client") or ("?", 0))[0]
+        who = _asker(scope)
         self._check_site(headers)
         path = scope["path"]
         if self._token is not None and path != PAIRING:
@@ -297,6 +307,11 @@ def same(given: str, token: str) -> bool:
 def int_or(text: str | None, otherwise: int) -> int:
     """Return the whole number in ``text``, or ``otherwise``."""
     return int(text) if text is not None and text.isascii() and text.isdigit() else otherwise
+
+
+def _asker(scope: Scope) -> str:
+    """Return the address that a request comes from."""
+    return str((scope.get("client") or ("?", 0))[0])
 
 
 def _given(headers: dict[bytes, str]) -> list[str]:

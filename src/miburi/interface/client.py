@@ -26,9 +26,10 @@ from miburi.gestures.effort import Effort
 from miburi.interface.wire import BodyOut, GestureOut, RecordingOut, RobotOut, SayOut
 from miburi.live.state import Entry, MotorsOut, State
 
-__all__ = ["ConnectionLostError", "RemotePartner", "connect"]
+__all__ = ["PATIENCE", "ConnectionLostError", "RemotePartner", "accepted", "connect"]
 
-_PATIENCE = 10.0
+#: s to wait for an answer.
+PATIENCE = 10.0
 
 
 def connect(url: str, token: str | None = None) -> "RemotePartner":
@@ -227,9 +228,7 @@ class RemotePartner:
         self._ask("POST", path, content)
 
     def _open(self) -> httpx.Client:
-        return httpx.Client(
-            base_url=self._url + "/api/v1", headers=self._headers, timeout=_PATIENCE
-        )
+        return httpx.Client(base_url=self._url + "/api/v1", headers=self._headers, timeout=PATIENCE)
 
     def _ask(
         self, method: str, path: str, content: object = None, by: httpx.Client | None = None
@@ -240,18 +239,29 @@ class RemotePartner:
             raise ConnectionLostError(
                 f"{self._url} does not answer ({error}); is `miburi run` running there?"
             ) from error
-        if response.is_success:
-            return response
-        words = _detail(response)
-        match response.status_code:
-            case 400 | 404 | 422:
-                raise InputError(words)
-            case 409:
-                raise BodyError(words)
-            case 507:
-                raise OutputError(words)
-            case _:
-                raise ConnectionLostError(f"{self._url}: {words}")
+        return accepted(self._url, response)
+
+
+def accepted(url: str, response: httpx.Response) -> httpx.Response:
+    """Return the answer of the partner at ``url`` if it is no refusal.
+
+    Raises
+    ------
+    InputError, BodyError, OutputError, ConnectionLostError
+        It is one; see :class:`RemotePartner`.
+    """
+    if response.is_success:
+        return response
+    words = _detail(response)
+    match response.status_code:
+        case 400 | 404 | 422:
+            raise InputError(words)
+        case 409:
+            raise BodyError(words)
+        case 507:
+            raise OutputError(words)
+        case _:
+            raise ConnectionLostError(f"{url}: {words}")
 
 
 def _detail(response: httpx.Response) -> str:

@@ -22,7 +22,9 @@ __all__ = ["HERE", "make_app"]
 HERE = Path(__file__).parent
 
 
-def make_app(runner: LivePartner, addresses: list[str], token: str | None) -> FastAPI:
+def make_app(
+    runner: LivePartner, addresses: list[str], token: str | None, *, agents: bool = False
+) -> FastAPI:
     """Return the application for a live partner; NiceGUI allows one in a process.
 
     Parameters
@@ -33,11 +35,17 @@ def make_app(runner: LivePartner, addresses: list[str], token: str | None) -> Fa
         The addresses at which other devices reach this server.
     token
         The token that they need, to show as a QR code; None on the loopback address.
+    agents
+        Whether agents may come in.
     """
     app = make_api(runner)
     app.include_router(live_router(runner))
     app.include_router(pairing_router(token, pairing_page))
     app.mount("/static", StaticFiles(directory=HERE / "static"), name="static")
+    if agents:
+        from miburi.interface.agents import add_agents
+
+        add_agents(app)
     app.include_router(_nothing(app))
     add_face_page(app)
     add_studio_page(runner, addresses, token)

@@ -21,7 +21,7 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 from types import FrameType
 
-from miburi.errors import BodyError, InputError, OutputError
+from miburi.errors import BodyError, InputError, OutputError, need
 from miburi.feelings import EmotionalModel, Stimulus, Temperament
 from miburi.gestures import Repertoire
 from miburi.interface.access import is_loopback, kept_token
@@ -65,6 +65,8 @@ class Wish:
         Where to listen; port 0 takes any that is free.
     headless
         Open no browser.
+    agents
+        Let agents in (MCP).
     folder
         Where the token, the partner's state and recordings are kept.
     forget
@@ -82,6 +84,7 @@ class Wish:
     host: str = "127.0.0.1"
     port: int = 8080
     headless: bool = False
+    agents: bool = False
     folder: Path | None = None
     forget: bool = False
     seed: int = 0
@@ -115,7 +118,7 @@ def serve(wish: Wish) -> None:
         url = _url(listener, wish.host)
         ends, theirs = lanes()
         addresses = _addresses(listener, wish.host)
-        server = _start(Pages(listener, addresses, token), theirs)
+        server = _start(Pages(listener, addresses, token, wish.agents), theirs)
     try:
         feelings = _feelings(wish, memory)
         runner = _wake(wish, feelings, folder)
@@ -139,6 +142,8 @@ def serve(wish: Wish) -> None:
 
 def _check(wish: Wish) -> None:
     """Refuse what cannot be started."""
+    if wish.agents:
+        need("mcp", "mcp")
     if wish.seed < 0:
         raise InputError(f"the seed must be 0 or more, got {wish.seed}.")
     if wish.body not in KINDS:

@@ -32,11 +32,14 @@ class Pages:
         The addresses at which other devices reach it.
     token
         The token that they need; None on the loopback address.
+    agents
+        Whether agents may come in.
     """
 
     listener: socket.socket
     addresses: list[str]
     token: str | None
+    agents: bool
 
 
 def serve_pages(pages: Pages, ends: Lanes) -> None:
@@ -47,7 +50,7 @@ def serve_pages(pages: Pages, ends: Lanes) -> None:
         partner = FarPartner(ends)
     except UnreachableError:
         return  # it could not begin, and has said why
-    app = make_app(partner, pages.addresses, pages.token)
+    app = make_app(partner, pages.addresses, pages.token, agents=pages.agents)
     server = _Server(configure(Gate(app, pages.token)), partner)
     threading.Thread(target=_end_with, args=(partner, server), daemon=True).start()
     server.run(sockets=[pages.listener])

@@ -1,0 +1,22 @@
+"""``miburi mcp``: a live partner's tools for an assistant that starts this command."""
+
+import os
+from typing import Annotated
+
+import typer
+
+__all__ = ["mcp"]
+
+
+def mcp(
+    url: Annotated[str, typer.Option(help="Where the partner lives.")] = "http://127.0.0.1:8080",
+) -> None:
+    """Give an assistant the partner's tools (MCP) on standard input and output.
+
+    Away from the partner's computer it needs MIBURI_TOKEN. Whether a partner runs is asked at
+    every call, so it may be started later.
+    """
+    from miburi.interface.agents import make_agents
+    from miburi.interface.asker import Asker
+
+    make_agents(Asker.at(url, os.environ.get("MIBURI_TOKEN"))).run("stdio")

@@ -1,0 +1,255 @@
+"""The door for agents: MCP, with a few tools that speak of meanings and never of angles.
+
+An agent lets the partner feel, asks it for a gesture, and looks at what happens. It can stop the
+body and cannot release it: only a person can. Of several wishes the latest counts; none queue up.
+A body that is busy, paused or stopped is an answer in words, not an error.
+
+The tools ask by an :class:`~miburi.interface.asker.Asker`, so they are the same ones within the
+server, at ``/mcp``, and on standard input and output, where ``miburi mcp`` asks a server.
+
+This module needs the extra ``mcp``; nothing loads it before somebody wants it.
+"""
+
+import asyncio
+import json
+import time
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import asynccontextmanager
+from functools import wraps
+from typing import Annotated, ParamSpec
+
+from fastapi import FastAPI
+from pydantic import Field
+
+from miburi.errors import BodyError, InputError, MiburiError, needs_extra
+from miburi.feelings.catalogue import FeelingName
+from miburi.interface.access import AGENTS, Allowance
+from miburi.interface.asker import Asker, beside
+from miburi.interface.wire import ExpressIn, StimulusIn
+from miburi.live.state import Entry, Expressed, Share, State, StopOut
+from miburi.safety.stop import StopReason
+from miburi.version import __version__
+
+try:
+    from mcp.server import MCPServer
+    from mcp.server.mcpserver.exceptions import ToolError
+    from mcp.server.transport_security import TransportSecuritySettings
+except ModuleNotFoundError as error:
+    raise needs_extra("mcp", error) from error
+
+__all__ = ["BURST", "RATE", "add_agents", "make_agents"]
+
+#: Wishes a second and at once, from all agents together (ours).
+RATE, BURST = 2.0, 8.0
+#: s between two looks at a gesture, and s after which the agent waits no longer (ours).
+_GLANCE, _PATIENCE = 0.1, 25.0
+#: Events that one answer tells.
+_TOLD = 40
+
+_INSTRUCTIONS = """\
+A small robot partner with feelings that show in its body. What you let it feel, its own temperament
+weighs; gesture shows something once, whatever it feels. It stops by itself when it touches
+somebody. After a stop, only a person can release it: tell people why it stopped and wait. Of
+several wishes the latest counts. Do not hurry it: a gesture takes a few seconds."""
+_TOO_FAST = "Nothing was done: too many wishes at once. Wait a second, then ask again."
+_REPLACED = "It did not begin: a newer wish has taken its place."
+
+#: After these it goes on by itself, unless somebody holds it.
+_PASSING = (StopReason.CONTACT, StopReason.LOOP_LATE)
+
+Parameters = ParamSpec("Parameters")
+Strength = Annotated[Share, Field(description="0 to 1")]
+
+
+def make_agents(partner: Asker, clock: Callable[[], float] = time.monotonic) -> MCPServer:
+    """Return the tools and resources for agents, on no transport yet; ``clock`` gives s."""
+    server = MCPServer(
+        "miburi", instructions=_INSTRUCTIONS, version=__version__, log_level="CRITICAL"
+    )
+    tools = _Tools(partner, Allowance(RATE, BURST, clock))
+    for tool in (tools.feel, tools.gesture, tools.stop, tools.state, tools.events):
+        server.add_tool(tool, structured_output=False)
+    json_text = "application/json"
+    server.resource("miburi://state", name="state", mime_type=json_text)(tools.state)
+    server.resource("miburi://gestures", name="gestures", mime_type=json_text)(tools.gestures)
+    return server
+
+
+def add_agents(app: FastAPI, clock: Callable[[], float] = time.monotonic) -> None:
+    """Open the door for agents at ``/mcp``, for as long as the server serves; a gate guards it."""
+    server = make_agents(Asker.within(app), clock)
+    inner = server.streamable_http_app(
+        streamable_http_path=AGENTS,
+        stateless_http=True,
+        json_response=True,
+        # Our gate has looked at Host and Origin already.
+        transport_security=TransportSecuritySettings(enable_dns_rebinding_protection=False),
+    )
+    app.router.routes.extend(inner.routes)
+
+    @asynccontextmanager
+    async def serving() -> AsyncIterator[None]:
+        async with server.session_manager.run():
+            yield
+
+    beside(app, serving)
+
+
+def _in_words(
+    work: Callable[Parameters, Awaitable[str]],
+) -> Callable[Parameters, Awaitable[str]]:
+    """Let what cannot be done now be an answer; only a value that is not allowed is an error."""
+
+    @wraps(work)
+    async def answer(*args: Parameters.args, **kwargs: Parameters.kwargs) -> str:
+        try:
+            return await work(*args, **kwargs)
+        except InputError as error:
+            raise ToolError(str(error)) from error
+        except BodyError as error:
+            return f"Nothing was done: {error} Only a person can."
+        except MiburiError as error:
+            return f"Nothing was done: {error}"
+
+    return answer
+
+
+class _Tools:
+    """What agents can call; each docstring is what they read about it."""
+
+    def __init__(self, partner: Asker, wishes: Allowance) -> None:
+        self._partner, self._wishes = partner, wishes
+
+    @_in_words
+    async def feel(self, feeling: FeelingName, strength: Strength = 0.7) -> str:
+        """Let the partner feel something; its temperament decides how much it shows."""
+        if not self._wishes.take("all"):
+            return _TOO_FAST
+        await self._partner.tell("/stimulus", StimulusIn(feeling=feeling, strength=strength))
+        state = await self._partner.state()
+        return f"It feels {feeling}.{_hindrance(state)}"
+
+    @_in_words
+    async def gesture(self, feeling: FeelingName, intensity: Strength = 0.7) -> str:
+        """Show a feeling's gesture once and wait for its end; tells why if the body stopped."""
+        if not self._wishes.take("all"):
+            return _TOO_FAST
+        before = await self._partner.state()
+        await self._partner.tell("/express", ExpressIn(feeling=feeling, mood=intensity))
+        if before.stop is not None and not _passes(before, before.stop):
+            return f"{_why(before, before.stop)} Your gesture waits; a newer wish replaces it."
+        return await self._follow(before.latest, feeling, intensity)
+
+    @_in_words
+    async def stop(self) -> str:
+        """Stop all motors at once. Only a person can release them."""
+        await self._partner.tell("/stop")
+        return "It is stopped. Only a person can release it."
+
+    @_in_words
+    async def state(self) -> str:
+        """Tell what it feels and shows, and whether and why it is paused or stopped."""
+        state = await self._partner.state()
+        now = {
+            "feels": _expressed(state.felt),
+            "shows": _expressed(state.expressed),
+            "body": state.phase,
+            "paused": state.paused,
+            "stopped": None if state.stop is None else _why(state, state.stop),
+            "latest_event": state.latest,
+        }
+        return json.dumps(now)
+
+    @_in_words
+    async def events(self, since: Annotated[int, Field(ge=0, le=10**9)] = 0) -> str:
+        """Tell what happened after event number `since`: what was said to it, contacts, stops."""
+        entries = await self._partner.log(since)
+        told = [_event(entry) for entry in entries[-_TOLD:]]
+        return "\n".join(told) or f"Nothing has happened after event {since}."
+
+    @_in_words
+    async def gestures(self) -> str:
+        """Return the gestures with their feelings and durations."""
+        gestures = await self._partner.gestures()
+        shown = ("name", "feeling", "duration")
+        return json.dumps([gesture.model_dump(include={*shown}) for gesture in gestures])
+
+    async def _follow(self, since: int, feeling: str, intensity: float) -> str:
+        """Wait until a wished gesture has ended, and say how it ended."""
+        begun = False
+        for _ in range(round(_PATIENCE / _GLANCE)):
+            # The log first: the state is then at least as new, and knows what has begun.
+            entries = await self._partner.log(since)
+            state = await self._partner.state()
+            for entry in entries:
+                since = entry.number
+                if entry.kind == "stopped" and entry.stop is not None:
+                    left = "broken off" if begun else "not begun; it waits for the release"
+                    return f"{_why(state, entry.stop)} Your gesture was {left}."
+                if entry.kind == "paused":
+                    return "A person has paused it; your gesture waits until a person resumes it."
+                if entry.kind == "gesture":
+                    if begun:
+                        return _performed(feeling)
+                    begun = (entry.feeling, entry.mood) == (feeling, intensity)
+                    if state.asked and not begun:
+                        return _REPLACED
+            if begun and not state.asked:
+                return _performed(feeling)
+            await asyncio.sleep(_GLANCE)
+        return f"It has {'begun' if begun else 'not begun'} after {_PATIENCE:g} s; look at state."
+
+
+def _performed(feeling: str) -> str:
+    return f"It has shown {feeling}."
+
+
+def _expressed(shown: Expressed | None) -> dict[str, object] | None:
+    return None if shown is None else {"feeling": shown.feeling, "mood": round(shown.mood, 2)}
+
+
+def _passes(state: State, stop: StopOut) -> bool:
+    return stop.reason in _PASSING and not state.held
+
+
+def _hindrance(state: State) -> str:
+    """Say what keeps the body from showing what is felt."""
+    if state.stop is not None:
+        return " " + _why(state, state.stop)
+    return " It does not show it: a person has paused it." if state.paused else ""
+
+
+def _why(state: State, stop: StopOut) -> str:
+    """Say why the body is stopped, and how that ends."""
+    ends = (
+        "It goes on by itself after a pause."
+        if _passes(state, stop)
+        else "Only a person can release it."
+    )
+    return f"The body is stopped: {_reason(stop)}. {ends}"
+
+
+def _reason(stop: StopOut) -> str:
+    match stop.reason:
+        case StopReason.CONTACT:
+            motor = (stop.motor or "a motor").replace("_", " ")
+            force = "" if stop.force is None else f" with {stop.force:.1f} N"
+            return f"its {motor} met something{force}"
+        case StopReason.ASKED:
+            return "somebody asked for it"
+        case reason:
+            return reason.spoken
+
+
+def _event(entry: Entry) -> str:
+    """Tell one entry of the log in a line."""
+    words = [f"{entry.number} ({entry.time:.1f} s) {entry.kind}"]
+    if entry.stop is not None:
+        words.append(_reason(entry.stop))
+    elif entry.feeling is not None:
+        amount = entry.mood if entry.strength is None else entry.strength
+        words.append(entry.feeling if amount is None else f"{entry.feeling} {amount:.2f}")
+    elif entry.name is not None:
+        words.append(entry.name)
+    words += [text for text in (entry.source, entry.detail) if text]
+    return ": ".join([words[0], ", ".join(words[1:])] if len(words) > 1 else words)

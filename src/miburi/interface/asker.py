@@ -1,0 +1,100 @@
+"""Ask the interface without waiting in a thread: for doors that serve many at once.
+
+An :class:`Asker` sends the requests of ``/api/v1``, either within the server, past its gate, or to
+a server elsewhere. So a door that asks by it can do what HTTP can, and nothing else.
+"""
+
+from collections.abc import AsyncIterator, Callable
+from contextlib import AbstractAsyncContextManager, asynccontextmanager
+from typing import Self
+
+import httpx
+from fastapi import FastAPI
+from pydantic import BaseModel, TypeAdapter
+
+from miburi.errors import InputError
+from miburi.interface.client import PATIENCE, ConnectionLostError, accepted
+from miburi.interface.wire import GestureOut
+from miburi.live.state import Entry, State
+
+__all__ = ["Asker", "beside"]
+
+_ENTRIES = TypeAdapter(list[Entry])
+_GESTURES = TypeAdapter(list[GestureOut])
+
+
+class Asker:
+    """Asks one partner; every method raises what :class:`miburi.interface.client` raises.
+
+    Parameters
+    ----------
+    url
+        The partner's address, for messages.
+    http
+        Sends requests; it begins at ``/api/v1``.
+    """
+
+    def __init__(self, url: str, http: httpx.AsyncClient) -> None:
+        self._url, self._http = url, http
+
+    @classmethod
+    def within(cls, app: FastAPI) -> Self:
+        """Return one that asks an application of the same process."""
+        transport = httpx.ASGITransport(app, raise_app_exceptions=False)
+        http = httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1/api/v1")
+        return cls("the partner", http)
+
+    @classmethod
+    def at(cls, url: str, token: str | None = None) -> Self:
+        """Return one that asks a server; it needs the token if that listens on another host.
+
+        Raises
+        ------
+        InputError
+            The address does not start with ``http://`` or ``https://``.
+        """
+        if not url.startswith(("http://", "https://")):
+            raise InputError(f"a partner's address starts with http:// or https://, got {url!r}.")
+        url = url.rstrip("/")
+        headers = {"Authorization": f"Bearer {token}"} if token else {}
+        return cls(url, httpx.AsyncClient(base_url=url + "/api/v1", headers=headers))
+
+    async def state(self) -> State:
+        """Return everything about the partner, now."""
+        return State.model_validate_json(await self._ask("GET", "/state"))
+
+    async def log(self, after: int) -> list[Entry]:
+        """Return the log's entries after number ``after``, the oldest first."""
+        return _ENTRIES.validate_json(await self._ask("GET", f"/log?after={after}"))
+
+    async def gestures(self) -> list[GestureOut]:
+        """Return the movement functions."""
+        return _GESTURES.validate_json(await self._ask("GET", "/gestures"))
+
+    async def tell(self, path: str, wish: BaseModel | None = None) -> None:
+        """Send a wish, such as ``/stop``."""
+        await self._ask("POST", path, None if wish is None else wish.model_dump_json())
+
+    async def _ask(self, method: str, path: str, content: str | None = None) -> bytes:
+        headers = {} if content is None else {"Content-Type": "application/json"}
+        try:
+            response = await self._http.request(
+                method, path, content=content, headers=headers, timeout=PATIENCE
+            )
+        except httpx.HTTPError as error:
+            raise ConnectionLostError(
+                f"{self._url} does not answer; is `miburi run` running there?"
+            ) from error
+        return accepted(self._url, response).content
+
+
+def beside(app: FastAPI, work: Callable[[], AbstractAsyncContextManager[None]]) -> None:
+    """Let ``work`` begin and end with the server of an application."""
+    inner = app.router.lifespan_context
+
+    @asynccontextmanager
+    async def both(served: FastAPI) -> AsyncIterator[None]:
+        async with work(), inner(served):
+            yield
+
+    app.router.lifespan_context = both

@@ -1,0 +1,305 @@
+"""The door for agents, asked by the official client over both of its transports."""
+
+import asyncio
+import itertools
+import json
+import re
+import sys
+from collections.abc import Awaitable, Callable, Iterator
+from typing import Any
+
+import httpx
+import pytest
+from mcp import Client, StdioServerParameters
+from mcp.client.stdio import stdio_client
+from mcp.client.streamable_http import streamable_http_client
+from tests.fixtures.live import Server, address, interface, own_environment, serving
+
+from miburi.feelings import FEELINGS, Expression
+from miburi.interface.access import AGENTS, Gate
+from miburi.interface.agents import BURST, add_agents
+from miburi.interface.client import connect
+from miburi.live.runner import Runner
+
+TOKEN = "a-token-of-at-least-thirty-two-letters"
+TOOLS = {"feel", "gesture", "stop", "state", "events"}
+INITIALIZE = {
+    "jsonrpc": "2.0",
+    "id": 1,
+    "method": "initialize",
+    "params": {
+        "protocolVersion": "2025-11-25",
+        "capabilities": {},
+        "clientInfo": {"name": "test", "version": "1"},
+    },
+}
+#: Where the right arm passes in a wide gesture of happiness.
+IN_THE_WAY = (0.12, -0.11, 0.12)
+
+
+class Clock:
+    """Stands still until it is told to go."""
+
+    now = 0.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+class Agent:
+    """The official client, and what it is told."""
+
+    def __init__(self, client: Client) -> None:
+        self.client = client
+
+    async def call(self, tool: str, **arguments: Any) -> str:
+        answer = await self.client.call_tool(tool, arguments)
+        (content,) = answer.content
+        assert content.type == "text"
+        assert not answer.is_error, content.text
+        return content.text
+
+    async def state(self) -> dict[str, Any]:
+        state = json.loads(await self.call("state"))
+        assert isinstance(state, dict)
+        return state
+
+    async def until(self, wanted: Callable[[dict[str, Any]], object]) -> dict[str, Any]:
+        while not wanted(state := await self.state()):
+            pass
+        return state
+
+
+@pytest.fixture
+def clock() -> Clock:
+    """What the agents' wishes are counted by."""
+    return Clock()
+
+
+@pytest.fixture
+def door(live: Runner, clock: Clock) -> Iterator[Server]:
+    """A live partner that lets agents in; its gate's own clock is fast enough for any test."""
+    app = interface(live)
+    add_agents(app, clock)
+    ticks = itertools.count()
+    with serving(Gate(app, clock=lambda: 1000.0 * next(ticks)), lifespan=True) as url:
+        yield Server(url, live)
+
+
+def over_http(url: str) -> Client:
+    return Client(streamable_http_client(url + "/mcp"))
+
+
+def over_stdio(url: str) -> Client:
+    command = ["-m", "miburi", "mcp", "--url", url]
+    server = StdioServerParameters(command=sys.executable, args=command, env=own_environment())
+    return Client(stdio_client(server))
+
+
+def run(client: Client, work: Callable[[Agent], Awaitable[None]]) -> None:
+    """Let an agent work until it has done."""
+
+    async def working() -> None:
+        async with client:
+            await work(Agent(client))
+
+    asyncio.run(working())
+
+
+@pytest.mark.parametrize("transport", [over_http, over_stdio])
+def test_every_tool_does_what_it_says(door: Server, transport: Callable[[str], Client]) -> None:
+    async def work(agent: Agent) -> None:
+        assert {tool.name for tool in (await agent.client.list_tools()).tools} == TOOLS
+        assert await agent.call("feel", feeling="happiness", strength=1) == "It feels happiness."
+        assert (await agent.state())["feels"]["feeling"] == "happiness"
+        assert await agent.call("gesture", feeling="surprise", intensity=0.4) == (
+            "It has shown surprise."
+        )
+        events = await agent.call("events")
+        assert "stimulus: happiness 1.00, application" in events
+        assert "gesture: surprise 0.40" in events
+        since = max(int(line.split()[0]) for line in events.splitlines())
+        assert "surprise 0.40" not in await agent.call("events", since=since)
+        assert "Only a person" in await agent.call("stop")
+        assert (await agent.until(lambda state: state["stopped"]))["body"] == "stopped"
+        told = await agent.client.read_resource("miburi://gestures")
+        assert {gesture["feeling"] for gesture in json.loads(told.contents[0].text)} == {*FEELINGS}  # type: ignore[union-attr]
+        told = await agent.client.read_resource("miburi://state")
+        assert json.loads(told.contents[0].text)["body"] == "stopped"  # type: ignore[union-attr]
+
+    run(transport(door.url), work)
+
+
+@pytest.mark.parametrize(
+    ("tool", "arguments", "words"),
+    [
+        ("feel", {"feeling": "boredom"}, "'happiness', 'sadness'"),
+        ("feel", {"feeling": "fear", "strength": 1.5}, "less than or equal to 1"),
+        ("feel", {}, "Field required"),
+        ("gesture", {"feeling": "fear", "intensity": -1}, "greater than or equal to 0"),
+        ("events", {"since": -1}, "greater than or equal to 0"),
+        ("release", {}, "release"),
+    ],
+)
+def test_what_is_not_allowed_is_an_error_that_says_what_is(
+    door: Server, tool: str, arguments: dict[str, Any], words: str
+) -> None:
+    async def work(agent: Agent) -> None:
+        answer = await agent.client.call_tool(tool, arguments)
+        assert answer.is_error
+        assert words in answer.content[0].text  # type: ignore[union-attr]
+
+    run(over_http(door.url), work)
+
+
+def test_all_that_an_agent_must_read_is_short(door: Server) -> None:
+    """A piece is at most four letters or one sign: no tokenizer in use makes more of English."""
+
+    async def work(agent: Agent) -> None:
+        tools = (await agent.client.list_tools()).tools
+        text = json.dumps([tool.model_dump(exclude_none=True, by_alias=True) for tool in tools])
+        assert len(re.findall(r"\w{1,4}|[^\w\s]", text)) <= 1500
+
+    run(over_http(door.url), work)
+
+
+def test_a_contact_ends_an_agents_gesture_and_the_agent_is_told_why(door: Server) -> None:
+    async def work(agent: Agent) -> None:
+        partner.place_hand(IN_THE_WAY, (1, 0, 0))
+        told = await agent.call("gesture", feeling="happiness", intensity=1)
+        assert re.match(r"The body is stopped: its \w+ \w+ met something with \d+\.\d N\.", told)
+        assert "goes on by itself" in told
+        assert "broken off" in told
+        stopped = await agent.state()
+        assert stopped["body"] == "stopped"
+        partner.remove_hand()
+        # Its next wish waits for the release, which comes by itself after a contact.
+        assert await agent.call("gesture", feeling="surprise") == "It has shown surprise."
+        events = await agent.call("events", since=stopped["latest_event"])
+        kinds = [line.split()[3].rstrip(":") for line in events.splitlines()]
+        assert kinds.index("released") < kinds.index("gesture")
+
+    with connect(door.url) as partner:
+        run(over_http(door.url), work)
+
+
+def test_no_agent_can_release_a_body_that_somebody_stopped(door: Server) -> None:
+    async def work(agent: Agent) -> None:
+        await agent.call("stop")
+        before = await agent.until(lambda state: state["stopped"])
+        assert "Only a person can release it" in before["stopped"]
+        for tool in (await agent.client.list_tools()).tools:
+            needed = {"feeling": "fear"} if "feeling" in tool.input_schema["properties"] else {}
+            answer = await agent.call(tool.name, **needed)
+            if needed:
+                assert "Only a person can release it" in answer
+        then = partner.state.time
+        while partner.state.time < then + 2:  # longer than the pause after a contact
+            assert (await agent.state())["body"] == "stopped"
+        assert "released" not in await agent.call("events", since=before["latest_event"])
+        partner.release()
+        await agent.until(lambda state: state["shows"] == {"feeling": "fear", "mood": 0.7})
+
+    with connect(door.url) as partner:
+        run(over_http(door.url), work)
+
+
+def test_a_paused_partner_says_so(door: Server) -> None:
+    async def work(agent: Agent) -> None:
+        partner.pause()
+        assert "paused" in await agent.call("feel", feeling="fear")
+        told = await agent.call("gesture", feeling="fear")
+        assert told.startswith("Nothing was done: the partner is paused")
+        assert "Only a person can" in told
+
+    with connect(door.url) as partner:
+        run(over_http(door.url), work)
+
+
+def test_of_two_agents_at_once_one_gets_its_gesture_and_the_other_is_told(door: Server) -> None:
+    async def work(agent: Agent) -> None:
+        partner.express(Expression("thrill", 0.9))
+        await agent.until(lambda state: state["shows"] == {"feeling": "thrill", "mood": 0.9})
+        async with over_http(door.url) as client:
+            told = await asyncio.gather(
+                agent.call("gesture", feeling="fear"),
+                Agent(client).call("gesture", feeling="surprise"),
+            )
+        shown, replaced = sorted(told, key=lambda words: not words.startswith("It has shown"))
+        assert shown in ("It has shown fear.", "It has shown surprise.")
+        assert replaced == "It did not begin: a newer wish has taken its place."
+
+    with connect(door.url) as partner:
+        run(over_http(door.url), work)
+
+
+def test_too_many_wishes_are_refused_in_words_and_none_waits(door: Server, clock: Clock) -> None:
+    async def work(agent: Agent) -> None:
+        told = [await agent.call("feel", feeling="fear") for _ in range(int(BURST) + 2)]
+        assert [words.startswith("Nothing was done: too many") for words in told] == (
+            [False] * int(BURST) + [True] * 2
+        )
+        assert "stopped" in await agent.call("stop")  # no limit holds it up
+        clock.now += 1
+        assert (await agent.call("feel", feeling="fear")).startswith("It feels fear.")
+
+    run(over_http(door.url), work)
+
+
+def test_a_thousand_calls_in_a_row_are_answered(door: Server) -> None:
+    async def work(agent: Agent) -> None:
+        for number in range(1000):
+            assert "latest_event" in await agent.state(), number
+        assert await agent.call("gesture", feeling="surprise") == "It has shown surprise."
+
+    run(over_http(door.url), work)
+
+
+def test_a_body_that_cannot_be_reached_is_an_answer(door: Server) -> None:
+    """The bridge starts without a partner: the assistant itself says what to start."""
+
+    async def work(agent: Agent) -> None:
+        assert await agent.call("feel", feeling="fear") == (
+            "Nothing was done: http://127.0.0.1:9 does not answer; is `miburi run` running there?"
+        )
+
+    run(over_stdio("http://127.0.0.1:9"), work)
+
+
+@pytest.mark.parametrize(
+    ("headers", "status"),
+    [
+        ({}, 401),
+        ({"Authorization": "Bearer wrong"}, 401),
+        ({"Authorization": f"Bearer {TOKEN}"}, 200),
+        ({"Authorization": f"Bearer {TOKEN}", "Origin": "https://evil.example"}, 403),
+        ({"Authorization": f"Bearer {TOKEN}", "Sec-Fetch-Site": "cross-site"}, 403),
+    ],
+)
+def test_the_gate_stands_before_agents_too(
+    live: Runner, headers: dict[str, str], status: int
+) -> None:
+    app = interface(live)
+    add_agents(app)
+    accept = {"Accept": "application/json, text/event-stream"}
+    with serving(Gate(app, TOKEN), lifespan=True) as url:
+        answer = httpx.post(url + AGENTS, json=INITIALIZE, headers=accept | headers)
+    assert answer.status_code == status
+    if status == 200:
+        assert answer.json()["result"]["serverInfo"]["name"] == "miburi"
+
+
+def test_on_this_computer_a_foreign_host_is_refused(door: Server) -> None:
+    answer = httpx.post(door.url + AGENTS, json=INITIALIZE, headers={"Host": "evil.example"})
+    assert answer.status_code == 403
+
+
+def test_agents_come_in_only_where_they_are_let_in(start: Callable[..., Any]) -> None:
+    async def work(agent: Agent) -> None:
+        assert (await agent.state())["stopped"] is None
+
+    with start("--forget") as said:
+        assert httpx.post(address(said) + AGENTS, json=INITIALIZE).status_code == 404
+        run(over_stdio(address(said)), work)
+    with start("--forget", "--agents") as said:
+        run(over_http(address(said)), work)
