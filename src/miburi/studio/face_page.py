@@ -7,7 +7,7 @@ from fastapi.responses import HTMLResponse
 
 from miburi.feelings.catalogue import CATALOGUE
 from miburi.ground.templates import render
-from miburi.studio.parts import talk_form
+from miburi.studio.parts import senses_form, talk_form
 from miburi.studio.preferences import Preferences
 from miburi.studio.words import words
 
@@ -34,6 +34,12 @@ def add_face_page(app: FastAPI) -> None:
             "stopped": say["phase"]["stopped"],
         }
         light = {True: "dark", False: "light", None: "light dark"}[preferences.dark]
-        talk = talk_form(say)
-        page = render(_PAGE, language=preferences.language, words=content, light=light, talk=talk)
+        page = render(
+            _PAGE,
+            language=preferences.language,
+            words=content,
+            light=light,
+            talk=talk_form(say),
+            senses=senses_form(say),
+        )
         return HTMLResponse(page)

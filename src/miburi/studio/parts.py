@@ -8,10 +8,13 @@ from nicegui import ui
 from nicegui.element import Element
 
 from miburi.errors import MiburiError
+from miburi.feelings.catalogue import CATALOGUE
 from miburi.interface.api import done
 from miburi.studio.words import Words
 
-__all__ = ["attempt", "button", "heading", "set_label", "talk_form"]
+#: The voice and the senses that a page can switch on, in their order.
+_SENSES = ("voice",)
+__all__ = ["attempt", "button", "heading", "senses_form", "set_label", "talk_form"]
 
 
 async def attempt(future: Future[None]) -> None:
@@ -40,6 +43,22 @@ def set_label(element: ui.html, label: str) -> None:
 def heading(text: str) -> Element:
     """Add a heading."""
     return ui.html(escape(text), sanitize=False, tag="h2")
+
+
+def senses_form(words: Words) -> str:
+    """Return the switches of the voice and the senses as HTML; ``static/senses.js`` obeys them."""
+    say = words["senses"]
+    told = escape(json.dumps({"voices": CATALOGUE.voices(), "refused": words["sense_refused"]}))
+    switches = "".join(
+        f'<label><input type="checkbox" role="switch" data-sense="{name}" '
+        f'aria-describedby="about-{name}">{escape(say[name])}</label>'
+        f'<small id="about-{name}">{escape(say[f"{name}_about"])}</small>'
+        for name in _SENSES
+    )
+    return (
+        f'<details class="senses" data-senses="{told}"><summary>{escape(say["title"])}</summary>'
+        f'{switches}<output role="status"></output></details>'
+    )
 
 
 def talk_form(words: Words) -> str:

@@ -24,7 +24,7 @@ from miburi.studio.body_panel import body_panel
 from miburi.studio.contact_panel import contact_panel, why, why_ended
 from miburi.studio.elements import Choice, Levels, Plots, RobotView
 from miburi.studio.gestures_panel import gestures_panel
-from miburi.studio.parts import attempt, button, heading, set_label, talk_form
+from miburi.studio.parts import attempt, button, heading, senses_form, set_label, talk_form
 from miburi.studio.preferences import TABS, Preferences, keep
 from miburi.studio.words import LANGUAGES, own_name, words
 
@@ -82,6 +82,7 @@ class _Studio:
         ui.add_head_html(
             '<link rel="stylesheet" href="/static/studio.css">'
             '<script type="module" src="/static/page.js"></script>'
+            '<script type="module" src="/static/senses.js"></script>'
         )
         self._top()
         if not self._preferences.met:
@@ -207,7 +208,7 @@ class _Studio:
                     "update:model-value", js_handler=f"(v) => {{ {keep('strength', 'v')} }}"
                 )
                 ui.label(level["press"]).classes("field-label")
-            ui.html(talk_form(self._words), sanitize=False)
+            ui.html(talk_form(self._words) + senses_form(self._words), sanitize=False)
 
     def _tabs(self) -> None:
         say = self._words["studio"]

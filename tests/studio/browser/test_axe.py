@@ -51,6 +51,7 @@ def violations(page: Page, where: str) -> list[str]:
 
 def test_the_studio_has_no_violation_whatever_is_open(visitor: Page, url: str) -> None:
     page = without_3d(visitor.context, url)
+    page.locator(".senses summary").click()
     found: list[str] = []
     for tab in ("Contact", "Time", "Gestures", "Body"):
         page.get_by_role("tab", name=tab).click()
@@ -75,6 +76,7 @@ def test_the_studio_has_no_violation_whatever_is_open(visitor: Page, url: str) -
 def test_the_face_has_no_violation(visitor: Page, url: str) -> None:
     visitor.goto(url + "/face")
     visitor.wait_for_function("document.documentElement.dataset.connected === 'true'")
+    visitor.locator(".senses summary").click()
     found = violations(visitor, "awake")
     visitor.request.post(urljoin(url, "/api/v1/stop"))
     expect(visitor.locator("#release")).to_be_visible()

@@ -21,6 +21,15 @@ export function mix(faces, weights) {
   return look;
 }
 
+// How far the voice opens the mouth now, 0 to 1, or null while it is silent; voice.js says so.
+export const lips = { open: () => null };
+
+export function talk(look, now) {
+  const open = lips.open(now);
+  if (open !== null) look.mouth.gape = 2 + open * Math.max(18, look.mouth.gape);
+  return look;
+}
+
 const number = (x) => x.toFixed(1);
 const path = (points, closed = true) =>
   "M" + points.map(([x, y]) => `${number(x)} ${number(y)}`).join("L") + (closed ? "Z" : "");

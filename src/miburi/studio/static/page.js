@@ -74,7 +74,8 @@ document.addEventListener("submit", async (event) => {
       body: JSON.stringify({ text }),
     });
     const heard = await answer.json();
-    out.textContent = answer.ok ? understood(heard, words) : heard.detail;
+    out.textContent = answer.ok
+      ? `${understood(heard, words)} ${words.quoted.replace("{what}", heard.answer)}` : heard.detail;
     if (answer.ok) line.value = "";
   } catch {
     out.textContent = "";

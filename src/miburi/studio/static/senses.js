@@ -1,0 +1,48 @@
+// The switches of the partner's voice and senses. Each is a module that is loaded when it is first
+// switched on; its start() returns what switches it off again, or throws the name of a refusal.
+const MODULES = { voice: "/static/voice.js" };
+const KEPT = ["voice"]; // what a reload leaves on; microphone and camera are off after each
+const running = new Map();
+
+const kept = (name) => `miburi_${name} ${location.pathname}`;
+
+async function set(form, name, on) {
+  const told = JSON.parse(form.dataset.senses), box = form.querySelector(`[data-sense="${name}"]`);
+  const out = form.querySelector("output");
+  out.textContent = "";
+  if (KEPT.includes(name)) localStorage.setItem(kept(name), on ? "on" : "off");
+  running.get(name)?.();
+  running.delete(name);
+  try {
+    if (on) running.set(name, await (await import(MODULES[name])).start(told));
+  } catch (error) {
+    out.textContent = told.refused[error.message] ?? error.message;
+  }
+  box.checked = running.has(name);
+  document.documentElement.dataset[name] = box.checked ? "on" : "off";
+}
+
+document.addEventListener("change", (event) => {
+  const name = event.target.dataset?.sense;
+  if (name) set(event.target.closest("[data-senses]"), name, event.target.checked);
+});
+
+// What was on comes back with the first touch: before, no browser lets a page sound.
+function restore() {
+  const form = document.querySelector("[data-senses]");
+  if (!form) return false;
+  for (const name of KEPT.filter((name) => localStorage.getItem(kept(name)) === "on")) {
+    form.querySelector(`[data-sense="${name}"]`).checked = true;
+    const wake = () => {
+      for (const kind of ["pointerup", "keydown"]) removeEventListener(kind, wake, true);
+      const box = form.querySelector(`[data-sense="${name}"]`);
+      if (box.checked && !running.has(name)) set(form, name, true);
+    };
+    for (const kind of ["pointerup", "keydown"]) addEventListener(kind, wake, true);
+  }
+  return true;
+}
+if (!restore()) {
+  const observer = new MutationObserver(() => restore() && observer.disconnect());
+  observer.observe(document, { childList: true, subtree: true });
+}

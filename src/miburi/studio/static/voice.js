@@ -1,0 +1,94 @@
+// The partner's voice: a chirp for each feeling by Web Audio, and words by a voice of this device.
+// A sentence comes with the state; a new number is a new sentence, and the latest one wins.
+import { lips } from "/static/face.js";
+import { listen } from "/static/live.js";
+
+const LOUDNESS = 0.22, BETWEEN = 2000, SYLLABLES = 5; // of 1; ms between two chirps; a second
+
+export function playChirp(context, to, notes, begin) {
+  // Play [Hz, s] notes from a time on the context's clock, each sliding to the next; return the end.
+  const voice = context.createOscillator(), swell = context.createGain();
+  voice.type = "triangle";
+  swell.gain.setValueAtTime(0, begin);
+  let at = begin;
+  for (const [pitch, length] of notes) {
+    const edge = Math.min(0.02, length / 4);
+    if (at === begin) voice.frequency.setValueAtTime(pitch, at);
+    else voice.frequency.exponentialRampToValueAtTime(pitch, at + edge);
+    swell.gain.linearRampToValueAtTime(LOUDNESS, at + edge);
+    voice.frequency.setValueAtTime(pitch, at + length - edge / 2);
+    swell.gain.setValueAtTime(LOUDNESS, at + length - edge);
+    at += length;
+    swell.gain.linearRampToValueAtTime(LOUDNESS / 4, at);
+  }
+  swell.gain.linearRampToValueAtTime(0, at + 0.03);
+  voice.connect(swell).connect(to);
+  voice.start(begin);
+  voice.stop(at + 0.05);
+  return at + 0.05;
+}
+
+export function localVoice(language) {
+  // Others send the words to a server of the browser's maker.
+  return speechSynthesis.getVoices().find((one) => one.localService && one.lang.startsWith(language)) ?? null;
+}
+
+export async function start({ voices }) {
+  const context = new AudioContext(), meter = context.createAnalyser();
+  const heights = new Float32Array((meter.fftSize = 512));
+  meter.connect(context.destination);
+  await context.resume();
+  let spoken, felt, chirps = 0, last = -Infinity, syllables = null, later;
+
+  function chirp(feeling) {
+    const { chirp: notes } = voices.feelings[feeling] ?? voices.rest;
+    last = performance.now();
+    chirps = playChirp(context, meter, notes, context.currentTime + 0.02);
+    return 1000 * (chirps - context.currentTime);
+  }
+
+  function say({ text, language, feeling }) {
+    hush();
+    const wait = chirp(feeling), voice = "speechSynthesis" in window && localVoice(language);
+    if (!voice) return;
+    const words = new SpeechSynthesisUtterance(text), { rate, pitch } = voices.feelings[feeling] ?? voices.rest;
+    Object.assign(words, { voice, lang: voice.lang, rate, pitch });
+    words.onstart = words.onboundary = () => (syllables = { since: performance.now(), rate });
+    words.onend = words.onerror = () => (syllables = null);
+    later = setTimeout(() => speechSynthesis.speak(words), wait);
+  }
+
+  function hush() {
+    clearTimeout(later);
+    syllables = null;
+    window.speechSynthesis?.cancel();
+  }
+
+  lips.open = (now) => {
+    // Our own sound is measured. What the device speaks cannot be: there the mouth opens for each syllable.
+    if (syllables) return Math.abs(Math.sin(((now - syllables.since) / 1000) * Math.PI * SYLLABLES * syllables.rate));
+    if (context.currentTime > chirps) return null;
+    meter.getFloatTimeDomainData(heights);
+    const power = heights.reduce((sum, height) => sum + height * height, 0) / heights.length;
+    return Math.min(1, (1.7 * Math.sqrt(power)) / LOUDNESS);
+  };
+
+  const leave = listen((state) => {
+    if (!state) return;
+    const feeling = state.felt?.feeling, number = state.spoken?.number;
+    const first = spoken === undefined, changed = feeling && feeling !== felt;
+    const news = number !== spoken && state.spoken;
+    spoken = number ?? null;
+    felt = feeling;
+    if (first) return; // what it said and felt before somebody listened is past
+    if (news) say(news);
+    else if (changed && !syllables && performance.now() - last > BETWEEN) chirp(feeling);
+  });
+
+  return () => {
+    leave();
+    hush();
+    lips.open = () => null;
+    context.close();
+  };
+}
