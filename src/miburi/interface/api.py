@@ -6,7 +6,7 @@ from dataclasses import asdict
 from typing import Annotated, Any, TypeVar
 
 import numpy as np
-from fastapi import APIRouter, FastAPI, Path, Query, Request, Response
+from fastapi import APIRouter, FastAPI, HTTPException, Path, Query, Request, Response
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import FileResponse, JSONResponse
 
@@ -14,6 +14,7 @@ from miburi.errors import BodyError, InputError, MiburiError, OutputError
 from miburi.feelings import FEELINGS, SOURCES, Expression, Stimulus
 from miburi.gestures import KeyPose, blend
 from miburi.gestures.effort import Effort
+from miburi.interface.access import Allowance
 from miburi.interface.wire import (
     BodyIn,
     BodyOut,
@@ -29,6 +30,7 @@ from miburi.interface.wire import (
     RobotOut,
     SayIn,
     SayOut,
+    SenseIn,
     SpeakIn,
     StimulusIn,
     TemperamentIn,
@@ -41,16 +43,29 @@ from miburi.live.view import LivePartner, UnreachableError
 from miburi.robot import JOINTS
 from miburi.robot.mjcf import HAND_AWAY, HAND_SIZE
 from miburi.robot.shape import COLOURS, links, parts
+from miburi.safety.stop import StopReason
 from miburi.senses.answers import language_of
+from miburi.senses.happenings import notice
 from miburi.version import __version__
 
-__all__ = ["Refusals", "describe", "done", "make_api", "move_hand", "performance"]
+__all__ = [
+    "NOTICED_BURST",
+    "NOTICED_RATE",
+    "Refusals",
+    "describe",
+    "done",
+    "make_api",
+    "move_hand",
+    "performance",
+]
 
 Result = TypeVar("Result")
 
 #: A command that no step has taken up within this many seconds has failed.
 _PATIENCE = 5.0
 _NOTHING = 204
+#: Touches, motions and sounds that are noticed a second and at once, from one address (ours).
+NOTICED_RATE, NOTICED_BURST = 5.0, 10.0
 Refusals = dict[int | str, dict[str, Any]]
 _REFUSED: Refusals = {
     400: {"model": Refusal, "description": "A value is not allowed."},
@@ -183,6 +198,18 @@ def _asking(router: APIRouter, runner: LivePartner) -> None:
         """Let the partner say something aloud, where a page has its voice on; the latest wins."""
         await done(runner.speak(wish.text))
 
+    noticing = Allowance(NOTICED_RATE, NOTICED_BURST)
+
+    @router.post("/sense", status_code=_NOTHING, responses=_REFUSED)
+    async def sense(wish: SenseIn, request: Request) -> None:
+        """Let the partner notice a touch, a motion or a sound; never more than a few a second."""
+        if not noticing.take(request.client.host if request.client else ""):
+            raise HTTPException(
+                429, f"too much at once; at most {NOTICED_RATE:g} a second, please."
+            )
+        since = _since_contact(runner)
+        await done(runner.take(notice(wish.kind, wish.clearness, since_contact=since)))
+
     @router.post("/express", status_code=_NOTHING, responses=_REFUSED)
     async def express(wish: ExpressIn) -> None:
         """Perform a gesture once, whatever the feelings are."""
@@ -258,6 +285,12 @@ def _recording(router: APIRouter, runner: LivePartner) -> None:
         except InputError as error:
             return JSONResponse({"detail": str(error)}, 404)
         return Response(status_code=_NOTHING)
+
+
+def _since_contact(runner: LivePartner) -> float | None:
+    """Return the s since the latest contact stop that the log knows, if any."""
+    contacts = [e for e in runner.log() if e.stop and e.stop.reason is StopReason.CONTACT]
+    return runner.snapshot.state.time - contacts[-1].time if contacts else None
 
 
 async def done(future: Future[Result]) -> Result:

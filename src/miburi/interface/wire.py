@@ -10,6 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from miburi.feelings.catalogue import FeelingName
 from miburi.feelings.temperament import Source
 from miburi.live.state import Eight, Share
+from miburi.senses.happenings import Kind
 
 __all__ = [
     "BodyIn",
@@ -30,6 +31,7 @@ __all__ = [
     "RobotOut",
     "SayIn",
     "SayOut",
+    "SenseIn",
     "SpeakIn",
     "StimulusIn",
     "TemperamentIn",
@@ -81,6 +83,13 @@ class SpeakIn(Message):
     """What the partner shall say aloud; English and Japanese are told apart by their letters."""
 
     text: Annotated[str, Field(min_length=1, max_length=300)]
+
+
+class SenseIn(Message):
+    """Something that happened to the partner, as a page noticed it."""
+
+    kind: Kind
+    clearness: Share = Field(default=1.0, description="How clear or sudden it was.")
 
 
 class EffortIn(Message):

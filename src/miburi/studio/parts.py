@@ -12,8 +12,6 @@ from miburi.feelings.catalogue import CATALOGUE
 from miburi.interface.api import done
 from miburi.studio.words import Words
 
-#: The voice and the senses that a page can switch on, in their order.
-_SENSES = ("voice",)
 __all__ = ["attempt", "button", "heading", "senses_form", "set_label", "talk_form"]
 
 
@@ -45,15 +43,15 @@ def heading(text: str) -> Element:
     return ui.html(escape(text), sanitize=False, tag="h2")
 
 
-def senses_form(words: Words) -> str:
-    """Return the switches of the voice and the senses as HTML; ``static/senses.js`` obeys them."""
+def senses_form(words: Words, *names: str) -> str:
+    """Return the switches of a voice and senses as HTML; ``static/senses.js`` obeys them."""
     say = words["senses"]
     told = escape(json.dumps({"voices": CATALOGUE.voices(), "refused": words["sense_refused"]}))
     switches = "".join(
         f'<label><input type="checkbox" role="switch" data-sense="{name}" '
         f'aria-describedby="about-{name}">{escape(say[name])}</label>'
         f'<small id="about-{name}">{escape(say[f"{name}_about"])}</small>'
-        for name in _SENSES
+        for name in names
     )
     return (
         f'<details class="senses" data-senses="{told}"><summary>{escape(say["title"])}</summary>'

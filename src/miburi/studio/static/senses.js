@@ -1,6 +1,7 @@
 // The switches of the partner's voice and senses. Each is a module that is loaded when it is first
 // switched on; its start() returns what switches it off again, or throws the name of a refusal.
-const MODULES = { voice: "/static/voice.js" };
+const MODULES = { voice: "/static/voice.js", motion: "/static/motion.js" };
+const SECURE = ["motion"]; // browsers give these to secure pages alone
 const KEPT = ["voice"]; // what a reload leaves on; microphone and camera are off after each
 const running = new Map();
 
@@ -31,6 +32,12 @@ document.addEventListener("change", (event) => {
 function restore() {
   const form = document.querySelector("[data-senses]");
   if (!form) return false;
+  for (const name of window.isSecureContext ? [] : SECURE) {
+    const box = form.querySelector(`[data-sense="${name}"]`);
+    if (!box) continue;
+    box.disabled = true;
+    document.getElementById(box.getAttribute("aria-describedby")).textContent = JSON.parse(form.dataset.senses).refused.insecure;
+  }
   for (const name of KEPT.filter((name) => localStorage.getItem(kept(name)) === "on")) {
     form.querySelector(`[data-sense="${name}"]`).checked = true;
     const wake = () => {

@@ -1,0 +1,65 @@
+"""What happens to the partner beside words: touches, motion, sounds.
+
+In goes the kind of a happening and how clear it was; out comes an impression. What each kind
+brings stands in ``happenings.toml``, beside this module.
+"""
+
+import tomllib
+from functools import cache
+from importlib import resources
+from typing import Literal
+
+from pydantic import TypeAdapter
+
+from miburi.feelings.catalogue import FeelingName
+from miburi.feelings.temperament import Share, Source
+from miburi.ground.tables import Table
+from miburi.senses.impression import Brought, Impression
+
+__all__ = ["MAKES_UP", "Happening", "Kind", "happenings", "notice"]
+
+Kind = Literal[
+    "pat", "stroke", "hold", "poke", "lift", "knock", "shake", "shake_on", "drop", "startle"
+]
+#: s after a contact stop within which a stroke makes up for it (ours).
+MAKES_UP = 60.0
+
+
+class Happening(Table):
+    """What one kind of happening brings; ``happenings.toml`` says what each key does."""
+
+    source: Source
+    feeling: FeelingName
+    strength: Share
+    after_contact: Share | None = None
+
+
+@cache
+def happenings() -> dict[Kind, Happening]:
+    """Return what each kind brings; the file is read once."""
+    text = (resources.files(__package__) / "happenings.toml").read_text(encoding="utf-8")
+    return TypeAdapter(dict[Kind, Happening]).validate_python(tomllib.loads(text))
+
+
+def notice(kind: Kind, clearness: float = 1.0, *, since_contact: float | None = None) -> Impression:
+    """Return the impression that a happening makes.
+
+    Parameters
+    ----------
+    kind
+        What happened.
+    clearness
+        How clear, or how sudden, it was, 0 to 1; it weighs the strength.
+    since_contact
+        s since the latest contact stop; None: there was none.
+
+    Raises
+    ------
+    InputError
+        ``clearness`` is outside [0, 1].
+    """
+    one = happenings()[kind]
+    makes_up = since_contact is not None and since_contact <= MAKES_UP
+    strength = one.after_contact if makes_up and one.after_contact is not None else one.strength
+    why = (Brought(kind.replace("_", " "), 1.0),)
+    return Impression(one.feeling, strength * clearness, one.source, why)

@@ -1,0 +1,121 @@
+"""Touches, motions and sounds: what each brings, over the interface, and what it never does."""
+
+import httpx
+import pytest
+from tests.fixtures.live import Server, block, interface, run, serving
+
+import miburi
+from miburi.errors import InputError
+from miburi.feelings import FEELINGS, shipped_temperament
+from miburi.interface.api import NOTICED_BURST, NOTICED_RATE
+from miburi.live.runner import Runner
+from miburi.senses import stimuli
+from miburi.senses.happenings import MAKES_UP, happenings, notice
+
+
+@pytest.mark.parametrize(
+    ("kind", "feeling"),
+    [
+        ("stroke", "happiness"), ("pat", "happiness"), ("poke", "anger"), ("shake", "fright"),
+        ("knock", "surprise"), ("drop", "fright"), ("startle", "fright"),
+    ],
+)  # fmt: skip
+def test_each_brings_its_feeling_and_says_why(kind: str, feeling: str) -> None:
+    one = notice(kind)
+    assert one.feeling == feeling
+    assert one.reason.startswith(f"'{kind}': {feeling} ")
+    assert notice(kind, 0.5).strength == pytest.approx(one.strength / 2)
+
+
+def test_every_kind_that_a_page_may_send_is_in_the_file() -> None:
+    assert all(notice(kind).strength == one.strength for kind, one in happenings().items())
+    assert len(happenings()) == 10
+
+
+def test_a_stroke_makes_up_for_a_contact_and_a_poke_does_not() -> None:
+    plain, late = notice("stroke"), notice("stroke", since_contact=MAKES_UP + 0.1)
+    soon = notice("stroke", since_contact=MAKES_UP)
+    assert soon.strength > plain.strength == late.strength
+    assert notice("poke", since_contact=1.0) == notice("poke")
+
+
+@pytest.mark.parametrize("clearness", [-0.1, 1.1, float("nan")])
+def test_a_clearness_that_is_none_is_refused(clearness: float) -> None:
+    with pytest.raises(InputError):
+        notice("startle", clearness)
+
+
+def test_the_temperament_says_what_startles() -> None:
+    """A calm partner is startled half as much as one that takes over what it hears."""
+    clap = notice("startle")
+    (calm,) = stimuli(clap, shipped_temperament("calm"))
+    (default,) = stimuli(clap, shipped_temperament())
+    assert calm.strength == default.strength / 2
+
+
+def test_a_touch_is_felt_over_the_interface_and_the_log_says_why(server: Server) -> None:
+    answer = httpx.post(server.url + "/api/v1/sense", json={"kind": "stroke"})
+    assert answer.status_code == 204
+    with miburi.connect(server.url) as partner:
+        now = next(now for now in partner.watch() if max(now.emotion) > 0)
+        assert now.felt is not None
+        assert now.felt.feeling == "happiness"
+        entry = next(entry for entry in partner.log() if entry.kind == "stimulus")
+        assert (entry.source, entry.detail) == ("touch", "'stroke': happiness 0.60")
+        assert now.spoken is None
+
+
+def test_a_stroke_soon_after_a_contact_is_felt_more(
+    runner: Runner, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("miburi.live.watchdog.LATE", 8.0)
+    block(runner)
+    runner.start()
+    try:
+        with serving(interface(runner)) as url:
+            httpx.post(url + "/api/v1/sense", json={"kind": "stroke"}).raise_for_status()
+    finally:
+        runner.close(patience=0.0)
+    felt = [entry for entry in runner.log() if entry.kind == "stimulus"]
+    assert [(entry.feeling, entry.strength) for entry in felt] == [("happiness", 1.0)]
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        {"kind": "kick"}, {}, {"kind": "stroke", "clearness": 1.5}, {"kind": "pat", "stop": False},
+        {"kind": "pat", "sound": "UklGRg=="}, {"kind": ["pat"]},
+    ],
+)  # fmt: skip
+def test_what_is_no_happening_is_refused(server: Server, content: object) -> None:
+    assert httpx.post(server.url + "/api/v1/sense", json=content).status_code == 422
+
+
+def test_a_flood_is_held_up_and_no_stop_with_it(server: Server) -> None:
+    with httpx.Client(base_url=server.url + "/api/v1") as client:
+        statuses, elapsed = [], 0.0
+        for _ in range(60):
+            answer = client.post("/sense", json={"kind": "drop"})
+            statuses.append(answer.status_code)
+            elapsed += answer.elapsed.total_seconds()
+        assert set(statuses) == {204, 429}
+        assert statuses.count(204) <= NOTICED_BURST + NOTICED_RATE * (elapsed + 1)
+        assert "a second" in client.post("/sense", json={"kind": "drop"}).json()["detail"]
+        assert client.post("/stop").status_code == 204
+
+
+def test_no_happening_frees_a_stopped_body_or_changes_the_rule(runner: Runner) -> None:
+    """A stop stays, whatever is noticed; and a contact is felt as no touch."""
+    block(runner)
+    before = len([entry for entry in runner.log() if entry.kind == "stimulus"])
+    assert before == 0
+    held = runner.snapshot.state.angles
+    runner.stop()
+    rule = runner.body.motors().rule
+    for kind in happenings():
+        runner.take(notice(kind))
+        states = run(runner, 0.5)
+        assert {state.phase for state in states} == {"stopped"}
+    assert runner.body.motors().rule == rule
+    assert runner.snapshot.state.angles == pytest.approx(held, abs=0.1)
+    assert runner.snapshot.state.emotion[FEELINGS.index("fright")] > 0
