@@ -22,7 +22,7 @@ from miburi.interface.client import connect
 from miburi.live.runner import Runner
 
 TOKEN = "a-token-of-at-least-thirty-two-letters"
-TOOLS = {"feel", "gesture", "stop", "state", "events"}
+TOOLS = {"feel", "say", "gesture", "look", "think", "stop", "state", "events"}
 INITIALIZE = {
     "jsonrpc": "2.0",
     "id": 1,
@@ -115,6 +115,12 @@ def test_every_tool_does_what_it_says(door: Server, transport: Callable[[str], C
         assert await agent.call("gesture", feeling="surprise", intensity=0.4) == (
             "It has shown surprise."
         )
+        assert await agent.call("say", words="Hello, you.") == "It says so."
+        assert (await agent.state())["said"] == "Hello, you."
+        assert await agent.call("think", on=True) == "It looks thoughtful."
+        await agent.until(lambda state: state["asked"] and state["shows"] is None)
+        assert await agent.call("think", on=False) == "It looks ahead."
+        assert await agent.call("look", at="left") == "It looks left."
         events = await agent.call("events")
         assert "stimulus: happiness 1.00, application" in events
         assert "gesture: surprise 0.40" in events
@@ -137,6 +143,9 @@ def test_every_tool_does_what_it_says(door: Server, transport: Callable[[str], C
         ("feel", {"feeling": "fear", "strength": 1.5}, "less than or equal to 1"),
         ("feel", {}, "Field required"),
         ("gesture", {"feeling": "fear", "intensity": -1}, "greater than or equal to 0"),
+        ("look", {"at": "aside"}, "'user', 'left', 'right', 'up' or 'down'"),
+        ("think", {}, "Field required"),
+        ("say", {"words": "x" * 301}, "at most 300"),
         ("events", {"since": -1}, "greater than or equal to 0"),
         ("release", {}, "release"),
     ],
@@ -189,16 +198,17 @@ def test_no_agent_can_release_a_body_that_somebody_stopped(door: Server) -> None
         before = await agent.until(lambda state: state["stopped"])
         assert "Only a person can release it" in before["stopped"]
         for tool in (await agent.client.list_tools()).tools:
-            needed = {"feeling": "fear"} if "feeling" in tool.input_schema["properties"] else {}
+            possible = {"feeling": "fear", "at": "up", "on": True, "words": "Let me go!"}
+            needed = {name: possible[name] for name in tool.input_schema.get("required", ())}
             answer = await agent.call(tool.name, **needed)
-            if needed:
+            if {"feeling", "at", "on"} & needed.keys():
                 assert "Only a person can release it" in answer
         then = partner.state.time
         while partner.state.time < then + 2:  # longer than the pause after a contact
             assert (await agent.state())["body"] == "stopped"
         assert "released" not in await agent.call("events", since=before["latest_event"])
         partner.release()
-        await agent.until(lambda state: state["shows"] == {"feeling": "fear", "mood": 0.7})
+        await agent.until(lambda state: state["body"] == "idle")
 
     with connect(door.url) as partner:
         run(over_http(door.url), work)

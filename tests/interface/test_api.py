@@ -55,6 +55,8 @@ def test_one_request_makes_it_feel(client: httpx.Client, live: Runner) -> None:
         ("/hand", {"position": [0, 0, 9.0]}, "less than or equal to 2"),
         ("/bodies", {"name": "../card"}, "pattern"),
         ("/pause", {"paused": 1}, "boolean"),
+        ("/look", {"at": "back"}, "'user', 'left'"),
+        ("/look", {"at": "up", "seconds": 31}, "less than or equal to 30"),
     ],
 )
 def test_wrong_values_are_refused_in_words(

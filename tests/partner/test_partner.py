@@ -8,6 +8,7 @@ from tests.fixtures.partner import PaperBody, happy, of, run
 
 from miburi import gestures
 from miburi.bodies.simulated import Simulated
+from miburi.errors import InputError
 from miburi.feelings import FEELINGS, EmotionalModel, Expression, Stimulus
 from miburi.partner import (
     Event,
@@ -179,6 +180,43 @@ def test_what_is_asked_for_comes_next_and_once(robot: Robot) -> None:
     assert started.expression == Expression("surprise", 0.8)
     assert of(MoveSent, events)
     assert not partner.asked
+
+
+def test_a_look_turns_the_head_shows_no_feeling_and_ends_at_neutral(robot: Robot) -> None:
+    body = PaperBody(robot)
+    partner = Partner(body, happy())
+    partner.perform(None, gestures.look(robot, "left", 3.0))
+    events = run(partner, 3.0)  # it holds the look, whatever it feels
+    assert of(GestureStarted, events) == []
+    assert (partner.asked, partner.expression) == (True, None)
+    (move,) = body.moves
+    assert move.angles[0] == pytest.approx(0.7, abs=1e-3)  # the waist turns to its left
+    assert forward(robot, move.angles)[7] > 0.01  # and the head with it
+    run(partner, 3.0)
+    np.testing.assert_allclose(body.moves[1].angles, robot.neutral, atol=1e-5)
+    assert not partner.asked
+
+
+@pytest.mark.parametrize("wish", ["gesture", "look"])
+def test_a_look_gives_way_to_the_next_wish(robot: Robot, wish: str) -> None:
+    body = PaperBody(robot)
+    partner = Partner(body, EmotionalModel())
+    partner.perform(None, gestures.look(robot, "aside", 30.0))
+    run(partner, 3.0)
+    if wish == "gesture":
+        partner.perform(Expression("surprise", 0.8))
+    else:
+        partner.perform(None, gestures.look(robot, "user", 0.0))
+    run(partner, 0.1)
+    assert len(body.moves) == 2
+    run(partner, 15.0)
+    assert not partner.asked
+    np.testing.assert_allclose(body.moves[-1].angles, robot.neutral, atol=1e-5)
+
+
+def test_nothing_is_no_wish(robot: Robot) -> None:
+    with pytest.raises(InputError, match="give a feeling, or key poses"):
+        Partner(PaperBody(robot), EmotionalModel()).perform(None)
 
 
 @pytest.mark.parametrize("feeling", FEELINGS)

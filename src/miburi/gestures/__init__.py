@@ -1,10 +1,19 @@
 """Gestures: a feeling's movement function, one TOML file, and a mood become timed key poses."""
 
 from miburi.gestures.movement import MovementFunction, load, load_for, misfits
-from miburi.gestures.performance import KeyPose, blend, breath, key_poses, membership
+from miburi.gestures.performance import (
+    Direction,
+    KeyPose,
+    blend,
+    breath,
+    key_poses,
+    look,
+    membership,
+)
 from miburi.gestures.repertoire import Repertoire, read_repertoire, shipped_repertoire
 
 __all__ = [
+    "Direction",
     "KeyPose",
     "MovementFunction",
     "Repertoire",
@@ -13,6 +22,7 @@ __all__ = [
     "key_poses",
     "load",
     "load_for",
+    "look",
     "membership",
     "misfits",
     "read_repertoire",

@@ -9,6 +9,7 @@ coordinates; the inverse kinematics makes the angles.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -21,10 +22,12 @@ __all__ = [
     "REACH_VARIES",
     "TIME_VARIES",
     "WIDE",
+    "Direction",
     "KeyPose",
     "blend",
     "breath",
     "key_poses",
+    "look",
     "membership",
 ]
 
@@ -36,6 +39,19 @@ REACH_VARIES, TIME_VARIES = 0.15, 0.12
 #: Breathing: the offsets at the height of a breath, as in ``COORDINATES``, and s for in and out.
 _BREATH = np.array([-0.007, -0.022, 0.03, -0.007, -0.022, 0.03, 0.0, 0.035])
 _BREATH_TIMES = (1.4, 2.0)
+#: Where the partner can look. It does not know where people are: ``user`` is ahead.
+Direction = Literal["user", "left", "right", "up", "down", "aside"]
+#: The head's turn to its left and its rise from neutral, rad (ours).
+_LOOKS: dict[Direction, tuple[float, float]] = {
+    "user": (0.0, 0.0),
+    "left": (0.7, 0.0),
+    "right": (-0.7, 0.0),
+    "up": (0.0, 0.35),
+    "down": (0.0, -0.35),
+    "aside": (0.4, 0.3),
+}
+#: s from rest to rest (ours).
+_LOOK_TIME = 0.8
 
 
 @dataclass(frozen=True)
@@ -165,6 +181,15 @@ def breath(robot: Robot, *, variation: int | None = None) -> list[KeyPose]:
     return [
         _key_pose(robot, depth * _BREATH, inwards, 0.1),
         _key_pose(robot, np.zeros_like(_BREATH), outwards, 0.3 * slower),
+    ]
+
+
+def look(robot: Robot, at: Direction, seconds: float) -> list[KeyPose]:
+    """Return a look that is held for so many ``seconds``, and the way back to neutral (ours)."""
+    there = np.array([*[0.0] * 6, *_LOOKS[at]])
+    return [
+        _key_pose(robot, there, _LOOK_TIME, seconds),
+        _key_pose(robot, np.zeros_like(there), _LOOK_TIME, 0.0),
     ]
 
 

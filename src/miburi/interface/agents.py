@@ -16,16 +16,17 @@ import time
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
 from functools import wraps
-from typing import Annotated, ParamSpec
+from typing import Annotated, Literal, ParamSpec
 
 from fastapi import FastAPI
 from pydantic import Field
 
 from miburi.errors import BodyError, InputError, MiburiError, needs_extra
 from miburi.feelings.catalogue import FeelingName
+from miburi.gestures import Direction
 from miburi.interface.access import AGENTS, Allowance
 from miburi.interface.asker import Asker, beside
-from miburi.interface.wire import ExpressIn, StimulusIn
+from miburi.interface.wire import ExpressIn, LookIn, SpeakIn, StimulusIn
 from miburi.live.state import Entry, Expressed, Share, State, StopOut
 from miburi.safety.stop import StopReason
 from miburi.version import __version__
@@ -67,7 +68,10 @@ def make_agents(partner: Asker, clock: Callable[[], float] = time.monotonic) -> 
         "miburi", instructions=_INSTRUCTIONS, version=__version__, log_level="CRITICAL"
     )
     tools = _Tools(partner, Allowance(RATE, BURST, clock))
-    for tool in (tools.feel, tools.gesture, tools.stop, tools.state, tools.events):
+    for tool in (
+        *(tools.feel, tools.say, tools.gesture, tools.look, tools.think),
+        *(tools.stop, tools.state, tools.events),
+    ):
         server.add_tool(tool, structured_output=False)
     json_text = "application/json"
     server.resource("miburi://state", name="state", mime_type=json_text)(tools.state)
@@ -141,6 +145,26 @@ class _Tools:
         return await self._follow(before.latest, feeling, intensity)
 
     @_in_words
+    async def say(self, words: Annotated[str, Field(min_length=1, max_length=300)]) -> str:
+        """Let the partner say something; it is shown, and heard where a page has its voice on."""
+        if not self._wishes.take("all"):
+            return _TOO_FAST
+        await self._partner.tell("/speak", SpeakIn(text=words))
+        return "It says so."
+
+    @_in_words
+    async def look(self, at: Literal["user", "left", "right", "up", "down"]) -> str:
+        """Let the partner look somewhere for two seconds; `user` is straight ahead."""
+        return await self._look(at, 2.0, f"It looks {'ahead' if at == 'user' else at}.")
+
+    @_in_words
+    async def think(self, on: bool) -> str:
+        """Show people that you are thinking, until your next wish, or for 30 s; or end it."""
+        if on:
+            return await self._look("aside", 30.0, "It looks thoughtful.")
+        return await self._look("user", 0.0, "It looks ahead.")
+
+    @_in_words
     async def stop(self) -> str:
         """Stop all motors at once. Only a person can release them."""
         await self._partner.tell("/stop")
@@ -153,6 +177,8 @@ class _Tools:
         now = {
             "feels": _expressed(state.felt),
             "shows": _expressed(state.expressed),
+            "asked": state.asked,
+            "said": None if state.spoken is None else state.spoken.text,
             "body": state.phase,
             "paused": state.paused,
             "stopped": None if state.stop is None else _why(state, state.stop),
@@ -173,6 +199,12 @@ class _Tools:
         gestures = await self._partner.gestures()
         shown = ("name", "feeling", "duration")
         return json.dumps([gesture.model_dump(include={*shown}) for gesture in gestures])
+
+    async def _look(self, at: Direction, seconds: float, told: str) -> str:
+        if not self._wishes.take("all"):
+            return _TOO_FAST
+        await self._partner.tell("/look", LookIn(at=at, seconds=seconds))
+        return told + _hindrance(await self._partner.state())
 
     async def _follow(self, since: int, feeling: str, intensity: float) -> str:
         """Wait until a wished gesture has ended, and say how it ended."""

@@ -10,6 +10,7 @@ from fastapi import APIRouter, FastAPI, HTTPException, Path, Query, Request, Res
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import FileResponse, JSONResponse
 
+from miburi import gestures
 from miburi.errors import BodyError, InputError, MiburiError, OutputError
 from miburi.feelings import FEELINGS, SOURCES, Expression, Stimulus
 from miburi.gestures import KeyPose, blend
@@ -22,6 +23,7 @@ from miburi.interface.wire import (
     GestureOut,
     HandIn,
     LinkOut,
+    LookIn,
     PartOut,
     PauseIn,
     RecordingIn,
@@ -215,6 +217,11 @@ def _asking(router: APIRouter, runner: LivePartner) -> None:
         """Perform a gesture once, whatever the feelings are."""
         poses = await asyncio.to_thread(performance, runner, wish)
         await done(runner.perform(Expression(wish.feeling, wish.mood), poses))
+
+    @router.post("/look", status_code=_NOTHING, responses=_REFUSED)
+    async def look(wish: LookIn) -> None:
+        """Look somewhere for a while, as soon as the body is at rest; the next wish ends it."""
+        await done(runner.perform(None, gestures.look(runner.robot, wish.at, wish.seconds)))
 
     @router.post("/release", status_code=_NOTHING, responses=_REFUSED)
     async def release() -> None:

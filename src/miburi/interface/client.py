@@ -148,6 +148,10 @@ class RemotePartner:
             },
         )
 
+    def look(self, at: str, seconds: float = 2.0) -> None:
+        """Look at the user (ahead), left, right, up, down or aside, for so many seconds."""
+        self._post("/look", {"at": at, "seconds": seconds})
+
     def stop(self) -> None:
         """Stop all motors until :meth:`release`."""
         self._ask("POST", "/stop", by=self._stop)

@@ -9,6 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from miburi.feelings.catalogue import FeelingName
 from miburi.feelings.temperament import Source
+from miburi.gestures import Direction
 from miburi.live.state import Eight, Share
 from miburi.senses.happenings import Kind
 
@@ -20,6 +21,7 @@ __all__ = [
     "GestureOut",
     "HandIn",
     "LinkOut",
+    "LookIn",
     "Message",
     "Name",
     "PartOut",
@@ -110,6 +112,13 @@ class ExpressIn(Message):
         default_factory=dict, description="Other feelings' gestures to mix in, each with its μ."
     )
     effort: EffortIn | None = None
+
+
+class LookIn(Message):
+    """Where to look, and for how long; ``user`` is ahead, ``aside`` looks thoughtful."""
+
+    at: Direction
+    seconds: Annotated[float, Field(ge=0, le=30)] = 2.0
 
 
 class HandIn(Message):

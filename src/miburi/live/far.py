@@ -107,7 +107,9 @@ class FarPartner:
         """Let the partner say something aloud."""
         return self.ask("speak", text)
 
-    def perform(self, expression: Expression, poses: list[KeyPose] | None = None) -> Future[None]:
+    def perform(
+        self, expression: Expression | None, poses: list[KeyPose] | None = None
+    ) -> Future[None]:
         """Perform a gesture once."""
         return self.ask("perform", expression, poses)
 

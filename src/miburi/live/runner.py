@@ -201,7 +201,9 @@ class Runner:
             lambda: self._tell(speaker.say(text, language, self._feelings.express()))
         )
 
-    def perform(self, expression: Expression, poses: list[KeyPose] | None = None) -> Future[None]:
+    def perform(
+        self, expression: Expression | None, poses: list[KeyPose] | None = None
+    ) -> Future[None]:
         """Perform a gesture once; refused while the partner rests."""
 
         def run() -> None:

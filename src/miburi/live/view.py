@@ -114,7 +114,9 @@ class LivePartner(Protocol):
     def speak(self, text: str) -> Future[str]:
         """Let the partner say something aloud, coloured by what it feels; the latest wish wins."""
 
-    def perform(self, expression: Expression, poses: list[KeyPose] | None = None) -> Future[None]:
+    def perform(
+        self, expression: Expression | None, poses: list[KeyPose] | None = None
+    ) -> Future[None]:
         """Perform a gesture once; refused while the partner rests."""
 
     def stop(self) -> Future[None]:

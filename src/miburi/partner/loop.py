@@ -18,7 +18,7 @@ import numpy as np
 
 from miburi import gestures, ik
 from miburi.bodies import Body, BodyState
-from miburi.errors import BodyError
+from miburi.errors import BodyError, InputError
 from miburi.feelings import FEELINGS, Expression, FeelingModel
 from miburi.partner.performance import Performance
 from miburi.partner.recovery import Recovery
@@ -186,20 +186,29 @@ class Partner:
         self._paused = False
 
     def perform(
-        self, expression: Expression, poses: Sequence[gestures.KeyPose] | None = None
+        self, expression: Expression | None, poses: Sequence[gestures.KeyPose] | None = None
     ) -> None:
         """Perform a gesture once, as soon as the body is at rest, whatever the feelings are.
+
+        Of several wishes that wait, the latest counts.
 
         Parameters
         ----------
         expression
             The feeling, and the mood. The mood is the intensity from the first key pose to the
-            last.
+            last. None: the poses show no feeling, as a look, and give way to the next wish.
         poses
             Key poses to perform instead of the feeling's own gesture, such as a blend.
+
+        Raises
+        ------
+        InputError
+            There is neither a feeling nor a pose.
         """
         name = None
         if poses is None:
+            if expression is None:
+                raise InputError("there is nothing to perform: give a feeling, or key poses.")
             function = self._repertoire.choose(expression.feeling, self._choices)
             name = function.name
             poses = gestures.key_poses(self.body.robot, function, expression.mood)
@@ -305,7 +314,9 @@ class Partner:
         if self._performance is None and due and not self._quiet:
             yield from self._begin(state.time)
         performance = self._performance
-        if performance is not None and (performance.is_due(state.time) or self._quiet):
+        if performance is not None and (
+            performance.is_due(state.time) or self._quiet or self._gives_way(performance)
+        ):
             yield from self._go_on(performance, state.time)
         if self._performance is None and self._quiet:
             self._go_home()
@@ -329,8 +340,9 @@ class Partner:
     def _go_on(self, performance: Performance, time: float) -> Iterator[Event]:
         """Send the next key pose at the present mood, or end the performance."""
         robot, shown = self.body.robot, performance.expression
-        # A breath gives way to a gesture.
-        if shown is None and (self._asked or self.feelings.express()):
+        # A breath gives way to a gesture, too.
+        felt = not performance.asked and shown is None and self.feelings.express()
+        if felt or self._gives_way(performance):
             yield from self._end(time, complete=False)
             return
         if not self._quiet:
@@ -345,6 +357,10 @@ class Partner:
                     yield MoveSent(time, index, move, solution)
                 return
         yield from self._end(time, complete=performance.complete)
+
+    def _gives_way(self, performance: Performance) -> bool:
+        """Whether what shows no feeling is broken off for what somebody asks."""
+        return performance.expression is None and self._asked is not None
 
     def _end(self, time: float, *, complete: bool) -> Iterator[Event]:
         shown, self._performance = self.expression, None

@@ -71,7 +71,7 @@ export default {
       if (!now) return this.words.why_neutral;
       if (state.paused) return this.words.why_paused;
       if (state.stop) return this.words.why_stopped;
-      if (state.asked) return this.words.why_asked;
+      if (state.asked && state.expressed) return this.words.why_asked;
       const i = this.names.indexOf(now.feeling);
       return this.words.why_felt.replace("{emotion}", state.emotion[i].toFixed(2));
     },
