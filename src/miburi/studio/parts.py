@@ -14,6 +14,9 @@ from miburi.studio.words import Words
 
 __all__ = ["attempt", "button", "heading", "senses_form", "set_label", "talk_form"]
 
+#: Senses that show a sign while they are on.
+_SIGNED = ("ears",)
+
 
 async def attempt(future: Future[None]) -> None:
     """Wait for a command; show the reason if it is refused."""
@@ -53,9 +56,14 @@ def senses_form(words: Words, *names: str) -> str:
         f'<small id="about-{name}">{escape(say[f"{name}_about"])}</small>'
         for name in names
     )
+    signs = "".join(
+        f'<p class="sign sign-{name}">{escape(say[f"{name}_on"])}</p>'
+        for name in names
+        if name in _SIGNED
+    )
     return (
         f'<details class="senses" data-senses="{told}"><summary>{escape(say["title"])}</summary>'
-        f'{switches}<output role="status"></output></details>'
+        f'{switches}<output role="status"></output></details>{signs}'
     )
 
 

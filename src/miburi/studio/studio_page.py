@@ -208,7 +208,9 @@ class _Studio:
                     "update:model-value", js_handler=f"(v) => {{ {keep('strength', 'v')} }}"
                 )
                 ui.label(level["press"]).classes("field-label")
-            ui.html(talk_form(self._words) + senses_form(self._words, "voice"), sanitize=False)
+            ui.html(
+                talk_form(self._words) + senses_form(self._words, "voice", "ears"), sanitize=False
+            )
 
     def _tabs(self) -> None:
         say = self._words["studio"]
