@@ -106,7 +106,7 @@ class Body {
   }
 
   // What the motors will bear in the next move or release, and the most duty that each may use.
-  // What a host says of it shifts what the rule expects: by less than 32 steps.
+  // What a host says of it shifts what the rule expects: by less than 32 steps, times the sag.
   Result set_loads(const Load* loads, Writer& out) {
     for (uint8_t i = 0; i < MOTORS; i++) {
       const Load& load = loads[i];

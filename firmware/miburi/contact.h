@@ -27,6 +27,7 @@ struct Guards {
 struct Rule {
   Guards guards[MOTORS];
   FreeServo servos[MOTORS];
+  uint16_t sag[MOTORS];  // 1/256: what of the error that the load should take, it takes of these
   uint16_t error_per_pwm;  // 1/65536 steps of error that bring one unit of duty
   int32_t period;  // Eq. 1
   int32_t ratio;   // Eq. 2

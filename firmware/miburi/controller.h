@@ -117,8 +117,9 @@ inline void start(Controller& c, const Rule& rule, Phase phase, const int16_t* g
     c.watch.start[motor] = positions[motor];
     c.watch.loading[motor].offset = (static_cast<int32_t>(c.origin[motor]) - positions[motor]) *
                                     direction * static_cast<int32_t>(FINE);
-    c.watch.loading[motor].begin = load.begin * QUARTER * direction;
-    c.watch.loading[motor].end = load.end * QUARTER * direction;
+    const int32_t weight = static_cast<int32_t>(rule.sag[motor]) * QUARTER * direction;
+    c.watch.loading[motor].begin = (load.begin * weight) >> 8;
+    c.watch.loading[motor].end = (load.end * weight) >> 8;
     c.watch.loading[motor].most = largest_error(rule, load);
   }
   begin(c.watch, rule);

@@ -55,7 +55,7 @@ class Memory {
 
  private:
   static const uint8_t MARK = 0x4d;
-  static const uint8_t LAYOUT = 3;  // of the table; another for every change to it
+  static const uint8_t LAYOUT = 4;  // of the table; another for every change to it
   static const uint8_t HEAD = 4;
   static const uint16_t SIZE = TABLE_SIZE + HEAD;
   static const uint16_t SALT = 0x4d31;

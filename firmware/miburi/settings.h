@@ -17,6 +17,7 @@ struct Joint {
   int16_t neutral;
   Guards guards;
   FreeServo servo;
+  uint16_t sag;  // 1/256: as Rule has it
 };
 
 struct Settings {
@@ -36,7 +37,7 @@ struct Settings {
 const uint8_t SETTINGS_SIZE = 22;
 const uint8_t GUARDS_SIZE = 14;
 const uint8_t FREE_SERVO_SIZE = 7;
-const uint8_t JOINT_SIZE = 10 + GUARDS_SIZE + FREE_SERVO_SIZE;
+const uint8_t JOINT_SIZE = 10 + GUARDS_SIZE + FREE_SERVO_SIZE + 2;
 const uint16_t FULL_PWM = 885;
 const uint16_t STEPS_PER_TURN = 4096;
 const int32_t SEAM = 100;  // steps that a joint's range keeps from it
@@ -87,6 +88,7 @@ inline uint8_t out_of_range(const Joint& j) {
       true,                            // brake
       within(j.servo.friction, 0, 32767),
       true,  // lost
+      within(j.sag, 0, 768),
   };
   for (uint8_t i = 0; i < sizeof good; i++) {
     if (!good[i]) {
@@ -168,6 +170,7 @@ inline Joint read_joint(Reader& in) {
   j.neutral = in.i16();
   j.guards = read_guards(in);
   j.servo = read_free_servo(in);
+  j.sag = in.u16();
   return j;
 }
 
@@ -180,6 +183,7 @@ inline void write_joint(const Joint& j, Writer& out) {
   out.put(static_cast<uint16_t>(j.guards.behind), 2).put(static_cast<uint16_t>(j.guards.ahead), 2);
   out.put(static_cast<uint16_t>(j.guards.arrival), 2);
   out.put(j.servo.pull, 2).put(j.servo.brake, 2).put(j.servo.friction, 2).put(j.servo.lost, 1);
+  out.put(j.sag, 2);
 }
 
 // Settings and joints as they stand in EEPROM, and on the link piece by piece.
@@ -236,6 +240,7 @@ struct Table {
     for (uint8_t i = 0; i < MOTORS; i++) {
       rule.guards[i] = joints[i].guards;
       rule.servos[i] = joints[i].servo;
+      rule.sag[i] = joints[i].sag;
     }
     return rule;
   }

@@ -16,7 +16,6 @@ from miburi.calibration.free_motion import (
     calibrate,
     measure_lag,
     measure_need,
-    measure_response,
 )
 from miburi.calibration.identify import Shares, expecting
 from miburi.cli import trials as cli
@@ -64,7 +63,6 @@ def test_a_motor_that_never_moved_gets_the_lag_of_the_others() -> None:
     positions[:, 0] = 0
     quiet = Trace(profile, still.start, still.direction, still.times, positions)
     lag = measure_lag([quiet])
-    assert np.isnan(measure_response([quiet]).noise).tolist() == [True] + [False] * 7
     assert abs(int(lag[0]) - 30_000) <= 1000
 
 
@@ -118,25 +116,6 @@ def test_a_watch_stops_for_less_than_the_measured_need(seed: int, period: int) -
     for index, name in enumerate(("speed", "tracking", "tracking", "arrival")):
         if needs[index] > 0:
             assert name in stops(*(n - (i == index) for i, n in enumerate(enough)))
-
-
-@pytest.mark.parametrize("regular", [True, False])
-def test_lag_ramp_and_noise_are_measured(regular: bool) -> None:
-    rng = np.random.default_rng(3)
-    traces = []
-    for distance in (800, 400, 150, 80):
-        one = trace(31_000, distance=distance, times=None if regular else irregular(rng))
-        one.positions[:, 2] += np.rint(rng.normal(0, 3.0, len(one.times))).astype(np.int64)
-        # The waist's servo speeds up more gently than commanded.
-        gentle = Profile.plan(one.profile.distance, one.profile.speed, 10_400 * EIGHT)
-        one.positions[:, 0] = gentle.position(one.times[:, None] - 31_000)[:, 0] // FINE
-        traces.append(one)
-    found = measure_response(traces)
-    assert np.abs(found.lag[1:] - 31_000).max() <= 2000
-    assert found.ramp[0] == pytest.approx(0.8, abs=0.051)
-    assert found.ramp[1:] == pytest.approx(1.0, abs=0.11)
-    assert found.noise[2] == pytest.approx(3.0, abs=0.7)
-    assert found.noise[3:].max() < 1.0
 
 
 def test_a_larger_margin_grants_more() -> None:

@@ -9,8 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from miburi.card.calibration import free_moves, grant_guards, record
+from miburi.calibration.identify import granted
 from miburi.card.card import Card
+from miburi.card.free_moves import free_moves, record
 from miburi.card.link import FrameKind, Report
 from miburi.card.order import Order
 from miburi.card.settings import FULL_PWM, CardSettings, FreeMotor, real_acceleration
@@ -258,4 +259,4 @@ def calibrated(firmware: Path) -> CardSettings:
         rig.shake()
         traces += record(rig.body, [move])
     rig.close()
-    return grant_guards(rig.robot, settings, traces)
+    return settings.with_rule(granted(settings.rule, traces))

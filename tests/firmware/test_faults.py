@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.firmware.rig import LOAD, NO_LOADS, Rig
+from tests.firmware.rig import LOAD, NO_LOADS, Rig, calibrated
 
 from miburi.bodies import Motor
 from miburi.card.card import Card
@@ -420,6 +420,27 @@ def test_a_stop_under_load_lets_nothing_sink_and_its_end_is_no_contact(rig: Rig)
     assert {servo.get("goal_pwm") for servo in rig.servos} == {204}
     rig.body.wake()
     assert rig.body.state.phase is Phase.IDLE
+
+
+def test_a_soft_servo_hangs_by_more_than_the_host_says(firmware: Path) -> None:
+    """Its share of the sag is the card's: three times what the description's servo would hang."""
+    told = (0, 12, 10, -8, -12, -10, 8, 12)
+    settings = calibrated(firmware)
+    soft = replace(settings, joints=tuple(replace(joint, sag=768) for joint in settings.joints))
+    rig = Rig(firmware, wake=False, settings=soft)
+    rig.body.hung = told
+    for servo, sag in zip(rig.servos, told, strict=True):
+        servo.shaft.load = -3.0 * sag
+    rig.body.step(0.04)
+    rig.body.wake()
+    raise_arms(rig)
+    assert rig.settle() is Phase.IDLE, rig.body.state.stop
+    assert rig.twin.looks > 30
+    rig.body.stop()
+    rig.body.configure(settings)  # without its share, the same motion is a contact
+    rig.body.release()
+    assert rig.settle() is Phase.STOPPED
+    rig.close()
 
 
 def test_limits_and_caps_stand_on_the_card_itself(rig: Rig) -> None:

@@ -51,6 +51,10 @@ def cases() -> Iterator[tuple[JointSettings, int]]:
         for value in {max(low - 1, 0), low, high, min(high + 1, most)}:
             joint = replace(JOINT, free=JOINT.free._replace(**{name: value}))
             yield joint, 255 if low <= value <= high else list(joint.values).index(name)
+    low, high, _ = ALLOWED["sag"]
+    for value in (low, high, high + 1):
+        joint = replace(JOINT, sag=value)
+        yield joint, 255 if value <= high else list(joint.values).index("sag")
 
 
 def disagreements(headers: Path, folder: Path) -> list[str]:
@@ -86,6 +90,7 @@ def mutants() -> Iterator[tuple[str, str]]:
     for name, end in (("pull", "16383"), ("friction", "32767")):
         row = f"within(j.servo.{name}, {'1' if name == 'pull' else '0'}, "
         yield f"{name} further", text.replace(f"{row}{end}", f"{row}{int(end) + 1}")
+    yield "sag further", text.replace("within(j.sag, 0, 768)", "within(j.sag, 0, 769)")
     one, other = "servo.brake = in", "servo.friction = in"
     yield one, text.replace(one, "\0").replace(other, one).replace("\0", other)
     yield "another width", text.replace("guards.slack = in.i16()", "guards.slack = in.u8()")

@@ -4,18 +4,15 @@ import errno
 import os
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from tests.firmware.rig import Rig
 
-from miburi.calibration.file import Calibration, read_calibration, write_calibration
-from miburi.card.calibration import apply_calibration, changes, free_moves, in_words, measure
 from miburi.card.card import Card
 from miburi.card.line import SerialLine
-from miburi.card.settings import ALLOWED, FULL_PWM, CardSettings
+from miburi.card.settings import FULL_PWM, CardSettings
 from miburi.cli.by_hand import find_zeros
 from miburi.emulation.body import EmulatedBody, EmulatedRobot
 from miburi.emulation.terminal import pump
@@ -23,7 +20,6 @@ from miburi.errors import BodyError
 from miburi.robot import JOINTS, iphonoid, load_robot
 from miburi.robot.loads import loads
 from miburi.robot.specimens import specimens
-from miburi.safety.contact import Rule
 from miburi.safety.move import plan_move
 from miburi.safety.stop import Phase
 from miburi.servos import load_servo
@@ -74,85 +70,6 @@ def test_each_move_has_a_ceiling_and_a_stop_a_soft_one(firmware: Path) -> None:
     # 0.12 N·m: as others' measurements have it, 221 of 885 at 5 V.
     assert body.settings.general.hold_pwm == pytest.approx(221, abs=2)
     body.close()
-
-
-def test_calibration_finds_lags_and_stores_guards_that_hold(firmware: Path, tmp_path: Path) -> None:
-    rig = Rig(firmware, 3, twin=False)
-    lags = [20_000 + 3_000 * i for i in range(8)]
-    for servo, lag in zip(rig.servos, lags, strict=True):
-        servo.shaft.lag = float(lag)
-        servo.shaft.noise = lambda: float(rig.rng.uniform(-0.6, 0.6))
-    said: list[str] = []
-    found = measure(rig.body, said.append)
-    assert said[:2] == ["moving all joints", "moving waist"]
-    # As the card sees it: a servo answers up to 2 ms after it was asked.
-    np.testing.assert_allclose(found.response.lag, lags, atol=3_000)
-    assert np.abs(found.response.ramp - 1).max() <= 0.11
-    assert 0.2 <= found.response.noise.min() <= found.response.noise.max() <= 1.5
-    assert "lag 20 ms" in in_words(found)[0] or "lag 19 ms" in in_words(found)[0]
-    rig.body.save()
-    path = tmp_path / "calibration.toml"
-    settings = found.settings
-    write_calibration(rig.robot, settings.rule, path, "by hand", settings.mounting)
-    assert apply_calibration(rig.settings, read_calibration(rig.robot, path)) == settings
-    rig.body.wake()
-    for _ in range(5):
-        rig.body.move(rig.random_move())
-        assert rig.settle() is Phase.IDLE, rig.body.state.stop
-    # Another host finds the calibration on the card.
-    again = Card(lambda: rig.line, rig.robot)
-    assert again.settings == settings
-    rig.close()
-
-
-def test_a_calibration_that_is_broken_off_leaves_the_guards_as_they_were(rig: Rig) -> None:
-    rig.body.stop()
-    rig.body.save()
-    rig.servos[0].shaft.high = rig.servos[0].shaft.place + 100
-    with pytest.raises(BodyError, match=r"contact \(waist\)\. Give the robot room"):
-        measure(rig.body)
-    assert rig.body.state.phase is Phase.STOPPED
-    assert rig.body.hello() == (rig.settings.crc, True, True)
-    rig.servos[0].shaft.high = np.inf
-    # Not even when the host is killed, and cannot put them back.
-    rig.body.configure(rig.settings.generous)
-    assert Card(lambda: rig.line, rig.robot).settings == CardSettings.of(rig.robot)
-
-
-def test_a_servo_that_needs_more_than_the_card_grants_is_named(
-    rig: Rig, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    rig.servos[6].shaft.noise = lambda: float(rig.rng.uniform(-18, 18))
-    few = [moved for moved in free_moves(rig.robot) if moved[0] == "left_fingertip"]
-    monkeypatch.setattr("miburi.card.calibration.free_moves", lambda _: few)
-    monkeypatch.setitem(ALLOWED, "slack", (0, 20, "steps"))
-    with pytest.raises(BodyError, match="left_fingertip needs a slack of .* at most 20"):
-        measure(rig.body)
-    assert rig.body.settings == rig.settings
-
-
-def test_a_rule_is_loaded_whole_or_not_at_all(rig: Rig) -> None:
-    """Period and ratio too: they outlast the next host."""
-    rig.body.stop()
-    rule = Rule(rig.settings.rule.guards, 80_000, 9100)
-    calibration = Calibration(rig.robot, rule, None)
-    settings = apply_calibration(rig.settings, calibration)
-    rig.body.configure(settings)
-    assert changes(rig.settings, settings) == [
-        "     all joints: period 100 ms → 80 ms, ratio 0.9372 → 0.91"
-    ]
-    assert Card(lambda: rig.line, rig.robot).settings == settings
-    deaf = replace(rule, ratio=5000)
-    with pytest.raises(BodyError, match="refuses ratio 0.5: allowed is 0.8 to 1"):
-        rig.body.configure(settings.with_rule(deaf))
-    assert rig.body.settings == settings
-    assert rig.body.hello()[:2] == (settings.crc, True)
-    swapped = settings.mounting.model_copy(update={"id": [2, 1, 3, 4, 5, 6, 7, 8]})
-    rig.body.configure(settings.with_mounting(swapped))
-    assert rig.body.hello()[:2] == (settings.with_mounting(swapped).crc, True)
-    twice = settings.mounting.model_copy(update={"id": [1] * 8})
-    with pytest.raises(BodyError, match="an id of its own"):
-        rig.body.configure(settings.with_mounting(twice))
 
 
 def test_a_body_on_a_pseudo_terminal(firmware: Path, monkeypatch: pytest.MonkeyPatch) -> None:

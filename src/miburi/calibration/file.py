@@ -21,6 +21,7 @@ from miburi.safety.profile import SECOND
 
 if TYPE_CHECKING:
     from miburi.calibration.identify import Shares
+    from miburi.safety.free import FreeRule
 
 __all__ = [
     "Calibration",
@@ -106,12 +107,14 @@ class CalibrationFile(Table):
 class Calibration:
     """What a file contains: the robot with its guards, the rule, and the mounting of the servos.
 
-    ``servos`` is None in a calibration that is not of a card.
+    ``servos`` is None in a calibration that is not of a card, and ``identified``, the same rule,
+    where the servos were not identified.
     """
 
     robot: Robot
     rule: Rule
     servos: Mounting | None
+    identified: "FreeRule | None" = None
 
 
 def write_calibration(
@@ -137,10 +140,10 @@ def write_calibration(
     if identified is not None:
         servo = robot.servo.model
         lines += ["", "[identified]", f'servo = "{servo.name}"']
-        lines += [f"gain = {servo.drive.gain:g}", f"divisor = {servo.divisor.p_divisor:.4f}"]
-        lines.append(f"wear = {identified.wear:.4f} # times the servo's friction")
+        lines += [f"gain = {servo.drive.gain:g}", f"divisor = {servo.divisor.p_divisor:.6f}"]
+        lines.append(f"wear = {identified.wear:.6f} # times the servo's friction")
         for name in ("stiffness", "damping", "friction", "gravity"):
-            numbers = ", ".join(f"{value:.4f}" for value in vars(identified)[name])
+            numbers = ", ".join(f"{value:.6f}" for value in vars(identified)[name])
             lines.append(f"{name} = [{numbers}] # of the servo's own")
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
@@ -171,7 +174,7 @@ def read_calibration(robot: Robot, path: Path) -> Calibration:
         wear=own.wear,
     )
     rule = replace(expecting(robot, shares, guards), period=period, ratio=ratio)
-    return Calibration(robot, rule, table.servos)
+    return Calibration(robot, rule, table.servos, rule)
 
 
 def _with_identified(robot: Robot, table: IdentifiedTable, path: Path) -> Robot:

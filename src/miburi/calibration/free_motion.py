@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from miburi.errors import InputError
-from miburi.robot import JOINTS, Array
+from miburi.robot import JOINTS
 from miburi.robot.guards import GUARDS, Guards
 from miburi.safety.contact import PAPER_PERIOD, PAPER_RATIO, UNLOADED, Loading, lag_doubt
 from miburi.safety.profile import FINE, Profile, Steps
@@ -21,12 +21,10 @@ __all__ = [
     "LEAST",
     "MARGIN",
     "Need",
-    "Response",
     "Trace",
     "calibrate",
     "measure_lag",
     "measure_need",
-    "measure_response",
 ]
 
 #: Guards are this many times what free motion needed (ours).
@@ -34,9 +32,6 @@ MARGIN = 1.2
 #: The guard ``least``, rad: windows with less expected travel are judged later (ours).
 LEAST = 0.0125
 _LONGEST_LAG = 120_000  # µs
-#: Ramps to try, as shares of the commanded one, and lags to try with each, µs from the measured.
-_RAMPS = np.linspace(0.6, 1.2, 13)
-_OTHER_LAGS = np.arange(-26_000, 26_001, 2000)
 _WORTH_MEASURING = 50  # steps
 
 
@@ -146,51 +141,6 @@ def measure_lag(traces: Sequence[Trace]) -> Steps:
     best = candidates[errors.argmin(axis=0)]
     others = int(np.median(best[moved])) if moved.any() else 0
     return np.where(moved, best, others).astype(np.int64)
-
-
-@dataclass(frozen=True)
-class Response:
-    """How the servos follow their commands, (8,) each.
-
-    Ramp and noise of a motor that never moved are NaN.
-
-    Attributes
-    ----------
-    lag
-        Delay behind the profile, µs.
-    ramp
-        Acceleration divided by the commanded one.
-    noise
-        Root mean square, while a profile runs, of the deviation that the lag does not explain,
-        steps.
-    """
-
-    lag: Steps
-    ramp: Array
-    noise: Array
-
-
-def measure_response(traces: Sequence[Trace]) -> Response:
-    """Measure how servos follow their commands in free motion, for people to check."""
-    lag = measure_lag(traces)
-    # A gentle ramp at both ends looks like a longer lag, so both are fitted together.
-    errors = np.zeros((len(_RAMPS), len(_OTHER_LAGS), len(JOINTS)))
-    squares, count = np.zeros(len(JOINTS)), np.zeros(len(JOINTS))
-    for trace in traces:
-        profile, travel = trace.profile, trace.travel
-        far = profile.distance >= _WORTH_MEASURING
-        runs = far & (trace.times[:, None] <= profile.total + lag)
-        for row, ramp in enumerate(_RAMPS):
-            acceleration = np.rint(profile.acceleration * ramp).astype(np.int64)
-            other = Profile.plan(profile.distance, profile.speed, acceleration)
-            expected = other.position(trace.times[:, None, None] - lag - _OTHER_LAGS[:, None])
-            missed = (expected - travel[:, None]) / FINE
-            errors[row] += (missed**2 * far).sum(axis=0)
-        squares += (((trace.expected(lag) - travel) / FINE) ** 2 * runs).sum(axis=0)
-        count += runs.sum(axis=0)
-    moved = count > 0
-    noise = np.sqrt(np.divide(squares, count, out=np.full(len(JOINTS), np.nan), where=moved))
-    return Response(lag, np.where(moved, _RAMPS[errors.min(axis=1).argmin(axis=0)], np.nan), noise)
 
 
 def calibrate(

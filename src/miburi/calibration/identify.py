@@ -31,9 +31,11 @@ __all__ = [
     "expecting",
     "fitted",
     "free_rule",
+    "granted",
     "identify",
     "in_words",
     "proposed_gain",
+    "stiffness",
     "worn",
 ]
 
@@ -198,11 +200,14 @@ def free_rule(robot: Robot, found: Identified, traces: Sequence[Trace]) -> FreeR
     """
     least = in_whole_units(GUARDS, robot.servo.step)
     guards = replace(least, lag=np.full(len(JOINTS), found.delay))
-    rule = expecting(robot, found, guards)
-    needs, floors = _needs(rule, traces), vars(least)
+    return granted(expecting(robot, found, guards), traces)
+
+
+def granted(rule: FreeRule, traces: Sequence[Trace]) -> FreeRule:
+    """Return a rule whose guards are ``MARGIN`` times what its model misses, and not narrower."""
     wider = {
-        name: np.maximum(floors[name], np.ceil(MARGIN * need).astype(np.int64))
-        for name, need in needs.items()
+        name: np.maximum(vars(rule.guards)[name], np.ceil(MARGIN * need).astype(np.int64))
+        for name, need in _needs(rule, traces).items()
     }
     return replace(rule, guards=replace(rule.guards, **wider))
 
@@ -248,14 +253,14 @@ def check(robot: Robot, found: Identified) -> None:
     BodyError
         A servo's stiffness is outside ``STIFFNESS``; the message names it, and the gain to set.
     """
-    stiffness = _at_horn(robot) * found.stiffness
-    outside = (stiffness < STIFFNESS[0]) | (stiffness > STIFFNESS[1])
+    found_stiffness = stiffness(robot, found)
+    outside = (found_stiffness < STIFFNESS[0]) | (found_stiffness > STIFFNESS[1])
     if not outside.any():
         return
     motor = int(np.argmax(np.abs(np.log(found.stiffness)) * outside))
-    name, value = JOINTS[motor].replace("_", " "), stiffness[motor]
+    name, value = JOINTS[motor].replace("_", " "), found_stiffness[motor]
     allowed = f"{STIFFNESS[0]:g} to {STIFFNESS[1]:g} are allowed"
-    middle = float(np.median(stiffness))
+    middle = float(np.median(found_stiffness))
     if abs(np.log(value / middle)) > np.log(_MIRRORED):
         raise BodyError(
             f"{name} turns back with {value:.1f} N·m/rad, the others do with "
@@ -269,10 +274,11 @@ def check(robot: Robot, found: Identified) -> None:
     )
 
 
-def _at_horn(robot: Robot) -> float:
-    """Return the description's stiffness behind the gears, which take a share, N·m/rad."""
+def stiffness(robot: Robot, found: Shares) -> Array:
+    """Return the stiffness of each servo behind its gears, which take a share, (8,) N·m/rad."""
     servo = robot.servo.model
-    return servo.stiffness * (1 - servo.friction.motor_load)
+    at_horn: Array = found.stiffness * servo.stiffness * (1 - servo.friction.motor_load)
+    return at_horn
 
 
 def fitted(robot: Robot, found: Identified) -> Robot:
@@ -331,21 +337,16 @@ def proposed_gain(robot: Robot, found: Identified) -> int:
 
     It stays as it is where the servos' median is well, 4 to 5.5 N·m/rad as found.
     """
-    servo, middle = robot.servo.model, float(np.median(found.stiffness))
-    stiffness = _at_horn(robot) * middle
-    if _WELL[0] <= stiffness <= _WELL[1]:
-        return round(servo.drive.gain)
+    gain, middle = robot.servo.model.drive.gain, float(np.median(stiffness(robot, found)))
+    if _WELL[0] <= middle <= _WELL[1]:
+        return round(gain)
     aim = (_WELL[0] + _WELL[1]) / 2
-    return round(servo.drive.gain * aim / stiffness / 50) * 50
+    return round(gain * aim / middle / 50) * 50
 
 
-def in_words(robot: Robot, found: Identified) -> list[str]:
+def in_words(found: Shares) -> list[str]:
     """Return what a maker may want to look at, a sentence each; none where all is as expected."""
     lines = []
-    gain = proposed_gain(robot, found)
-    if gain != round(robot.servo.model.drive.gain):
-        stiffness = _at_horn(robot) * float(np.median(found.stiffness))
-        lines.append(f"the servos turn back with {stiffness:.1f} N·m/rad; set the P gain to {gain}")
     for what, shares in (("stiffness", found.stiffness), ("friction", found.friction)):
         for motor, name in enumerate(JOINTS):
             side, _, part = name.partition("_")
@@ -353,10 +354,15 @@ def in_words(robot: Robot, found: Identified) -> list[str]:
             than = f"the {_MIRROR[side]}" if side in _MIRROR else "the others"
             other = shares[JOINTS.index(mirrored)] if side in _MIRROR else np.median(shares)
             times = float(shares[motor] / other)
-            if times > (_MIRRORED if side in _MIRROR else _SINGLE) and shares[motor] > _EXPECTED:
-                lines.append(f"{name.replace('_', ' ')}: {_often(times)} the {what} of {than}")
+            much = _MIRRORED if side in _MIRROR else _SINGLE
+            told = f"{name.replace('_', ' ')}: {_often(times)} the {what} of {than}"
+            if times > much and shares[motor] > _EXPECTED:
+                lines.append(told)
+            if what == "stiffness" and 1 / times > much and 1 / shares[motor] > _EXPECTED:
+                lines.append(f"{told}; look at its horn's screw and at its plug")
     return lines
 
 
 def _often(times: float) -> str:
-    return "twice" if 1.8 <= times < 2.25 else f"{times:.1f} times"
+    words = {"half": (0.45, 0.55), "twice": (1.8, 2.25)}
+    return next((word for word, (a, b) in words.items() if a <= times < b), f"{times:.1f} times")

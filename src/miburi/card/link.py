@@ -25,7 +25,7 @@ __all__ = [
     "encode",
 ]
 
-VERSION = 5
+VERSION = 6
 #: The kind of an answer is that of its request plus this.
 ANSWER = 0x80
 _MAX_FRAME = 128

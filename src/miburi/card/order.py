@@ -48,6 +48,7 @@ class Order(NamedTuple):
         cls, robot: Robot, settings: CardSettings, positions: Steps, origin: Steps, move: Move
     ) -> "Order":
         """Return the order for motors at ``positions``, that are held at ``origin``; steps."""
+        robot = settings.identified(robot)
         lower, upper = to_steps(robot, robot.lower), to_steps(robot, robot.upper)
         goals = np.clip(to_steps(robot, aim(robot, move.angles)), lower, upper)
         speeds = np.minimum(to_steps(robot, move.speeds), settings.general.max_speed)
@@ -56,6 +57,7 @@ class Order(NamedTuple):
     @classmethod
     def home(cls, robot: Robot, settings: CardSettings, positions: Steps) -> "Order":
         """Return the order for the slow return to neutral; its speeds are the card's own choice."""
+        robot = settings.identified(robot)
         neutral = np.array([joint.neutral for joint in settings.joints])
         way = np.abs(neutral - positions)
         speeds = way * settings.general.return_speed // max(int(way.max()), 1)

@@ -20,7 +20,7 @@ from miburi.robot.guards import GUARDS, Guards, by_motor
 from miburi.safety.contact import Rule
 from miburi.safety.controller import RETURN_SPEED
 from miburi.safety.drive import aim
-from miburi.safety.profile import to_steps
+from miburi.safety.profile import FINE, to_steps
 from miburi.servos import Servo
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ __all__ = [
 ]
 
 _GENERAL = struct.Struct("<i8H2B")
-_JOINT = struct.Struct("<BbHhhh" + "".join(guard.unit.code for guard in GUARDS.values()) + "3HB")
+_JOINT = struct.Struct("<BbHhhh" + "".join(guard.unit.code for guard in GUARDS.values()) + "3HBH")
 #: The whole duty of an XL330, as its registers 36 and 100 count; as in ``settings.h``.
 FULL_PWM = 885
 #: A servo hotter than this, °C, or a lower supply voltage, 0.1 V, stops the body (ours).
@@ -80,6 +80,7 @@ ALLOWED = {
     "brake": (0, 65_535, "× 1/65536"),
     "friction": (0, 32_767, "× 1/65536 steps for each 5 ms"),
     "lost": (0, 255, "× 1/256"),
+    "sag": (0, 768, "× 1/256"),
 }
 
 
@@ -160,6 +161,8 @@ class JointSettings:
         +1 if joint and servo turn the same way, −1 if they turn opposite ways.
     zero
         The servo's position, 0–4095, at joint angle 0.
+    sag
+        1/256: what of the error that the description's weight takes, it takes of this servo.
     """
 
     servo: int
@@ -170,6 +173,7 @@ class JointSettings:
     neutral: int
     guards: Guards[int]
     free: FreeMotor
+    sag: int = FINE
 
     @property
     def values(self) -> dict[str, int]:
@@ -177,7 +181,8 @@ class JointSettings:
         own = dict(vars(self))
         guards: Guards[int] = own.pop("guards")
         free: FreeMotor = own.pop("free")
-        return own | vars(guards) | free._asdict()
+        sag: int = own.pop("sag")
+        return own | vars(guards) | free._asdict() | {"sag": sag}
 
     def pack(self) -> bytes:
         """Return the bytes to send to the card."""
@@ -186,9 +191,9 @@ class JointSettings:
     @classmethod
     def unpack(cls, data: bytes) -> "JointSettings":
         """Read the bytes that a card sent."""
-        servo, direction, zero, low, high, neutral, *others = _JOINT.unpack(data)
+        servo, direction, zero, low, high, neutral, *others, sag = _JOINT.unpack(data)
         guards, free = Guards(*others[: len(GUARDS)]), FreeMotor(*others[len(GUARDS) :])
-        return cls(servo, direction, zero, low, high, neutral, guards, free)
+        return cls(servo, direction, zero, low, high, neutral, guards, free, sag)
 
 
 @dataclass(frozen=True)
@@ -245,6 +250,35 @@ class CardSettings:
             ),
         )
 
+    def with_servos(self, robot: Robot, rule: "FreeRule") -> "CardSettings":
+        """Return these settings with identified servos: the gain of ``robot``, and their rule."""
+        servo, sag = robot.servo.model, np.clip(rule.sag, *ALLOWED["sag"][:2])
+        joints = (
+            replace(joint, free=FreeMotor(*map(int, free)), sag=int(own))
+            for joint, own, *free in zip(self.joints, sag, *rule.servo, strict=True)
+        )
+        gain = round(servo.drive.gain)
+        general = replace(self.general, p_gain=gain, error_per_pwm=_error_per_pwm(servo))
+        return CardSettings(general, tuple(joints)).with_rule(rule)
+
+    def identified(self, robot: Robot) -> Robot:
+        """Return the description with servos as these settings expect them.
+
+        They have the gain that the card sets, the stiffness that follows from the error that brings
+        a duty, and as much friction as their gears take of the motors' torque.
+        """
+        servo, own = robot.servo.model, self.general
+        if (own.p_gain, own.error_per_pwm) != (round(servo.drive.gain), _error_per_pwm(servo)):
+            changes = {"p_divisor": own.error_per_pwm * own.p_gain / 65_536}
+            divisor = servo.divisor.model_copy(update={} if servo.gains.d else changes)
+            drive = servo.drive.model_copy(update={"gain": float(own.p_gain)})
+            servo = servo.model_copy(update={"divisor": divisor, "drive": drive})
+        described = round(servo.friction.motor_load * FINE)
+        lost = float(np.median([joint.free.lost for joint in self.joints]))
+        if 0 < described < lost:
+            servo = servo.varied(friction=lost / described)
+        return robot if servo is robot.servo.model else robot.with_servo(servo)
+
     def with_rule(self, rule: Rule) -> "CardSettings":
         """Return these settings with a rule's period, ratio and guards."""
         joints = (
@@ -272,7 +306,7 @@ class CardSettings:
         if other.generous == other:
             return mounted
         joints = (
-            replace(joint, guards=found.guards, free=found.free)
+            replace(joint, guards=found.guards, free=found.free, sag=found.sag)
             for joint, found in zip(mounted.joints, other.joints, strict=True)
         )
         found = {name: vars(other.general)[name] for name in _CALIBRATED}
@@ -302,7 +336,13 @@ class CardSettings:
         guards = np.array([astuple(joint.guards) for joint in self.joints], dtype=np.int64).T
         servo = np.array([joint.free for joint in self.joints], dtype=np.int64).T
         general = self.general
-        return FreeRule(Guards(*guards), general.period, general.ratio, servo=FreeServo(*servo))
+        return FreeRule(
+            Guards(*guards),
+            general.period,
+            general.ratio,
+            servo=FreeServo(*servo),
+            sag=np.array([joint.sag for joint in self.joints], dtype=np.int64),
+        )
 
     @property
     def crc(self) -> int:

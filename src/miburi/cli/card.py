@@ -120,7 +120,7 @@ def calibrate(
 ) -> None:
     """Measure the servos in free motion; store their guards on the card and in a file."""
     from miburi.calibration.file import write_calibration
-    from miburi.card.calibration import in_words, measure
+    from miburi.card.calibration import describe, measure
     from miburi.ground.files import whole_files
 
     with _open_card(port, robot_of(robot)) as card, whole_files(out.parent) as draft:
@@ -130,17 +130,19 @@ def calibrate(
             find_zeros(card, wait_for_enter)
         typer.confirm("The robot will move now. Is the space around it free?", abort=True)
         measured = measure(card, lambda what: print(f"{what} …"))
-        lines = in_words(measured)
-        print("\n".join(lines))
+        lines = describe(measured)
+        print("\n".join((*lines, *measured.words)))
         note = "\n".join(
             [
                 f"Calibration of the {card.robot.name} on a card, {datetime.now():%Y-%m-%d %H:%M}, "
-                f"from {measured.moves} free moves.",
+                f"from {measured.moves} free moves in {measured.seconds:.0f} s.",
                 *lines,
+                *measured.words,
             ]
         )
+        settings, path = measured.settings, draft / out.name
         write_calibration(
-            card.robot, measured.settings.rule, draft / out.name, note, measured.settings.mounting
+            measured.robot, settings.rule, path, note, settings.mounting, measured.found
         )
         print("storing …")
         card.save()

@@ -86,7 +86,7 @@ def test_a_stiff_elbow_is_named_in_words(real: Robot) -> None:
     friction = tuple(2.0 if motor == LEFT_ELBOW else 1.0 for motor in range(8))
     moves = record_free_moves(TrialPlant(real), 3, replace(USUAL, friction=friction))
     found = identify(real, moves)
-    words = in_words(real, found)
+    words = in_words(found)
     assert any(
         line.startswith("left elbow: ") and "friction of the right" in line for line in words
     )

@@ -20,7 +20,7 @@ from miburi.calibration.identify import (
     proposed_gain,
     worn,
 )
-from miburi.card.calibration import free_moves
+from miburi.card.free_moves import free_moves
 from miburi.errors import BodyError
 from miburi.robot import JOINTS, Robot
 from miburi.safety.free import FreeRule
@@ -94,7 +94,7 @@ def calibrate_servos(robot: Robot, seed: int, true: Robot | None = None) -> Cali
     seconds += plant.time
     found = identify(robot, traces)
     check(robot, found)
-    gain, words = robot.servo.model.drive.gain, in_words(robot, found)
+    gain, words = robot.servo.model.drive.gain, in_words(found)
     if gain != first:
         words.insert(
             0, f"the P gain is {gain:g} now, for {first:g} made the servos too soft or stiff"

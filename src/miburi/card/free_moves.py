@@ -1,0 +1,137 @@
+"""Free motion of a card's robot: the moves of a calibration, and gestures; recorded as traces."""
+
+from collections.abc import Iterable, Iterator
+from itertools import pairwise
+
+import numpy as np
+
+from miburi import ik
+from miburi.calibration.free_motion import Trace
+from miburi.card.card import Card
+from miburi.errors import BodyError
+from miburi.feelings import FEELINGS
+from miburi.gestures import key_poses, load
+from miburi.robot import JOINTS, Array, Robot
+from miburi.safety.move import Move, plan_move
+from miburi.safety.stop import Phase
+
+__all__ = ["free_moves", "gestures", "record"]
+
+#: How far a joint moves to both sides of the middle, as a share of half its range; at top speed
+#: so much farther that it gets there and stays for a while, but no farther than that (ours).
+_REACH, _RUN, _FARTHEST = 0.35, 1.1, 0.97
+#: Speeds of single joints, rad/s; the last is above that of every servo (ours).
+_SPEEDS = (0.8, 2.5, np.inf)
+#: Durations of moves of all joints, s; the last is too short for every servo (ours).
+_DURATIONS = (1.5, 0.8, 0.1)
+#: Slow speeds, rad/s, and their distance, rad: here one encoder step matters most (ours).
+_SLOWLY, _BIT = (0.05, 0.1, 0.2, 0.4), 0.15
+#: Recording time after each move, s; longer than the rule waits for a motor to arrive.
+_AFTER = 0.3
+#: What to do about a contact in free motion.
+_ROOM = (
+    "Give the robot room, keep hands away, and calibrate again. If nothing is in its way, look at "
+    "that joint's horn and screws, its plug, and cables that pull."
+)
+#: The mood of the gestures that test a calibration (ours).
+_MOOD = 0.9
+#: ``Report.heard`` where all motors answered.
+_ALL = 0xFF
+
+
+def free_moves(robot: Robot) -> Iterator[tuple[str, Move]]:
+    """Yield the moves of a calibration, each with the name of the joint that moves.
+
+    First each joint moves to and fro, then all move at once, slow to fast. The moves begin and end
+    at neutral. A resting joint is in the middle of its range, where the arms touch neither the
+    body nor each other. To be as fast as its servo may be, a joint needs a way of v²/a; elbows and
+    fingertips have little more between their limits.
+    """
+    middle, half = (robot.lower + robot.upper) / 2, (robot.upper - robot.lower) / 2
+    run = _RUN * robot.servo.max_speed**2 / robot.servo.acceleration
+    far = np.minimum(np.maximum(run / 2, _REACH * half), _FARTHEST * half)
+    half = _REACH * half
+    yield "all joints", _move(robot, middle, _SPEEDS[0])
+    for motor, name in enumerate(JOINTS):
+        only = np.arange(len(JOINTS)) == motor
+        for speed, way, sides in (
+            (_SPEEDS[0], half, (-1.0, 1.0)),
+            (_SPEEDS[-1], far, (-1.0, 1.0, -1.0)),
+        ):
+            for side in sides:
+                yield name, _move(robot, middle + side * way * only, speed)
+        yield name, _move(robot, middle, _SPEEDS[1])
+    # Both arms do the same, so that they do not meet; the left one's lower joints are mirrored.
+    alike = np.where([name in ("left_elbow", "left_fingertip") for name in JOINTS], -1.0, 1.0)
+    for speed in _SLOWLY:
+        for bit in (_BIT, 0.0):
+            yield "all joints", _move(robot, middle + alike * bit, speed)
+    # As in gestures, all joints start together and arrive together.
+    here = middle
+    for duration in _DURATIONS:
+        for side in (-1.0, 1.0):
+            there = middle + side * alike * half
+            yield "all joints", plan_move(robot, here, there, duration)
+            here = there
+    yield "all joints", plan_move(robot, here, robot.neutral, _DURATIONS[0])
+
+
+def gestures(robot: Robot) -> Iterator[tuple[str, list[Move]]]:
+    """Yield all gestures that ship, as large and fast as a mood of 0.9 makes them, by feeling."""
+    for feeling in FEELINGS:
+        performance = key_poses(robot, load(feeling), _MOOD)
+        angles = [np.array(robot.neutral)]
+        for key_pose in performance:
+            angles.append(ik.solve(robot, key_pose.target, start=angles[-1]).angles)
+        moves = [
+            plan_move(robot, here, there, key_pose.duration)
+            for (here, there), key_pose in zip(pairwise(angles), performance, strict=True)
+        ]
+        yield feeling, moves
+
+
+def _move(robot: Robot, angles: Array, speed: float) -> Move:
+    return Move(np.array(angles), np.full(len(JOINTS), min(speed, robot.servo.max_speed)))
+
+
+def record(card: Card, moves: Iterable[Move]) -> list[Trace]:
+    """Let an idle card make free moves, and return a trace of each.
+
+    Raises
+    ------
+    BodyError
+        A move was stopped.
+    """
+    return [_record_one(card, move) for move in moves]
+
+
+def _record_one(card: Card, move: Move) -> Trace:
+    origin, reports = np.array(card.goals), [card.report]
+    previous, card.on_report = card.on_report, reports.append
+    try:
+        card.move(move)
+        while card.step(0.02).phase is Phase.MOVING:
+            pass
+        stop = card.state.stop
+        if stop is not None:
+            where = "" if stop.motor is None else f" ({stop.motor})"
+            hint = _ROOM if stop.sign else "Mend that, then calibrate again."
+            raise BodyError(f"Stopped: {stop.reason.spoken}{where}. {hint}")
+        card.step(_AFTER)
+    finally:
+        card.on_report = previous
+    before = [report for report in reports if report.time <= card.move_began]
+    # The card does not judge readings that a motor did not answer.
+    complete = [r for r in reports if r.time > card.move_began and r.heard == _ALL]
+    start, order = np.array(before[-1].positions), card.order
+    if order is None:
+        raise BodyError("The card made no move; connect to it again.")
+    profile, direction = order.profile(card.settings, origin)
+    return Trace(
+        profile,
+        start,
+        direction,
+        times=np.array([report.time - card.move_began for report in complete]),
+        positions=np.array([report.positions for report in complete]),
+        loading=order.loading(card.settings, start, origin),
+    )

@@ -1,0 +1,201 @@
+"""A card's calibration, on the real binary: it identifies, names, refuses, and leaves no trace."""
+
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.firmware.rig import Rig
+
+from miburi.calibration.file import Calibration, read_calibration, write_calibration
+from miburi.card import calibration
+from miburi.card.calibration import apply_calibration, changes, describe, measure
+from miburi.card.card import Card
+from miburi.card.free_moves import free_moves
+from miburi.card.settings import ALLOWED, CardSettings
+from miburi.emulation.body import EmulatedRobot
+from miburi.emulation.servos import Servo
+from miburi.errors import BodyError
+from miburi.robot import JOINTS, Robot, iphonoid
+from miburi.robot.specimens import specimens
+from miburi.safety.contact import Rule
+from miburi.safety.move import plan_move
+from miburi.safety.stop import Phase
+from miburi.servos import load_servo
+
+
+@pytest.fixture(scope="module")
+def real() -> Robot:
+    return iphonoid().with_servo(load_servo("xl330-m288-t"))
+
+
+@pytest.fixture
+def emulation(firmware: Path, real: Robot) -> Iterator[EmulatedRobot]:
+    made = EmulatedRobot(real, CardSettings.of(real))
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def few(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of the free moves only those of all joints, and no gesture: half a minute of its time."""
+
+    def together(robot: Robot) -> list[object]:
+        return [(name, move) for name, move in free_moves(robot) if name not in JOINTS][3:]
+
+    monkeypatch.setattr(calibration, "free_moves", together)
+    monkeypatch.setattr(calibration, "gestures", lambda _: [])
+
+
+def test_a_robot_that_differs_is_identified_tested_and_stored(
+    firmware: Path, real: Robot, tmp_path: Path
+) -> None:
+    """Three times as stiff as described: the gain is changed, and the rule fits."""
+    *_, one = specimens(real, 1, 4)
+    emulation = EmulatedRobot(real, CardSettings.of(real), one)
+    card, said = Card(lambda: emulation, real), list[str]()
+    found = measure(card, said.append)
+    settings = found.settings
+    gain = settings.general.p_gain
+    assert found.seconds <= 180
+    assert f"the P gain is {gain} now" in said
+    assert found.words[0].startswith(f"the P gain is {gain} now")
+    assert {servo.get("position_p_gain") for servo in emulation.bus.servos} == {gain}
+    assert said[-1] == "testing: surprise"
+    true = one.robot.servo.model
+    motors = found.found.stiffness * found.robot.servo.model.stiffness
+    assert np.abs(motors / (true.stiffness * gain / true.drive.gain) - 1).max() < 0.2
+    assert describe(found)[0].startswith("          waist: ")
+    card.save()
+    path = tmp_path / "calibration.toml"
+    write_calibration(found.robot, settings.rule, path, "by hand", settings.mounting, found.found)
+    read = read_calibration(real, path)
+    assert apply_calibration(CardSettings.of(real), read) == settings
+    # Another host finds the calibration on the card, and what it asks of the motors fits it.
+    again = Card(lambda: emulation, real)
+    assert again.settings == settings
+    again.wake()
+    rng = np.random.default_rng(3)
+    for _ in range(8):
+        there = rng.uniform(0.7 * real.lower + 0.3 * real.neutral, 0.7 * real.upper)
+        there = np.clip(there, real.lower, real.upper)
+        there[[1, 4]] = np.abs(there[[1, 4]])  # the arms stay in front of the body
+        again.move(plan_move(real, again.state.angles, there, 0.8))
+        while again.step(0.02).phase is Phase.MOVING:
+            pass
+        assert again.state.phase is Phase.IDLE, again.state.stop
+    again.close()
+
+
+def weaken(servo: Servo, share: float) -> None:
+    """Let a servo's motor give only a share of its torque, as a bad one does."""
+    drive = servo.drive
+
+    def weak(time: float, place: float, speed: float) -> float | None:
+        duty = drive(time, place, speed)
+        return None if duty is None else share * duty
+
+    servo.drive = weak  # type: ignore[method-assign]
+
+
+@pytest.mark.usefixtures("few")
+def test_a_servo_with_more_friction_is_named_in_words(
+    emulation: EmulatedRobot, real: Robot
+) -> None:
+    emulation.plant.friction[JOINTS.index("left_elbow"), :4] *= 2.0
+    words = measure(Card(lambda: emulation, real)).words
+    assert words == ("left elbow: twice the friction of the right",)
+
+
+@pytest.mark.usefixtures("few")
+def test_a_weak_servo_is_named_in_words(emulation: EmulatedRobot, real: Robot) -> None:
+    weaken(emulation.bus.servos[JOINTS.index("right_fingertip")], 0.35)
+    words = measure(Card(lambda: emulation, real)).words
+    soft = (
+        r"right fingertip: .* the stiffness of the left; look at its horn's screw and at its plug"
+    )
+    assert any(re.fullmatch(soft, line) for line in words), words
+    assert all(line.startswith("right fingertip: ") for line in words), words
+
+
+def test_a_servo_that_gives_hardly_any_torque_is_refused_by_name(
+    emulation: EmulatedRobot, real: Robot
+) -> None:
+    weaken(emulation.bus.servos[JOINTS.index("left_elbow")], 0.2)
+    card = Card(lambda: emulation, real)
+    before = card.settings
+    with pytest.raises(BodyError, match=r"contact \(left_elbow\).* nothing is in its way.* horn"):
+        measure(card)
+    assert (card.settings, card.hello()[0]) == (before, before.crc)
+    assert card.state.phase is Phase.STOPPED
+
+
+@pytest.mark.usefixtures("few")
+def test_a_servo_that_needs_more_than_the_card_grants_is_named(
+    emulation: EmulatedRobot, real: Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rng = np.random.default_rng(1)
+    emulation.bus.servos[6].shaft.noise = lambda: float(rng.uniform(-6, 6))
+    monkeypatch.setitem(ALLOWED, "slack", (0, 16, "steps"))
+    card = Card(lambda: emulation, real)
+    with pytest.raises(BodyError, match="left_fingertip needs a slack of .* at most 16"):
+        measure(card)
+    assert card.settings == CardSettings.of(real)
+
+
+@pytest.mark.usefixtures("few")
+def test_a_gesture_that_is_stopped_refuses_the_calibration(
+    emulation: EmulatedRobot, real: Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Something that no single move has met is in the way, and the motor that met it is named."""
+
+    def blocked(robot: Robot) -> Iterator[tuple[str, list[object]]]:
+        there = robot.neutral + 0.6 * (np.arange(8) == 0)
+        emulation.plant.friction[0, 0] = 1.0  # it jams
+        yield "happiness", [plan_move(robot, robot.neutral, there, 0.8)]
+
+    monkeypatch.setattr(calibration, "gestures", blocked)
+    card = Card(lambda: emulation, real)
+    with pytest.raises(BodyError, match=r"contact \(waist\)"):
+        measure(card)
+    assert card.settings == CardSettings.of(real)
+
+
+def test_a_calibration_that_is_broken_off_leaves_the_guards_as_they_were(rig: Rig) -> None:
+    rig.body.stop()
+    rig.body.save()
+    rig.servos[0].shaft.high = rig.servos[0].shaft.place + 100
+    with pytest.raises(BodyError, match=r"contact \(waist\)\. Give the robot room"):
+        measure(rig.body)
+    assert rig.body.state.phase is Phase.STOPPED
+    assert rig.body.hello() == (rig.settings.crc, True, True)
+    rig.servos[0].shaft.high = np.inf
+    # Not even when the host is killed, and cannot put them back.
+    rig.body.configure(rig.settings.generous)
+    assert Card(lambda: rig.line, rig.robot).settings == CardSettings.of(rig.robot)
+
+
+def test_a_rule_is_loaded_whole_or_not_at_all(rig: Rig) -> None:
+    """Period and ratio too: they outlast the next host."""
+    rig.body.stop()
+    rule = Rule(rig.settings.rule.guards, 80_000, 9100)
+    calibration = Calibration(rig.robot, rule, None)
+    settings = apply_calibration(rig.settings, calibration)
+    rig.body.configure(settings)
+    assert changes(rig.settings, settings) == [
+        "     all joints: period 100 ms → 80 ms, ratio 0.9372 → 0.91"
+    ]
+    assert Card(lambda: rig.line, rig.robot).settings == settings
+    deaf = replace(rule, ratio=5000)
+    with pytest.raises(BodyError, match="refuses ratio 0.5: allowed is 0.8 to 1"):
+        rig.body.configure(settings.with_rule(deaf))
+    assert rig.body.settings == settings
+    assert rig.body.hello()[:2] == (settings.crc, True)
+    swapped = settings.mounting.model_copy(update={"id": [2, 1, 3, 4, 5, 6, 7, 8]})
+    rig.body.configure(settings.with_mounting(swapped))
+    assert rig.body.hello()[:2] == (settings.with_mounting(swapped).crc, True)
+    twice = settings.mounting.model_copy(update={"id": [1] * 8})
+    with pytest.raises(BodyError, match="an id of its own"):
+        rig.body.configure(settings.with_mounting(twice))
