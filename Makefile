@@ -50,7 +50,7 @@ check-wheels: .venv-lowest/bin/uv ## whether every dependency has a wheel on Lin
 	tools/check-wheels .venv-lowest/bin/uv
 test-lowest: .venv-lowest/bin/uv ## the tests with the lowest versions that pyproject.toml allows
 	.venv-lowest/bin/uv pip install --quiet --python .venv-lowest/bin/python \
-		--resolution lowest-direct -e '.[dev,mcp,studies]'
+		--resolution lowest-direct -e '.[dev,docs,mcp,studies]'
 	.venv-lowest/bin/python -m pytest -n auto --ignore $(PAGES) --ignore tests/firmware
 
 clean: ## remove what was built
@@ -72,7 +72,7 @@ clean: ## remove what was built
 
 .venv/test.stamp: .venv/run.stamp
 	tools/debian-packages chromium $(FIRMWARE_PACKAGES)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,mcp,studies]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,docs,mcp,studies]'
 	@touch $@
 
 # Fifteen thousand trials: seven minutes on two cores. Interrupted, each goes on where it was.
@@ -86,6 +86,11 @@ out/trials/as-printed.parquet: .venv/run.stamp
 	$(TRIALS) --free 500 --blocked 500 --rule printed
 docs-safety: $(patsubst %,out/trials/%.parquet,default-servo varied-servos as-printed) ## contact trials and their page (about 10 minutes)
 	$(BIN)/miburi safety-page $^ --out docs
+
+# MkDocs 2 will drop plugins and hooks; constraints.txt holds it below (its banner says so each time).
+.PHONY: docs
+docs: .venv/test.stamp ## the site that users read, in out/site
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --site-dir out/site
 
 .PHONY: docs-paper
 docs-paper: .venv/run.stamp ## the paper, claim by claim, and its figures (about a minute)

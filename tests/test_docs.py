@@ -1,19 +1,23 @@
 """What a reader follows in the documents leads somewhere; what a reader copies works."""
 
+import os
 import re
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).parents[1]
-PAGES = [*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("bench/**/*.md")]
+#: What only the site has.
+MADE = "reference/"
+PAGES = [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("bench/**/*.md")]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_links_and_pictures_are_there(page: Path) -> None:
     links = re.findall(r"\]\(([^)#]+)", page.read_text())
-    inside = [link for link in links if "://" not in link]
+    inside = [link for link in links if "://" not in link and not link.startswith(MADE)]
     assert [link for link in inside if not (page.parent / link).exists()] == []
 
 
@@ -37,3 +41,19 @@ def test_make_help_lists_every_target() -> None:
         cwd=ROOT, capture_output=True, text=True, check=True,
     ).stdout  # fmt: skip
     assert re.findall(r"^make ([a-z-]+) +\S", printed, re.MULTILINE) == targets
+
+
+def test_the_site_is_whole_and_asks_for_nothing_from_elsewhere(tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "mkdocs", "build", "--quiet", "--site-dir", tmp_path],
+        cwd=ROOT, capture_output=True, text=True, check=False,
+        env=os.environ | {"NO_MKDOCS_2_WARNING": "1"},
+    )  # fmt: skip
+    assert (done.returncode, done.stdout) == (0, ""), done.stderr
+    pages = [page.read_text(encoding="utf-8") for page in tmp_path.rglob("*.html")]
+    assert len(pages) > 30
+    loaded = [
+        re.findall(r"<(?:img|link|script)[^>]*(?:src|href)=\"?(https?:[^\" >]*)", page)
+        for page in pages
+    ]
+    assert [address for page in loaded for address in page] == []

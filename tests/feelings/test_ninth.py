@@ -116,6 +116,6 @@ def test_the_command_reads_it_from_its_option(mine: Path) -> None:
     assert "feeling = 'pride' is not known" in unknown.stderr
     wrong = miburi("--feelings", "temperament.toml", "forward", *["0"] * 8)
     assert wrong.returncode == 1
-    assert "temperament.toml: " in wrong.stderr
+    assert "temperament.toml:\n" in wrong.stderr
     assert "allowed are rest, feeling" in wrong.stderr
     assert "Traceback" not in wrong.stderr

@@ -31,6 +31,7 @@ from miburi.cli.options import (
 )
 from miburi.cli.run import run
 from miburi.cli.senses import say, words
+from miburi.cli.templates import template
 from miburi.cli.trials import calibrate, safety_page, trials, tune
 from miburi.errors import InputError, MiburiError
 from miburi.version import __version__
@@ -299,6 +300,7 @@ app.command()(trials)
 app.command()(calibrate)
 app.command()(tune)
 app.command()(safety_page)
+app.command()(template)
 
 feelings_app = typer.Typer(help="The emotional model.", no_args_is_help=True)
 app.add_typer(feelings_app, name="feelings")

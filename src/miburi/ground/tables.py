@@ -95,7 +95,7 @@ def _load(model: type[AnyTable], path: Path) -> AnyTable:
     try:
         return model.model_validate(data, context={"folder": path.parent})
     except ValidationError as error:
-        raise DescriptionError(f"{path}: {_in_words(error, model)}") from error
+        raise DescriptionError(f"{path}:{_in_words(error, model)}") from error
 
 
 def _in_words(error: ValidationError, model: type[Table]) -> str:
@@ -113,10 +113,11 @@ def _in_words(error: ValidationError, model: type[Table]) -> str:
                 allowed = ", ".join(_keys(model, path[:-1]))
                 lines.append(f"{key} = {got}: not a known key here; allowed are {allowed}.")
             case "value_error":
-                lines.append(f"{key}: {item['msg'].removeprefix('Value error, ')}.")
+                what = item["msg"].removeprefix("Value error, ")
+                lines.append(f"{key}: {what}." if path else f"{what}.")
             case _:
                 lines.append(f"{key} = {got}: {item['msg'][0].lower()}{item['msg'][1:]}.")
-    return lines[0] if len(lines) == 1 else "\n".join(["", *(f"  {line}" for line in lines)])
+    return f" {lines[0]}" if len(lines) == 1 else "\n".join(["", *(f"  {line}" for line in lines)])
 
 
 def _keys(model: type[BaseModel], path: Sequence[object]) -> list[str]:

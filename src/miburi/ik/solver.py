@@ -70,7 +70,7 @@ def residual_settings(robot: Robot) -> Settings:
 class Solution(NamedTuple):
     """What :func:`solve` found for one target.
 
-    Parameters
+    Attributes
     ----------
     angles
         (8,) rad inside the limits, in the order of ``JOINTS``.

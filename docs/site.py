@@ -1,0 +1,70 @@
+"""What the site adds to the pages of this folder: see mkdocs.yml.
+
+The pages are written to be read in the repository as well. Links that lead out of ``docs/`` lose
+their targets here and keep their words; what the project says of itself at its root becomes pages.
+The reference is made from the docstrings of each room's public names.
+"""
+
+import importlib
+import pkgutil
+import re
+from pathlib import Path
+from types import ModuleType
+
+from mkdocs.config.defaults import MkDocsConfig
+from mkdocs.structure.files import File, Files
+from mkdocs.structure.pages import Page
+
+ROOT = Path(__file__).parent.parent
+#: Pages that stand at the root of the repository.
+_PROJECT = {"contributing.md": "CONTRIBUTING.md", "changelog.md": "CHANGELOG.md"}
+_ROOMS = (
+    "feelings", "senses", "gestures", "ik", "bma", "partner", "bodies", "safety", "calibration",
+    "robot", "servos", "card", "interface.client", "errors",
+)  # fmt: skip
+_OUTSIDE = re.compile(r"\[([^\]]*)\]\((?:\.\./)+(?!images)[^)]*\)")
+
+
+def on_files(files: Files, config: MkDocsConfig) -> Files:
+    """Add the project's own pages, and those of the reference."""
+    for page, source in _PROJECT.items():
+        text = re.sub(r"\]\(docs/", "](", (ROOT / source).read_text(encoding="utf-8"))
+        files.append(File.generated(config, page, content=_within(text)))
+    icon = ROOT / "src/miburi/studio/static/icon.svg"
+    files.append(File.generated(config, "images/icon.svg", abs_src_path=str(icon)))
+    lines = ["# Reference", "", "Made from the docstrings. Import a name from its module.", ""]
+    for room in _ROOMS:
+        package = importlib.import_module(f"miburi.{room}")
+        first = (package.__doc__ or "").strip().splitlines()[0]
+        modules = _modules(package)
+        sections = [_section(module, heading=len(modules) > 1) for module in modules]
+        content = "\n".join([f"# {room}", "", *sections, ""])
+        files.append(File.generated(config, f"reference/{room}.md", content=content))
+        lines.append(f"- [`miburi.{room}`]({room}.md): {first}")
+    files.append(File.generated(config, "reference/index.md", content="\n".join(lines)))
+    (reference,) = (part["Reference"] for part in config.nav or () if "Reference" in part)
+    reference += [f"reference/{room}.md" for room in _ROOMS]
+    return files
+
+
+def _modules(package: ModuleType) -> list[ModuleType]:
+    """Return the modules that users import from: the package, or what is in it."""
+    if hasattr(package, "__all__"):
+        return [package]
+    inside = [part.name for part in pkgutil.iter_modules(package.__path__)]
+    return [importlib.import_module(f"{package.__name__}.{name}") for name in inside]
+
+
+def _section(module: ModuleType, *, heading: bool) -> str:
+    members = "\n".join(f"        - {name}" for name in module.__all__)
+    options = f"    options:\n      show_root_heading: {str(heading).lower()}\n      members:\n"
+    return f"::: {module.__name__}\n{options}{members}\n"
+
+
+def on_page_markdown(markdown: str, page: Page, **_: object) -> str:
+    """Take the targets from links that lead out of the site."""
+    return _within(markdown) if not page.file.src_uri.startswith("learn/") else markdown
+
+
+def _within(markdown: str) -> str:
+    return _OUTSIDE.sub(r"\1", markdown)

@@ -1,0 +1,44 @@
+"""A file that ships is printed as it is, so that its copy works at once."""
+
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from miburi.cli.main import app
+from miburi.errors import InputError
+from miburi.feelings import load_temperament
+from miburi.gestures import load
+from miburi.robot import load_robot
+from miburi.servos import load_servo
+
+
+def run(*arguments: str) -> str:
+    done = CliRunner().invoke(app, ["template", *arguments], catch_exceptions=False)
+    assert done.exit_code == 0
+    return done.stdout
+
+
+@pytest.mark.parametrize(
+    ("kind", "read"),
+    [
+        ("gesture", load),
+        ("robot", load_robot),
+        ("servo", load_servo),
+        ("temperament", load_temperament),
+    ],
+)
+def test_a_copy_of_each_file_works(kind: str, read, tmp_path: Path) -> None:
+    names = run(kind).split()
+    assert names
+    for name in names:
+        copy = tmp_path / f"{name}.toml"
+        copy.write_text(run(kind, name), encoding="utf-8")
+        read(copy)
+
+
+def test_a_wrong_name_lists_those_that_there_are() -> None:
+    with pytest.raises(InputError, match="one of feelings, gesture, robot.* got 'face'"):
+        run("face")
+    with pytest.raises(InputError, match=r"one of calm, .*playful, got 'merry'"):
+        run("temperament", "merry")
