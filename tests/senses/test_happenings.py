@@ -18,18 +18,19 @@ from miburi.senses.happenings import MAKES_UP, happenings, notice
     [
         ("stroke", "happiness"), ("pat", "happiness"), ("poke", "anger"), ("shake", "fright"),
         ("knock", "surprise"), ("drop", "fright"), ("startle", "fright"),
+        ("smile", "happiness"), ("sad_face", "sadness"), ("greet", "happiness"),
     ],
 )  # fmt: skip
 def test_each_brings_its_feeling_and_says_why(kind: str, feeling: str) -> None:
     one = notice(kind)
     assert one.feeling == feeling
-    assert one.reason.startswith(f"'{kind}': {feeling} ")
+    assert one.reason.startswith(f"'{kind.replace('_', ' ')}': {feeling} ")
     assert notice(kind, 0.5).strength == pytest.approx(one.strength / 2)
 
 
 def test_every_kind_that_a_page_may_send_is_in_the_file() -> None:
     assert all(notice(kind).strength == one.strength for kind, one in happenings().items())
-    assert len(happenings()) == 10
+    assert len(happenings()) == 17
 
 
 def test_a_stroke_makes_up_for_a_contact_and_a_poke_does_not() -> None:
@@ -51,6 +52,12 @@ def test_the_temperament_says_what_startles() -> None:
     (calm,) = stimuli(clap, shipped_temperament("calm"))
     (default,) = stimuli(clap, shipped_temperament())
     assert calm.strength == default.strength / 2
+
+
+def test_an_unhappy_face_weighs_less_than_a_smile() -> None:
+    """A model of single pictures is often wrong about it."""
+    for kind in ("sad_face", "angry_face", "scared_face", "disgusted_face"):
+        assert notice(kind).strength <= notice("smile").strength / 2
 
 
 def test_a_touch_is_felt_over_the_interface_and_the_log_says_why(server: Server) -> None:

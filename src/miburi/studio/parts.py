@@ -15,7 +15,7 @@ from miburi.studio.words import Words
 __all__ = ["attempt", "button", "heading", "senses_form", "set_label", "talk_form"]
 
 #: Senses that show a sign while they are on.
-_SIGNED = ("ears",)
+_SIGNED = ("ears", "eyes")
 
 
 async def attempt(future: Future[None]) -> None:

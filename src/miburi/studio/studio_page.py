@@ -209,7 +209,8 @@ class _Studio:
                 )
                 ui.label(level["press"]).classes("field-label")
             ui.html(
-                talk_form(self._words) + senses_form(self._words, "voice", "ears"), sanitize=False
+                talk_form(self._words) + senses_form(self._words, "voice", "ears", "eyes"),
+                sanitize=False,
             )
 
     def _tabs(self) -> None:

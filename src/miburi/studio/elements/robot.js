@@ -3,7 +3,7 @@ import * as THREE from "three";
 import { listen, send } from "/static/live.js";
 import { clipKind, download, film, Past } from "/static/clip.js";
 import { ArmsWay, DepthMarks } from "/static/reach.js";
-import { Blinker, drawOn, Easer, mix, talk, tintOf } from "/static/face.js";
+import { Blinker, drawOn, Easer, enliven, mix, tintOf } from "/static/face.js";
 
 const LIGHT = { wall: 0xf3ebe0, table: 0xe6dccf, sky: 0xffffff, ground: 0xd9c7b4, strength: 1.5 };
 const DARK = { wall: 0x1d1b1e, table: 0x2b2729, sky: 0x9fb2d6, ground: 0x30241e, strength: 0.75 };
@@ -237,7 +237,7 @@ export default {
     },
 
     drawFace(time, dt) {
-      const look = talk(mix(this.faces, this.easer.towards(this.weights, dt)), performance.now());
+      const look = enliven(mix(this.faces, this.easer.towards(this.weights, dt)), performance.now());
       const { width, height } = this.canvas;
       const context = this.canvas.getContext("2d");
       context.setTransform(1, 0, 0, 1, 0, 0);

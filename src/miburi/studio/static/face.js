@@ -21,12 +21,15 @@ export function mix(faces, weights) {
   return look;
 }
 
-// How far the voice opens the mouth now, 0 to 1, or null while it is silent; voice.js says so.
+// What moves in a face beside its feelings: how far the voice opens the mouth, 0 to 1, and where the
+// eyes look, {right, down}; null while there is none. voice.js and eyes.js say so.
 export const lips = { open: () => null };
+export const gaze = { at: () => null };
 
-export function talk(look, now) {
-  const open = lips.open(now);
+export function enliven(look, now) {
+  const open = lips.open(now), place = gaze.at(now);
   if (open !== null) look.mouth.gape = 2 + open * Math.max(18, look.mouth.gape);
+  if (place !== null) Object.assign(look.eyes, place);
   return look;
 }
 

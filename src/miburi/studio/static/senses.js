@@ -1,7 +1,9 @@
 // The switches of the partner's voice and senses. Each is a module that is loaded when it is first
 // switched on; its start() returns what switches it off again, or throws the name of a refusal.
-const MODULES = { voice: "/static/voice.js", motion: "/static/motion.js", ears: "/static/ears.js" };
-const SECURE = ["motion", "ears"]; // browsers give these to secure pages alone
+const MODULES = {
+  voice: "/static/voice.js", motion: "/static/motion.js", ears: "/static/ears.js", eyes: "/static/eyes.js",
+};
+const SECURE = ["motion", "ears", "eyes"]; // browsers give these to secure pages alone
 const KEPT = ["voice"]; // what a reload leaves on; microphone and camera are off after each
 const running = new Map();
 

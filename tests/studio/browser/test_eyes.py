@@ -1,0 +1,106 @@
+"""The partner's eyes in a real browser: what a face does to it, and what leaves the page."""
+
+import io
+from pathlib import Path
+from typing import Any
+
+import pytest
+from PIL import Image
+from playwright.sync_api import Browser, BrowserContext, expect
+from tests.fixtures.browser import CHROMIUM, FLAGS, PATIENCE, ask, needs_browser, until
+
+pytestmark = needs_browser
+
+#: A portrait by NASA: who it shows, smiles.
+SMILE = Path(__file__).parents[2] / "fixtures" / "smile.jpg"
+#: What look.js makes of [seconds, pitch, what the model says] parts, three pictures a second.
+LOOK = """async (parts) => {
+  const { Look } = await import("/static/look.js"), look = new Look(0), told = [];
+  let time = 0;
+  for (const [seconds, pitch, shows] of parts)
+    for (const end = time + 1000 * seconds; time < end; ) {
+      time += 333;
+      for (const news of look.take(shows && { pitch, roll: 0, shows }, time)) told.push(news.kind);
+    }
+  return told;
+}"""
+
+
+def film(folder: Path, left: int) -> Path:
+    """A second of pictures with the face at a place; a camera repeats it."""
+    picture = Image.new("RGB", (320, 240), (120, 130, 140))
+    picture.paste(Image.open(SMILE).resize((170, 170)), (left, 40))
+    frame = io.BytesIO()
+    picture.save(frame, "JPEG", quality=90)
+    path = folder / "face.mjpeg"
+    path.write_bytes(frame.getvalue() * 15)
+    return path
+
+
+def test_a_smile_makes_it_happy_its_arms_rise_and_it_looks_there(
+    browser: Browser, url: str, tmp_path: Path
+) -> None:
+    flags = [
+        "--use-fake-ui-for-media-stream", "--use-fake-device-for-media-stream",
+        f"--use-file-for-fake-video-capture={film(tmp_path, 10)}",
+    ]  # fmt: skip
+    seeing = browser.browser_type.launch(executable_path=str(CHROMIUM), args=FLAGS + flags)
+    page = seeing.new_page(locale="en-GB")
+    page.set_default_timeout(PATIENCE)
+    sent: list[dict[str, Any]] = []
+    asked: list[str] = []
+    page.on("request", lambda r: r.method == "POST" and sent.append(r.post_data_json))
+    page.on("request", lambda r: asked.append(r.url))
+    page.goto(url + "/face")
+    ask(page, "/stimulus", feeling="sadness", strength=1.0)
+    until(page, lambda now: now["emotion"][0] < 0.3)
+    page.locator(".senses summary").click()
+    page.get_by_role("switch", name="Eyes").click()
+    expect(page.get_by_text("Watching", exact=True)).to_be_visible()
+    page.wait_for_function("document.documentElement.dataset.faces === '1'")
+    there = until(page, lambda now: True)["time"]
+    happy = until(page, lambda now: now["emotion"][0] > 0.4)
+    assert happy["time"] - there < 3
+    until(page, lambda now: (now["expressed"] or {}).get("feeling") == "happiness")
+    until(page, lambda now: now["extent"] > 0.05)
+    assert {one["kind"] for one in sent} == {"smile"}
+    assert all(one.keys() == {"kind", "clearness"} for one in sent)
+    assert all(one.startswith((url, "blob:" + url)) for one in asked)
+    gaze = page.evaluate("import('/static/face.js').then(({ gaze }) => gaze.at(performance.now()))")
+    assert gaze["right"] > 0.15, "the camera's left is the right of the partner's own face"
+    page.get_by_role("switch", name="Eyes").click()
+    expect(page.get_by_text("Watching", exact=True)).to_be_hidden()
+    seeing.close()
+
+
+@pytest.mark.parametrize(
+    ("parts", "told"),
+    [
+        ([(5, 0.6, {"sad": 1.0})], []),
+        ([(5, 0.1, {"sad": 1.0})], ["sad_face"]),
+        ([(1.5, 0.1, {"sad": 1.0})], []),
+        ([(5, 0.6, {"happy": 1.0})], ["smile", "smile"]),
+        ([(0.3, 0, {"happy": 1.0}), (3, 0, {"neutral": 1.0})], []),
+        ([(2, 0, {"happy": 1.0}), (2, 0, {"surprise": 1.0})], ["smile", "surprised_face"]),
+        ([(5, 0, {"neutral": 1.0})], []),
+        ([(61, 0, None), (1, 0, {"neutral": 1.0})], ["greet"]),
+        ([(3, 0, {"neutral": 1.0}), (58, 0, None), (1, 0, {"neutral": 1.0})], []),
+    ],
+    ids=["turned down", "sad", "sad for a moment", "a smile, turned down", "a twitch",
+         "a smile, then surprise", "nothing", "back after a minute", "back sooner"],
+)  # fmt: skip
+def test_what_a_face_shows_in_time(
+    context: BrowserContext, url: str, parts: object, told: list[str]
+) -> None:
+    page = context.new_page()
+    page.goto(url + "/face?show=happiness:1")
+    assert page.evaluate(LOOK, parts) == told
+
+
+def test_nothing_of_the_eyes_is_loaded_until_they_are_on(context: BrowserContext, url: str) -> None:
+    page = context.new_page()
+    page.goto(url + "/face")
+    page.locator(".senses summary").click()
+    expect(page.get_by_role("switch", name="Eyes")).not_to_be_checked()
+    loaded = page.evaluate("performance.getEntriesByType('resource').map((one) => one.name)")
+    assert not any(part in name for name in loaded for part in ("human", "eyes", "look.js"))
