@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from miburi.safety.contact import Rule
 
 __all__ = [
+    "BrokerCertificates",
     "CalibrationFile",
     "GesturesFolder",
     "IkWay",
@@ -40,6 +41,14 @@ GesturesFolder = Annotated[
     typer.Option(
         "--gestures",
         help="A folder of gesture files; they replace the shipped ones of their feelings.",
+        show_default=False,
+    ),
+]
+BrokerCertificates = Annotated[
+    Path | None,
+    typer.Option(
+        "--broker-ca",
+        help="A file of certificates to trust (PEM); default: the system's.",
         show_default=False,
     ),
 ]

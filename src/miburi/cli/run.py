@@ -1,11 +1,14 @@
 """``miburi run``: parse the arguments and start the live partner."""
 
+import re
+import socket
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from miburi.cli.options import (
+    BrokerCertificates,
     CalibrationFile,
     GesturesFolder,
     RobotFile,
@@ -17,6 +20,9 @@ from miburi.cli.options import (
     temperament_of,
 )
 from miburi.errors import InputError
+
+if TYPE_CHECKING:
+    from miburi.interface.doors import Doors
 
 __all__ = ["run"]
 
@@ -32,6 +38,19 @@ def run(
     port: Annotated[int, typer.Option(help="The port to listen on; 0 takes a free one.")] = 8080,
     headless: Annotated[bool, typer.Option("--headless", help="Do not open a browser.")] = False,
     agents: Annotated[bool, typer.Option("--agents", help="Let agents in at /mcp (MCP).")] = False,
+    broker: Annotated[
+        str | None,
+        typer.Option(
+            help="A home's MQTT broker: [mqtt://|mqtts://][USER@]HOST[:PORT].", show_default=False
+        ),
+    ] = None,
+    broker_ca: BrokerCertificates = None,
+    name: Annotated[
+        str | None,
+        typer.Option(
+            help="The partner's name there; default: this computer's.", show_default=False
+        ),
+    ] = None,
     temperament: TemperamentName = "playful",
     robot: RobotFile = None,
     servo: ServoName = None,
@@ -54,6 +73,7 @@ def run(
 
     if servo is not None and body != "simulated":
         raise InputError("--servo is for the simulated body; a card has servos of its own.")
+    doors = _doors(agents, broker, broker_ca, name)
     description = robot_of(robot, servo)
     serve(
         Wish(
@@ -66,9 +86,22 @@ def run(
             host=host,
             port=port,
             headless=headless,
-            agents=agents,
+            doors=doors,
             folder=folder,
             forget=forget,
             seed=seed,
         )
     )
+
+
+def _doors(agents: bool, broker: str | None, ca: Path | None, name: str | None) -> "Doors":
+    from miburi.interface.broker import check_name, find_broker
+    from miburi.interface.doors import Doors
+
+    if broker is None:
+        if ca is not None or name is not None:
+            raise InputError("--broker-ca and --name are for a home's broker; give --broker, too.")
+        return Doors(agents)
+    if name is None:  # letters that a topic takes, of this computer's name
+        name = re.sub(r"[^a-z0-9]+", "-", socket.gethostname().lower()).strip("-")[:40] or "miburi"
+    return Doors(agents, find_broker(broker, ca), check_name(name))

@@ -15,7 +15,7 @@ from pydantic import BaseModel, TypeAdapter
 from miburi.errors import InputError
 from miburi.interface.client import PATIENCE, ConnectionLostError, accepted
 from miburi.interface.wire import GestureOut
-from miburi.live.state import Entry, State
+from miburi.live.state import Entry, MotorsOut, State
 
 __all__ = ["Asker", "beside"]
 
@@ -66,6 +66,10 @@ class Asker:
     async def log(self, after: int) -> list[Entry]:
         """Return the log's entries after number ``after``, the oldest first."""
         return _ENTRIES.validate_json(await self._ask("GET", f"/log?after={after}"))
+
+    async def motors(self) -> MotorsOut:
+        """Return the motors' temperatures, supply and calibration."""
+        return MotorsOut.model_validate_json(await self._ask("GET", "/motors"))
 
     async def gestures(self) -> list[GestureOut]:
         """Return the movement functions."""

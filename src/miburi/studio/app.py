@@ -10,6 +10,7 @@ from nicegui import ui
 from starlette.routing import Match
 
 from miburi.interface.api import make_api
+from miburi.interface.doors import Doors
 from miburi.interface.pairing import pairing_router
 from miburi.interface.socket import live_router
 from miburi.live.view import LivePartner
@@ -20,10 +21,11 @@ from miburi.studio.studio_page import add_studio_page
 __all__ = ["HERE", "make_app"]
 
 HERE = Path(__file__).parent
+_CLOSED = Doors()
 
 
 def make_app(
-    runner: LivePartner, addresses: list[str], token: str | None, *, agents: bool = False
+    runner: LivePartner, addresses: list[str], token: str | None, doors: Doors = _CLOSED
 ) -> FastAPI:
     """Return the application for a live partner; NiceGUI allows one in a process.
 
@@ -35,17 +37,14 @@ def make_app(
         The addresses at which other devices reach this server.
     token
         The token that they need, to show as a QR code; None on the loopback address.
-    agents
-        Whether agents may come in.
+    doors
+        The doors that are open beside HTTP.
     """
     app = make_api(runner)
     app.include_router(live_router(runner))
     app.include_router(pairing_router(token, pairing_page))
     app.mount("/static", StaticFiles(directory=HERE / "static"), name="static")
-    if agents:
-        from miburi.interface.agents import add_agents
-
-        add_agents(app)
+    doors.open(app)
     app.include_router(_nothing(app))
     add_face_page(app)
     add_studio_page(runner, addresses, token)

@@ -13,7 +13,7 @@ import threading
 import webbrowser
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum, auto
 from multiprocessing import get_context
 from multiprocessing.process import BaseProcess
@@ -21,10 +21,11 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 from types import FrameType
 
-from miburi.errors import BodyError, InputError, OutputError, need
+from miburi.errors import BodyError, InputError, OutputError
 from miburi.feelings import EmotionalModel, Stimulus, Temperament
 from miburi.gestures import Repertoire
 from miburi.interface.access import is_loopback, kept_token
+from miburi.interface.doors import Doors
 from miburi.live.answering import answer
 from miburi.live.archive import Archive
 from miburi.live.bodies import KINDS
@@ -65,8 +66,8 @@ class Wish:
         Where to listen; port 0 takes any that is free.
     headless
         Open no browser.
-    agents
-        Let agents in (MCP).
+    doors
+        The doors that are open beside HTTP.
     folder
         Where the token, the partner's state and recordings are kept.
     forget
@@ -84,7 +85,7 @@ class Wish:
     host: str = "127.0.0.1"
     port: int = 8080
     headless: bool = False
-    agents: bool = False
+    doors: Doors = field(default_factory=Doors)
     folder: Path | None = None
     forget: bool = False
     seed: int = 0
@@ -118,7 +119,7 @@ def serve(wish: Wish) -> None:
         url = _url(listener, wish.host)
         ends, theirs = lanes()
         addresses = _addresses(listener, wish.host)
-        server = _start(Pages(listener, addresses, token, wish.agents), theirs)
+        server = _start(Pages(listener, addresses, token, wish.doors), theirs)
     try:
         feelings = _feelings(wish, memory)
         runner = _wake(wish, feelings, folder)
@@ -142,8 +143,7 @@ def serve(wish: Wish) -> None:
 
 def _check(wish: Wish) -> None:
     """Refuse what cannot be started."""
-    if wish.agents:
-        need("mcp", "mcp")
+    wish.doors.need()
     if wish.seed < 0:
         raise InputError(f"the seed must be 0 or more, got {wish.seed}.")
     if wish.body not in KINDS:

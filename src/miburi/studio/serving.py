@@ -12,6 +12,7 @@ from types import FrameType
 import uvicorn
 
 from miburi.interface.access import Gate
+from miburi.interface.doors import Doors
 from miburi.interface.http import configure
 from miburi.live.crossing import Lanes
 from miburi.live.far import FarPartner
@@ -32,14 +33,14 @@ class Pages:
         The addresses at which other devices reach it.
     token
         The token that they need; None on the loopback address.
-    agents
-        Whether agents may come in.
+    doors
+        The doors that are open beside HTTP.
     """
 
     listener: socket.socket
     addresses: list[str]
     token: str | None
-    agents: bool
+    doors: Doors
 
 
 def serve_pages(pages: Pages, ends: Lanes) -> None:
@@ -50,7 +51,7 @@ def serve_pages(pages: Pages, ends: Lanes) -> None:
         partner = FarPartner(ends)
     except UnreachableError:
         return  # it could not begin, and has said why
-    app = make_app(partner, pages.addresses, pages.token, agents=pages.agents)
+    app = make_app(partner, pages.addresses, pages.token, pages.doors)
     server = _Server(configure(Gate(app, pages.token)), partner)
     threading.Thread(target=_end_with, args=(partner, server), daemon=True).start()
     server.run(sockets=[pages.listener])

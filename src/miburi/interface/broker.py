@@ -1,0 +1,137 @@
+"""An MQTT broker: where it is, and how to get in.
+
+Its password comes from the environment or from a file, never from the command line, where every
+user of the computer could read it.
+"""
+
+import os
+import re
+import ssl
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+from urllib.parse import unquote, urlsplit
+
+from miburi.errors import InputError
+
+if TYPE_CHECKING:
+    import aiomqtt
+
+__all__ = ["PASSWORD", "Broker", "check_name", "find_broker"]
+
+#: The variable with the password; with _FILE behind it, the one that names a file.
+PASSWORD = "MIBURI_BROKER_PASSWORD"  # noqa: S105 a name, not a password
+_PORTS = {"mqtt": 1883, "mqtts": 8883}
+#: s after which the broker takes a silent partner for lost, and half as much again.
+_KEEP_ALIVE = 10
+
+
+@dataclass(frozen=True)
+class Broker:
+    """A broker, and who we are to it."""
+
+    host: str
+    port: int
+    tls: bool = False
+    ca: Path | None = None
+    user: str | None = None
+    password: str | None = field(default=None, repr=False)
+
+    def client(self, identifier: str, will: "aiomqtt.Will | None" = None) -> "aiomqtt.Client":
+        """Return a client that is not connected yet; it needs the extra ``mqtt``."""
+        import aiomqtt
+
+        return aiomqtt.Client(
+            self.host,
+            self.port,
+            username=self.user,
+            password=self.password,
+            identifier=identifier,
+            will=will,
+            keepalive=_KEEP_ALIVE,
+            tls_context=_tls(self.ca) if self.tls else None,
+        )
+
+
+def find_broker(
+    address: str, ca: Path | None = None, environment: Mapping[str, str] = os.environ
+) -> Broker:
+    """Return the broker at an address, with the password that the environment gives.
+
+    Parameters
+    ----------
+    address
+        ``[mqtt://|mqtts://][USER@]HOST[:PORT]``; mqtts means TLS.
+    ca
+        A file with the certificates to trust; by default those of the system.
+
+    Raises
+    ------
+    InputError
+        The address is none, brings a password, or a file cannot be read.
+    """
+    text = address if "://" in address else f"mqtt://{address}"
+    try:
+        parts = urlsplit(text)
+        port = parts.port
+    except ValueError as error:
+        raise _not_an_address(address) from error
+    if parts.scheme not in _PORTS or not parts.hostname or parts.path.strip("/"):
+        raise _not_an_address(address)
+    if parts.password is not None:
+        raise InputError(
+            "a password on the command line can be read by others; give it in the variable "
+            f"{PASSWORD}, or the name of its file in {PASSWORD}_FILE."
+        )
+    if ca is not None and parts.scheme == "mqtt":
+        raise InputError("certificates are for TLS; write the broker as mqtts://HOST.")
+    tls = parts.scheme == "mqtts"
+    if tls:
+        _tls(ca)  # refuse a wrong file now
+    return Broker(
+        parts.hostname,
+        port or _PORTS[parts.scheme],
+        tls,
+        ca,
+        unquote(parts.username) if parts.username else None,
+        _password(environment),
+    )
+
+
+def check_name(name: str) -> str:
+    """Return a partner's name, if it can stand in a topic.
+
+    Raises
+    ------
+    InputError
+        It cannot, or it means all partners.
+    """
+    if not re.fullmatch(r"[a-z0-9][a-z0-9_-]{0,39}", name) or name == "all":
+        raise InputError(
+            f"a partner's name has 1 to 40 of a-z, 0-9, _ and -, and is not 'all'; got {name!r}."
+        )
+    return name
+
+
+def _not_an_address(address: str) -> InputError:
+    return InputError(
+        f"a broker's address is [mqtt://|mqtts://][USER@]HOST[:PORT], got {address!r}."
+    )
+
+
+def _tls(ca: Path | None) -> ssl.SSLContext:
+    try:
+        return ssl.create_default_context(cafile=ca)
+    except (OSError, ssl.SSLError) as error:
+        raise InputError(f"{ca}: these certificates cannot be read: {error}.") from error
+
+
+def _password(environment: Mapping[str, str]) -> str | None:
+    file = environment.get(PASSWORD + "_FILE")
+    if file is None:
+        return environment.get(PASSWORD)
+    try:
+        return Path(file).read_text(encoding="utf-8").rstrip("\n")
+    except (OSError, UnicodeError) as error:
+        raise InputError(f"{file}: the password cannot be read: {error}.") from error

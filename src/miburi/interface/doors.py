@@ -1,0 +1,47 @@
+"""The doors that a user opens beside HTTP; each is loaded only then, and needs an extra."""
+
+from dataclasses import dataclass
+
+from fastapi import FastAPI
+
+from miburi.errors import need
+from miburi.interface.broker import Broker
+
+__all__ = ["Doors"]
+
+
+@dataclass(frozen=True)
+class Doors:
+    """What is open.
+
+    Attributes
+    ----------
+    agents
+        Whether agents may come in (MCP).
+    broker
+        The broker of a home; None: the partner tells none.
+    name
+        The partner's name there.
+    """
+
+    agents: bool = False
+    broker: Broker | None = None
+    name: str = "miburi"
+
+    def need(self) -> None:
+        """Refuse to go on without the libraries of the open doors."""
+        if self.agents:
+            need("mcp", "mcp")
+        if self.broker is not None:
+            need("aiomqtt", "mqtt")
+
+    def open(self, app: FastAPI) -> None:
+        """Add the doors to an application."""
+        if self.agents:
+            from miburi.interface.agents import add_agents
+
+            add_agents(app)
+        if self.broker is not None:
+            from miburi.interface.home import add_home
+
+            add_home(app, self.broker, self.name)

@@ -1,0 +1,301 @@
+"""The door for homes: the partner tells a broker how it is, and takes small wishes (MQTT).
+
+A home that runs Home Assistant finds it by itself, by MQTT discovery. Each stop is told at least
+once, also those that happened while the broker was away, as long as the log holds them. The last
+will says that the partner is gone. Wishes are those of HTTP (feel, say, stop); there is none to
+release. What cannot be done is answered on a topic of its own.
+
+This module needs the extra ``mqtt``; nothing loads it before somebody wants it.
+"""
+
+import asyncio
+import json
+import sys
+import time
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager, suppress
+from datetime import date
+from typing import Any
+
+from fastapi import FastAPI
+from pydantic import ValidationError
+
+from miburi.errors import MiburiError, needs_extra
+from miburi.feelings import FEELINGS
+from miburi.feelings.catalogue import CATALOGUE
+from miburi.interface.access import Allowance
+from miburi.interface.asker import Asker, beside
+from miburi.interface.broker import Broker
+from miburi.interface.report import ALL, NEUTRAL, Report, Topics, make_report, make_stop_news
+from miburi.interface.wire import SpeakIn, StimulusIn
+from miburi.live.state import Entry
+from miburi.safety.stop import StopReason
+from miburi.version import __version__
+
+try:
+    from aiomqtt import Client, Message, MqttError, Will
+except ModuleNotFoundError as error:
+    raise needs_extra("mqtt", error) from error
+
+__all__ = ["BIRTH", "BURST", "RATE", "add_home", "discovery", "discovery_topic", "live_at_home"]
+
+#: Where Home Assistant says that it has come back.
+BIRTH = "homeassistant/status"
+#: Wishes a second and at once, Stop not counted (ours).
+RATE, BURST = 5.0, 10.0
+#: The longest wish, bytes.
+_LONGEST = 4_000
+#: s between two looks at the partner (ours).
+_PERIOD = 0.25
+#: s before the first and the longest wait for a broker that is away (ours).
+_FIRST_PAUSE, _LONGEST_PAUSE = 1.0, 30.0
+_ONLINE, _OFFLINE = "online", "offline"
+
+
+def add_home(app: FastAPI, broker: Broker, name: str) -> None:
+    """Let a partner live at a home's broker, for as long as the server serves."""
+
+    @asynccontextmanager
+    async def living() -> AsyncIterator[None]:
+        task = asyncio.create_task(live_at_home(Asker.within(app), broker, name))
+        try:
+            yield
+        finally:
+            task.cancel()
+            await asyncio.gather(task, return_exceptions=True)
+
+    beside(app, living)
+
+
+async def live_at_home(
+    partner: Asker,
+    broker: Broker,
+    name: str,
+    clock: Callable[[], float] = time.monotonic,
+    today: Callable[[], date] = date.today,
+) -> None:
+    """Tell a broker about a partner until cancelled; find the broker again when it was away.
+
+    Parameters
+    ----------
+    partner
+        The partner.
+    broker
+        The broker.
+    name
+        The partner's name there; no other may have it.
+    clock, today
+        Give s, for the rate of wishes, and the day whose stops are counted.
+    """
+    home = _Home(partner, name, Allowance(RATE, BURST, clock), today)
+    pause = _FIRST_PAUSE
+    while True:
+        try:
+            async with broker.client(f"miburi-{name}", home.will) as client:
+                pause = _FIRST_PAUSE
+                await home.live(client)
+        except* Exception as group:  # whatever fails here, the partner lives on
+            why = "; ".join(str(one) or type(one).__name__ for one in group.exceptions)
+            print(
+                f"miburi: the broker at {broker.host}:{broker.port}: {why}. Trying again.",
+                file=sys.stderr,
+                flush=True,
+            )
+        await asyncio.sleep(pause)
+        pause = min(2 * pause, _LONGEST_PAUSE)
+
+
+class _Home:
+    """One partner at one broker, however often the connection is made anew."""
+
+    def __init__(
+        self, partner: Asker, name: str, wishes: Allowance, today: Callable[[], date]
+    ) -> None:
+        self._partner, self._name = partner, name
+        self._wishes, self._today = wishes, today
+        self._topics = Topics(name)
+        self._told: int | None = None  # the last number of the log that the broker knows
+        self._day, self._stops = today(), 0
+        self._stopping: asyncio.Task[None] | None = None
+        self._online = False
+        self._reported: Report | None = None
+        self._announced: list[str] | None = None  # the joints whose temperatures are known
+
+    @property
+    def will(self) -> Will:
+        """What the broker says when we are gone without a word."""
+        return Will(self._topics.available, _OFFLINE, qos=1, retain=True)
+
+    async def live(self, client: Client) -> None:
+        """Report and obey until the connection ends."""
+        self._online, self._reported, self._announced = False, None, None
+        topics = self._topics
+        for topic in (topics.feel, topics.say, topics.stop, Topics(ALL).stop, BIRTH):
+            await client.subscribe(topic, qos=1)
+        try:
+            async with asyncio.TaskGroup() as tasks:
+                tasks.create_task(self._report(client))
+                tasks.create_task(self._obey(client, tasks))
+        finally:
+            with suppress(MqttError):  # it may be the broker that has gone
+                await self._say_whether(client, _OFFLINE)
+
+    async def _say_whether(self, client: Client, online: str) -> None:
+        await client.publish(self._topics.available, online, qos=1, retain=True)
+
+    async def _report(self, client: Client) -> None:
+        while True:
+            try:
+                await self._look(client)
+            except MiburiError:  # it cannot be reached
+                if self._online:
+                    self._online = False
+                    await self._say_whether(client, _OFFLINE)
+            await asyncio.sleep(_PERIOD)
+
+    async def _look(self, client: Client) -> None:
+        """Tell what is new."""
+        state = await self._partner.state()
+        if self._told is None:
+            self._told = state.latest
+        entries = await self._partner.log(self._told) if state.latest > self._told else []
+        report_of = make_report(state, await self._partner.motors(), 0)
+        if self._announced != [*report_of.temperatures]:
+            self._announced = [*report_of.temperatures]
+            message = json.dumps(discovery(self._name, self._announced))
+            await client.publish(discovery_topic(self._name), message, qos=1, retain=True)
+        if not self._online:
+            self._online = True
+            await self._say_whether(client, _ONLINE)
+        for entry in entries:
+            await self._tell(client, entry)
+            self._told = entry.number
+        if self._day != self._today():
+            self._day, self._stops = self._today(), 0
+        report = report_of.model_copy(update={"stops_today": self._stops})
+        if report != self._reported:
+            content = report.model_dump_json()
+            await client.publish(self._topics.report, content, qos=1, retain=True)
+            self._reported = report
+
+    async def _tell(self, client: Client, entry: Entry) -> None:
+        if entry.kind != "stopped" or entry.stop is None:
+            return
+        news = make_stop_news(entry.number, entry.stop).model_dump_json()
+        await client.publish(self._topics.stops, news, qos=1)  # returns when the broker has it
+        self._stops += 1
+
+    async def _obey(self, client: Client, tasks: asyncio.TaskGroup) -> None:
+        async for message in client.messages:
+            topic = str(message.topic)
+            if topic == BIRTH:
+                if message.payload == _ONLINE.encode():
+                    self._announced = self._reported = None
+            elif message.retain:
+                pass  # a wish of another day
+            elif topic in (self._topics.stop, Topics(ALL).stop):
+                if self._stopping is None or self._stopping.done():
+                    self._stopping = tasks.create_task(self._do(client, message))
+            elif self._wishes.take("all"):
+                tasks.create_task(self._do(client, message))
+            else:
+                tasks.create_task(self._refuse(client, topic, "too many wishes at once."))
+
+    async def _do(self, client: Client, message: Message) -> None:
+        topic, payload = str(message.topic), _bytes(message.payload)
+        try:
+            if topic == self._topics.feel:
+                await self._partner.tell("/stimulus", StimulusIn.model_validate_json(payload))
+            elif topic == self._topics.say:
+                await self._partner.tell("/speak", SpeakIn(text=payload.decode()))
+            else:
+                await self._partner.tell("/stop")
+        except ValidationError as error:
+            item = error.errors(include_url=False, include_input=False)[0]
+            where = ".".join(str(part) for part in item["loc"])
+            await self._refuse(client, topic, f"{where}: {item['msg']}".removeprefix(": "))
+        except (MiburiError, UnicodeDecodeError) as error:
+            await self._refuse(client, topic, str(error))
+
+    async def _refuse(self, client: Client, topic: str, why: str) -> None:
+        await client.publish(self._topics.refused, json.dumps({"topic": topic, "why": why}))
+
+
+def _bytes(payload: object) -> bytes:
+    """Return a payload, cut so that no wish of any length costs anything."""
+    return payload[:_LONGEST] if isinstance(payload, bytes) else b""
+
+
+def discovery_topic(name: str) -> str:
+    """Return the topic by which Home Assistant finds a partner."""
+    return f"homeassistant/device/miburi-{name}/config"
+
+
+def discovery(name: str, joints: list[str]) -> dict[str, Any]:
+    """Return the message that describes a partner to Home Assistant.
+
+    Parameters
+    ----------
+    name
+        The partner's name.
+    joints
+        The joints whose motors report a temperature.
+
+    Its keys are those of Home Assistant's MQTT device discovery (2024.11 and later).
+    """
+    topics, key = Topics(name), f"miburi_{name}"
+
+    def part(what: str, platform: str, label: str, **more: Any) -> dict[str, Any]:
+        return {"platform": platform, "name": label, "unique_id": f"{key}_{what}", **more}
+
+    def read(what: str) -> dict[str, str]:
+        template = f"{{{{ value_json.{what} }}}}"
+        return {"state_topic": topics.report, "value_template": template}
+
+    stopped = "{{ 'ON' if value_json.stopped else 'OFF' }}"
+    parts = {
+        "feeling": part(
+            "feeling", "sensor", "Feeling", **read("feeling"),
+            device_class="enum", options=[*FEELINGS, NEUTRAL],
+        ),
+        "mood": part(
+            "mood", "sensor", "Mood", **read("mood"),
+            unit_of_measurement="%", state_class="measurement",
+        ),
+        "stopped": part(
+            "stopped", "binary_sensor", "Stopped",
+            state_topic=topics.report, value_template=stopped, device_class="problem",
+            json_attributes_topic=topics.report,
+        ),
+        "stops": part(
+            "stops", "event", "Stop", state_topic=topics.stops, event_types=[*StopReason],
+        ),
+        "stops_today": part("stops_today", "sensor", "Stops today", **read("stops_today")),
+        "say": part("say", "text", "Say", command_topic=topics.say, min=1, max=255),
+        "stop": part("stop", "button", "Stop", command_topic=topics.stop),
+    }  # fmt: skip
+    for feeling in CATALOGUE.feeling:
+        wish = StimulusIn(feeling=feeling.name).model_dump_json()
+        label = f"Feel {feeling.words['en']}"
+        parts[f"feel_{feeling.name}"] = part(
+            f"feel_{feeling.name}", "button", label, command_topic=topics.feel, payload_press=wish
+        )
+    for joint in joints:
+        what = f"temperature_{joint}"
+        parts[what] = part(
+            what, "sensor", f"Temperature of {joint.replace('_', ' ')}",
+            **read(f"temperatures.{joint}"), device_class="temperature",
+            unit_of_measurement="°C", state_class="measurement", entity_category="diagnostic",
+        )  # fmt: skip
+    return {
+        "device": {
+            "identifiers": [key],
+            "name": f"Miburi {name}",
+            "manufacturer": "Miburi",
+            "sw_version": __version__,
+        },
+        "origin": {"name": "miburi", "sw_version": __version__},
+        "availability_topic": topics.available,
+        "qos": 1,
+        "components": parts,
+    }
