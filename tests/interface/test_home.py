@@ -19,7 +19,7 @@ from miburi.feelings import FEELINGS
 from miburi.interface.broker import Broker, find_broker
 from miburi.interface.client import RemotePartner, connect
 from miburi.interface.home import BIRTH, BURST, add_home, discovery, discovery_topic
-from miburi.interface.report import ALL, Report, StopNews, Topics
+from miburi.interface.report import ALL, HomeReport, StopNews, Topics
 from miburi.live.runner import Runner
 from miburi.robot import JOINTS
 from miburi.safety.stop import StopReason
@@ -56,11 +56,11 @@ def home(live: Runner, broker: Mosquitto, listener: Listener) -> Iterator[Remote
             yield partner
 
 
-def hear_report(listener: Listener, wanted: Callable[[Report], object]) -> Report:
+def hear_report(listener: Listener, wanted: Callable[[HomeReport], object]) -> HomeReport:
     def fits(text: str) -> object:
-        return wanted(Report.model_validate_json(text))
+        return wanted(HomeReport.model_validate_json(text))
 
-    return Report.model_validate_json(listener.hear(TOPICS.report, fits))
+    return HomeReport.model_validate_json(listener.hear(TOPICS.report, fits))
 
 
 def hear_refusal(listener: Listener) -> str:
@@ -84,7 +84,7 @@ def test_what_it_says_of_itself_is_what_home_assistant_documents(joints: list[st
     assert sum(part["platform"] == "button" for part in parts.values()) == len(FEELINGS) + 1
     templates = [part.get("value_template", "") for part in parts.values()]
     keys = re.findall(r"value_json\.([\w.]+)", " ".join(templates))
-    known = {*Report.model_fields, *(f"temperatures.{joint}" for joint in joints)}
+    known = {*HomeReport.model_fields, *(f"temperatures.{joint}" for joint in joints)}
     assert set(keys) <= known
     assert sum(key.startswith("temperatures.") for key in keys) == len(joints)
 

@@ -26,7 +26,7 @@ from miburi.feelings.catalogue import CATALOGUE
 from miburi.interface.access import Allowance
 from miburi.interface.asker import Asker, beside
 from miburi.interface.broker import Broker
-from miburi.interface.report import ALL, NEUTRAL, Report, Topics, make_report, make_stop_news
+from miburi.interface.report import ALL, NEUTRAL, HomeReport, Topics, make_report, make_stop_news
 from miburi.interface.wire import SpeakIn, StimulusIn
 from miburi.live.state import Entry
 from miburi.safety.stop import StopReason
@@ -118,7 +118,7 @@ class _Home:
         self._day, self._stops = today(), 0
         self._stopping: asyncio.Task[None] | None = None
         self._online = False
-        self._reported: Report | None = None
+        self._reported: HomeReport | None = None
         self._announced: list[str] | None = None  # the joints whose temperatures are known
 
     @property
@@ -127,7 +127,7 @@ class _Home:
         return Will(self._topics.available, _OFFLINE, qos=1, retain=True)
 
     async def live(self, client: Client) -> None:
-        """Report and obey until the connection ends."""
+        """HomeReport and obey until the connection ends."""
         self._online, self._reported, self._announced = False, None, None
         topics = self._topics
         for topic in (topics.feel, topics.say, topics.stop, Topics(ALL).stop, BIRTH):

@@ -5,7 +5,7 @@ from pydantic import BaseModel, Field
 from miburi.live.state import MotorsOut, State, StopOut
 from miburi.safety.stop import StopReason
 
-__all__ = ["ALL", "NEUTRAL", "Report", "StopNews", "Topics", "make_report", "make_stop_news"]
+__all__ = ["ALL", "NEUTRAL", "HomeReport", "StopNews", "Topics", "make_report", "make_stop_news"]
 
 #: The feeling of a partner that feels nothing strongly.
 NEUTRAL = "neutral"
@@ -23,7 +23,7 @@ class Topics:
         self.feel, self.say, self.stop = f"{base}/feel", f"{base}/say", f"{base}/stop"
 
 
-class Report(BaseModel):
+class HomeReport(BaseModel):
     """How a partner is; retained, so that who comes later knows it, too."""
 
     feeling: str = Field(description="The strongest feeling, or neutral.")
@@ -46,10 +46,10 @@ class StopNews(BaseModel):
     force: float | None = Field(description="On the hand, N; simulation only.")
 
 
-def make_report(state: State, motors: MotorsOut, stops_today: int) -> Report:
+def make_report(state: State, motors: MotorsOut, stops_today: int) -> HomeReport:
     """Return the report of a state."""
     stop, felt = state.stop, state.felt
-    return Report(
+    return HomeReport(
         feeling=NEUTRAL if felt is None else felt.feeling,
         mood=0 if felt is None else round(100 * felt.mood),
         body=state.phase,
