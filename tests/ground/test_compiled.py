@@ -1,7 +1,9 @@
 """Where compiled code is kept, and when it is compiled again."""
 
+import errno
 import re
 import shutil
+import tempfile
 from pathlib import Path
 
 import pytest
@@ -53,3 +55,48 @@ def test_without_a_home_folder_nothing_is_written_to_the_current_folder(
     monkeypatch.chdir(here)
     assert compiled.cache_folder(closed) is None
     assert list(here.iterdir()) == []
+
+
+@pytest.fixture
+def image(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Sources with a full cache beside them, in a place that cannot be written, even by root."""
+    root = tmp_path / "image"
+    (root / "ik").mkdir(parents=True)
+    folder = root / "__pycache__" / f"compiled-{compiled.state_of_sources(root)}" / "ik"
+    folder.mkdir(parents=True)
+    (folder / "solver.nbi").write_bytes(b"an index")
+    really = tempfile.TemporaryFile
+
+    def read_only(*, dir: Path) -> object:  # noqa: A002  (as it is named there)
+        if dir.is_relative_to(root):
+            raise OSError(errno.EROFS, "read-only")
+        return really(dir=dir)
+
+    monkeypatch.setattr(tempfile, "TemporaryFile", read_only)
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    return root
+
+
+def test_a_full_cache_that_cannot_be_written_is_not_compiled_again(
+    image: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "home"))
+    folder = compiled.cache_folder(image)
+    assert folder is not None
+    assert folder.is_relative_to(tmp_path / "home")
+    assert (folder / "ik" / "solver.nbi").read_bytes() == b"an index"
+    (folder / "ik" / "solver.nbi").write_bytes(b"newer")
+    assert compiled.cache_folder(image) == folder
+    assert (folder / "ik" / "solver.nbi").read_bytes() == b"newer"
+
+
+def test_without_any_place_to_write_a_full_cache_serves_all_the_same(
+    image: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    closed = tmp_path / "closed"
+    closed.touch()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(closed))
+    folder = compiled.cache_folder(image)
+    assert folder is not None
+    assert not folder.is_relative_to(image)
+    assert (folder / "ik" / "solver.nbi").read_bytes() == b"an index"

@@ -4,7 +4,9 @@ The compiled code is kept on the disk, so that only the first start has to wait 
 standard error announces the wait.
 """
 
+import atexit
 import os
+import shutil
 import sys
 import tempfile
 from collections.abc import Callable
@@ -50,7 +52,9 @@ def state_of_sources(root: Path) -> str:
 def cache_folder(root: Path) -> Path | None:
     """Return a folder for the code compiled from the sources below ``root``; None without one.
 
-    Each state of the sources has a folder of its own.
+    Each state of the sources has a folder of its own. Where one is full but cannot be written, as
+    in an image that somebody else has built, the first that can be written begins with its copy;
+    if no other can, a temporary one does, for the life of this process.
     """
     chosen = os.environ.get("NUMBA_CACHE_DIR")
     bases = [Path(chosen)] if chosen else [root / "__pycache__"]
@@ -59,15 +63,33 @@ def cache_folder(root: Path) -> Path | None:
             bases.append(
                 Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "miburi"
             )
-    for base in bases:
-        folder = base / f"compiled-{state_of_sources(root)}"
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            tempfile.TemporaryFile(dir=folder).close()
-        except OSError:
-            continue
+    folders = [base / f"compiled-{state_of_sources(root)}" for base in bases]
+    full = next((folder for folder in folders if _is_full(folder)), None)
+    folder = next((folder for folder in folders if _can_be_written(folder)), None)
+    if full is None or full == folder:
         return folder
-    return None
+    try:
+        if folder is None:
+            folder = Path(tempfile.mkdtemp(prefix="miburi-"))
+            atexit.register(shutil.rmtree, folder, ignore_errors=True)
+        if not _is_full(folder):
+            shutil.copytree(full, folder, dirs_exist_ok=True)
+    except OSError:  # it compiles, then
+        return folder
+    return folder
+
+
+def _is_full(folder: Path) -> bool:
+    return any(folder.rglob("*.nbi"))
+
+
+def _can_be_written(folder: Path) -> bool:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=folder).close()
+    except OSError:
+        return False
+    return True
 
 
 #: The folder that keeps compiled code; None where none can be written.
@@ -78,7 +100,8 @@ def compiled(function: Function) -> Function:
     """Compile a function when it is first called, and keep the result on the disk.
 
     The code goes to ``NUMBA_CACHE_DIR`` if that is set, else to a folder beside the sources, else
-    to the user's cache folder. If no folder is writable, every process compiles again and says so.
+    to the user's cache folder. If none can be written and none is full, every process compiles
+    again and says so.
     """
     config: Any = numba.config
     default = config.CACHE_DIR
@@ -92,19 +115,28 @@ def compiled(function: Function) -> Function:
 
 
 class _Announcer(event.Listener):
-    """Say once on standard error that Miburi's functions are being compiled."""
+    """Say once on standard error that Miburi compiles its functions; in a terminal, which."""
 
-    announced = False
+    announced, depth = False, 0
 
     def on_start(self, what: Any) -> None:
         name = getattr(what.data["dispatcher"], "__module__", "") or ""
-        if self.announced or not name.startswith("miburi."):
+        if not self.announced and not name.startswith("miburi."):
             return
+        if not self.announced:
+            print(announcement(), file=sys.stderr, flush=True)
         self.announced = True
-        print(announcement(), file=sys.stderr, flush=True)
+        self.depth += 1
+        if sys.stderr.isatty():
+            function = getattr(what.data["dispatcher"], "__name__", "")
+            print(f"\r\033[K  {function} …", end="", file=sys.stderr, flush=True)
 
-    def on_end(self, what: Any) -> None:
-        pass
+    def on_end(self, what: Any) -> None:  # noqa: ARG002  (Numba names it)
+        if not self.announced:
+            return
+        self.depth -= 1
+        if self.depth == 0 and sys.stderr.isatty():
+            print("\r\033[K", end="", file=sys.stderr, flush=True)
 
 
 def announcement() -> str:
@@ -114,7 +146,10 @@ def announcement() -> str:
         often = (
             "at every start: no cache folder can be written; set NUMBA_CACHE_DIR to one that can"
         )
-    return f"Miburi compiles its solver, which takes about 20 s ({often})."
+    return (
+        "Miburi compiles its solver, which takes 15 to 40 s, and minutes on a Raspberry Pi "
+        f"({often})."
+    )
 
 
 event.register("numba:compile", _Announcer())  # type: ignore[no-untyped-call]
