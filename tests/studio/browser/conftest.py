@@ -59,3 +59,12 @@ def studio(context: BrowserContext, url: str) -> Page:
         "window.did_handshake && document.querySelector('.robot-view')?.view?.ready"
     )
     return page
+
+
+@pytest.fixture(scope="module")
+def workbench(browser: Browser, url: str) -> Iterator[Page]:
+    """A page without a partner, to call our own modules in."""
+    page = browser.new_page()
+    page.goto(url + "/face?show=happiness:1&still")
+    yield page
+    page.close()

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from playwright.sync_api import Browser, BrowserContext, Page, expect
+from playwright.sync_api import Browser, Page, expect
 from tests.fixtures.browser import CHROMIUM, FLAGS, PATIENCE, needs_browser
 from tests.fixtures.sounds import KINDS, RATE, Sound, add, claps, talks
 
@@ -32,17 +32,13 @@ HEAR = """async ([data, rate]) => {
 }"""
 
 
-def test_what_startles_is_told_from_what_does_not_in_28_of_30(
-    context: BrowserContext, url: str
-) -> None:
-    page = context.new_page()
-    page.goto(url + "/face?show=happiness:1")
+def test_what_startles_is_told_from_what_does_not_in_28_of_30(workbench: Page) -> None:
     wrong: list[tuple[str, int, list[float]]] = []
     for kind, startles in KINDS.items():
         for seed in range(5):
             sound = kind(np.random.default_rng(seed))
             data = base64.b64encode(sound.astype("<f4").tobytes()).decode()
-            strengths = page.evaluate(HEAR, [data, RATE])
+            strengths = workbench.evaluate(HEAR, [data, RATE])
             assert all(0.5 <= strength <= 1 for strength in strengths)
             if bool(strengths) != startles:
                 wrong.append((kind.__name__, seed, strengths))

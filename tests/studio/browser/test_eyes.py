@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 from PIL import Image
-from playwright.sync_api import Browser, BrowserContext, expect
+from playwright.sync_api import Browser, BrowserContext, Page, expect
 from tests.fixtures.browser import CHROMIUM, FLAGS, PATIENCE, ask, needs_browser, until
 
 pytestmark = needs_browser
@@ -89,12 +89,8 @@ def test_a_smile_makes_it_happy_its_arms_rise_and_it_looks_there(
     ids=["turned down", "sad", "sad for a moment", "a smile, turned down", "a twitch",
          "a smile, then surprise", "nothing", "back after a minute", "back sooner"],
 )  # fmt: skip
-def test_what_a_face_shows_in_time(
-    context: BrowserContext, url: str, parts: object, told: list[str]
-) -> None:
-    page = context.new_page()
-    page.goto(url + "/face?show=happiness:1")
-    assert page.evaluate(LOOK, parts) == told
+def test_what_a_face_shows_in_time(workbench: Page, parts: object, told: list[str]) -> None:
+    assert workbench.evaluate(LOOK, parts) == told
 
 
 def test_nothing_of_the_eyes_is_loaded_until_they_are_on(context: BrowserContext, url: str) -> None:

@@ -36,8 +36,8 @@ def senses(page: Page) -> list[dict[str, Any]]:
     return sent
 
 
-def draw(page: Page, way: float, pause: int = 25) -> None:
-    """Draw a finger over the cheek in ten steps, ms apart."""
+def draw(page: Page, way: float) -> None:
+    """Draw a finger over the cheek in ten steps, or tap."""
     devtools = page.context.new_cdp_session(page)
 
     def touch(kind: str, *xs: float) -> None:
@@ -46,14 +46,14 @@ def draw(page: Page, way: float, pause: int = 25) -> None:
 
     touch("touchStart", 60)
     for step in range(1, 11) if way else ():
-        page.wait_for_timeout(pause)
+        page.wait_for_timeout(40)
         touch("touchMove", 60 + way * step / 10)
     touch("touchEnd")
 
 
 def test_a_stroke_of_the_face_pleases(phone: Page) -> None:
     sent = senses(phone)
-    draw(phone, 250)
+    draw(phone, 300)
     expect(phone.locator("#now")).to_have_text("happiness")
     assert sent == [{"kind": "stroke"}]
 
@@ -65,9 +65,9 @@ def test_a_stroke_of_the_face_pleases(phone: Page) -> None:
     ids=["a stroke", "a long one", "a flick", "too slow", "too short", "a tap", "a long press"],
 )  # fmt: skip
 def test_the_way_of_a_finger_gets_its_name(
-    phone: Page, way: float, seconds: float, kinds: list[str]
+    workbench: Page, way: float, seconds: float, kinds: list[str]
 ) -> None:
-    found = phone.evaluate(
+    found = workbench.evaluate(
         """async ([way, seconds]) => {
           const { Touch } = await import("/static/touch.js"), touch = new Touch();
           const found = [touch.down(10, 10, 0)];
@@ -82,10 +82,12 @@ def test_the_way_of_a_finger_gets_its_name(
 
 def test_patting_pleases_and_poking_angers(phone: Page) -> None:
     sent = senses(phone)
-    for _ in range(6):
-        draw(phone, 0)
+    draw(phone, 0)
+    phone.wait_for_timeout(2100)
+    # Eight presses within 2 s, however busy this computer is.
+    phone.evaluate("for (let i = 0; i < 8; i++) document.getElementById('face').click()")
     expect(phone.locator("#now")).to_have_text("anger")
-    assert [one["kind"] for one in sent] == ["pat"] * 5 + ["poke"]
+    assert [one["kind"] for one in sent] == ["pat"] * 6 + ["poke"] * 3
     assert all(one.keys() == {"kind"} for one in sent), "a name goes, and nothing else"
 
 
@@ -154,12 +156,12 @@ def fall(rng: np.random.Generator, seconds: float) -> tuple[Array, Array]:
          "dropped", "a slip"],
 )  # fmt: skip
 def test_what_the_sensors_say_gets_its_name(
-    phone: Page, made: Callable[[np.random.Generator], tuple[Array, Array]], kinds: list[str]
+    workbench: Page, made: Callable[[np.random.Generator], tuple[Array, Array]], kinds: list[str]
 ) -> None:
     found = []
     for seed in range(10):
         own, down = made(np.random.default_rng(seed))
-        found.append(noticed(phone, own, own + down))
+        found.append(noticed(workbench, own, own + down))
     assert found == [kinds] * 10
 
 
@@ -180,11 +182,11 @@ def noticed(page: Page, own: Array, whole: Array, moved: float = 1e9) -> list[st
     return names
 
 
-def test_what_the_partners_own_motion_does_to_the_phone_is_no_touch(phone: Page) -> None:
+def test_what_the_partners_own_motion_does_to_the_phone_is_no_touch(workbench: Page) -> None:
     """A spike at 0.67 s: none if the partner moved within 0.3 s before it, or just after it."""
     own, down = spike(np.random.default_rng(1), 40)
     for moved, kinds in ((0.2, ["knock"]), (0.45, []), (0.66, []), (0.8, [])):
-        assert noticed(phone, own, own + down, moved) == kinds, moved
+        assert noticed(workbench, own, own + down, moved) == kinds, moved
 
 
 def sensors(devtools: CDPSession, name: str, x: float, y: float, z: float) -> None:

@@ -1,7 +1,6 @@
 """The partner's voice in a real browser: chirps that sound, words that are spoken, a mouth."""
 
 import json
-from urllib.parse import urljoin
 
 import pytest
 from playwright.sync_api import BrowserContext, Page, expect
@@ -139,12 +138,10 @@ def test_the_studio_has_a_voice_too_and_the_answer_is_spoken(
     expect(page.locator(".talk output")).to_contain_text(f"“{said}”")
 
 
-def test_every_chirp_sounds_as_its_notes_say(context: BrowserContext, url: str) -> None:
+def test_every_chirp_sounds_as_its_notes_say(workbench: Page) -> None:
     """Rendered by the browser, measured here by counting where the wave crosses zero."""
-    page = context.new_page()
-    page.goto(urljoin(url, "/face?show=happiness:1"))
     chirps = {feeling.name: feeling.voice.chirp for feeling in CATALOGUE.feeling}
-    sounds = page.evaluate(
+    sounds = workbench.evaluate(
         """async (chirps) => {
           const { playChirp } = await import("/static/voice.js"), sounds = {};
           for (const [name, notes] of Object.entries(chirps)) {
