@@ -67,7 +67,7 @@ clean: ## remove what was built
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[studies]'
 	@# Compile the solver and the servos now, once, so that the first start is as quick as every other.
 	$(BIN)/miburi ik --right 0.05 -0.1 0.1 --left 0.05 0.1 0.1 --head 0.03 0 0.2 >/dev/null
-	$(BIN)/miburi experiment --servo xl330-m288-t --seconds 2 --no-film --out build/first >/dev/null
+	$(BIN)/miburi experiment --seconds 2 --no-film --out build/first >/dev/null
 	@touch $@
 
 .venv/test.stamp: .venv/run.stamp

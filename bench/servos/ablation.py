@@ -45,8 +45,8 @@ class _SaggingWatch(Watch):
         super().__post_init__()
         self._goal = self._goal + self.loading.offset - self.loading.end
 
-    def _expected_travel(self, time):
-        loading, went = self.loading, super()._expected_travel(time)
+    def expected_travel(self, time):
+        loading, went = self.loading, super().expected_travel(time)
         share = went // np.maximum(self.profile.distance, 1)
         sag = loading.begin + (((loading.end - loading.begin) * share) >> 8)
         return went + np.clip(loading.offset - sag, -512, 512)

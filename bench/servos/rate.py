@@ -24,8 +24,8 @@ def main() -> None:
     options.add_argument("--trials", type=int, default=20)
     chosen = options.parse_args()
     imagined = iphonoid().with_servo(load_servo("imagined"))
-    real = iphonoid().with_servo(load_servo("xl330-m288-t"))
-    sides = [(TrialPlant(imagined), Rule.of(imagined)), (TrialPlant(real), FreeRule.of(real))]
+    real = iphonoid()
+    sides = [(TrialPlant(imagined), FreeRule.of(imagined)), (TrialPlant(real), FreeRule.of(real))]
     for kind in TrialKind:
         for plant, rule in sides:
             trial(plant, rule, 1, kind, 0)  # the first compiles

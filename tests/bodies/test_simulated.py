@@ -10,7 +10,7 @@ from miburi.bodies.simulated import Simulated
 from miburi.errors import InputError
 from miburi.robot import JOINTS, Robot, forward
 from miburi.robot.geometry import shoulders
-from miburi.safety.contact import Rule
+from miburi.safety.free import FreeRule
 from miburi.safety.move import plan_move
 from miburi.safety.stop import Phase
 
@@ -50,7 +50,7 @@ def test_a_new_body_rests_at_neutral(robot: Robot) -> None:
 
 
 def test_motors_have_the_rule_but_no_servo_data(robot: Robot) -> None:
-    rule = replace(Rule.of(robot), period=50_000, ratio=9000)
+    rule = replace(FreeRule.of(robot), period=50_000, ratio=9000)
     motors = Simulated(robot, rule).motors()
     assert motors.rule == rule
     assert motors.each == (Motor(),) * 8
@@ -100,7 +100,7 @@ def test_a_hand_in_the_way_stops_the_body_gently(robot: Robot, arm: int, duratio
 
 def test_without_the_rule_the_arm_would_push_on(robot: Robot) -> None:
     """This mutation, a ratio of 0 and no backstops, shows that the test above can fail."""
-    rule = Rule.of(robot)
+    rule = FreeRule.of(robot)
     far = np.full(8, 10**6)
     guards = replace(rule.guards, slack=far, behind=far, ahead=far, arrival=far)
     body = Simulated(robot, replace(rule, ratio=0, guards=guards))

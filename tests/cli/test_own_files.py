@@ -96,7 +96,7 @@ def test_trials_of_a_robot_of_ones_own(tall_file: Path) -> None:
 
 
 def test_the_servo_that_others_identified_moves_freely(tmp_path: Path) -> None:
-    done = miburi("trials", "--free", "12", "--blocked", "6", "--servo", "xl330-m288-t", "--json")
+    done = miburi("trials", "--free", "12", "--blocked", "6", "--json")
     assert done.returncode == 0, done.stderr
     counts = json.loads(done.stdout)
     assert counts["servo"] == "XL330-M288-T"
@@ -104,11 +104,11 @@ def test_the_servo_that_others_identified_moves_freely(tmp_path: Path) -> None:
 
 
 def test_calibrated_servos_drive_trials(tmp_path: Path) -> None:
-    file, servo = tmp_path / "own.toml", ("--servo", "xl330-m288-t")
-    done = miburi("calibrate", *servo, "--out", file)
+    file = tmp_path / "own.toml"
+    done = miburi("calibrate", "--out", file)
     assert done.returncode == 0, done.stderr
     assert "s of the robot's time" in done.stdout
-    out = miburi("trials", *servo, "--calibration", file, "--free", "8", "--blocked", "4", "--json")
+    out = miburi("trials", "--calibration", file, "--free", "8", "--blocked", "4", "--json")
     assert out.returncode == 0, out.stderr
     counts = json.loads(out.stdout)
     assert counts["false_stops"] == counts["missed_above_2N"] == 0
@@ -116,7 +116,7 @@ def test_calibrated_servos_drive_trials(tmp_path: Path) -> None:
 
 def test_without_a_rule_the_motors_limit_alone_keeps_the_push_low() -> None:
     options = ("--free", "2", "--blocked", "40", "--rule", "off", "--json")
-    done = miburi("trials", *options, "--servo", "xl330-m288-t")
+    done = miburi("trials", *options)
     assert done.returncode == 0, done.stderr
     figures = json.loads(done.stdout)
     assert figures["missed"] == 40  # nothing stops
@@ -141,7 +141,7 @@ def test_an_unknown_servo_is_refused_with_those_that_there_are() -> None:
 
 def test_a_calibration_of_a_robot_of_ones_own_is_used(tall_file: Path, tmp_path: Path) -> None:
     file = tmp_path / "calibration.toml"
-    out = miburi("calibrate", "--robot", tall_file, "--moves", "6", "--out", file)
+    out = miburi("calibrate", "--robot", tall_file, "--out", file)
     assert out.returncode == 0, out.stderr
     assert "Contact rule of tall" in file.read_text()
     options = ("--robot", tall_file, "--calibration", file, "--workers", "1", "--json")

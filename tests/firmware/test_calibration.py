@@ -43,7 +43,7 @@ def few(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of the free moves only those of all joints, and no gesture: half a minute of its time."""
 
     def together(robot: Robot) -> list[object]:
-        return [(name, move) for name, move in free_moves(robot) if name not in JOINTS][3:]
+        return [(name, move) for name, move in free_moves(robot) if name not in JOINTS][2:]
 
     monkeypatch.setattr(calibration, "free_moves", together)
     monkeypatch.setattr(calibration, "gestures", lambda _: [])

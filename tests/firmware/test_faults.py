@@ -398,10 +398,12 @@ def test_a_tap_on_stop_holds_softly(rig: Rig) -> None:
     raise_arms(rig)
     rig.body.stop()
     assert rig.body.state.stop.reason == StopReason.ASKED
-    assert {servo.get("goal_pwm") for servo in rig.servos} == {204}
+    assert {servo.get("goal_pwm") for servo in rig.servos} == {222}
     assert rig.at_rest()
     recovers(rig)
-    assert {servo.get("goal_pwm") for servo in rig.servos} == {885}
+    order = rig.body.order
+    assert order is not None
+    assert [servo.get("goal_pwm") for servo in rig.servos] == order.pwm.tolist()
 
 
 def test_a_stop_under_load_lets_nothing_sink_and_its_end_is_no_contact(rig: Rig) -> None:
@@ -417,7 +419,7 @@ def test_a_stop_under_load_lets_nothing_sink_and_its_end_is_no_contact(rig: Rig)
     where = rig.body.report.positions
     rig.run(1.0)
     assert np.abs(np.subtract(rig.body.report.positions, where)).max() <= 1
-    assert {servo.get("goal_pwm") for servo in rig.servos} == {204}
+    assert {servo.get("goal_pwm") for servo in rig.servos} == {222}
     rig.body.wake()
     assert rig.body.state.phase is Phase.IDLE
 

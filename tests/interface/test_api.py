@@ -19,7 +19,7 @@ from miburi.interface.access import STOP
 from miburi.live.runner import Runner
 from miburi.live.state import State
 from miburi.robot.guards import by_motor
-from miburi.safety.contact import Rule
+from miburi.safety.free import FreeRule
 
 V1 = "/api/v1"
 
@@ -217,7 +217,7 @@ def test_the_rule_is_the_same_after_every_request(client: httpx.Client, live: Ru
             for content in (None, {"ratio": 0, "period": 10**9}, {"rule": None}, []):
                 client.post(path, json=content)
     rule = live.body.motors().rule
-    fresh = Rule.of(live.robot)
+    fresh = FreeRule.of(live.robot)
     assert (rule.period, rule.ratio) == (fresh.period, fresh.ratio)
     assert by_motor(rule.guards) == by_motor(fresh.guards)
 

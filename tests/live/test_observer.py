@@ -15,7 +15,8 @@ from miburi.live.observer import Observer
 from miburi.live.runner import Runner
 from miburi.partner import MoveSent, Stopped
 from miburi.robot import JOINTS, Robot
-from miburi.safety.contact import Rule, Window
+from miburi.safety.contact import Window
+from miburi.safety.free import FreeRule
 from miburi.safety.profile import FINE
 from miburi.safety.stop import Phase, Stop, StopReason
 
@@ -150,6 +151,6 @@ def test_a_pushed_motor_that_had_nowhere_to_go_has_no_ratio(
 
 
 def test_the_shipped_guards_are_those_of_the_robot(runner: Runner) -> None:
-    shipped = Rule.of(runner.robot).guards
+    shipped = FreeRule.of(runner.robot).guards
     lags = [motor.guards.lag for motor in runner.motors.motors]
     np.testing.assert_allclose(lags, shipped.lag / 1e6)

@@ -4,6 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import httpx
+import numpy as np
 import pytest
 from tests.fixtures.live import block, interface, run, serving
 
@@ -11,16 +12,18 @@ from miburi.feelings import FEELINGS, EmotionalModel, shipped_temperament
 from miburi.live.archive import Archive
 from miburi.live.runner import STEP, Runner
 from miburi.robot import Robot
-from miburi.safety.contact import Rule
+from miburi.safety.free import FreeRule
 from miburi.studio.contact_panel import facts, why
 from miburi.studio.words import LANGUAGES, words
 
 
 def partner(robot: Robot, folder: Path, body: str = "simulated") -> Runner:
-    """A partner whose rule judges over 50 ms, at 90 %."""
+    """A partner whose rule judges over 50 ms, at 90 %, and by windows alone."""
     feelings = EmotionalModel(shipped_temperament("playful"))
     feelings.set_state(mood=dict.fromkeys(FEELINGS, 0.6))
-    rule = replace(Rule.of(robot), period=50_000, ratio=9000)
+    rule, far = FreeRule.of(robot), np.full(8, 300)
+    guards = replace(rule.guards, behind=far, ahead=far)
+    rule = replace(rule, guards=guards, period=50_000, ratio=9000)
     return Runner(robot, feelings, Archive(folder), body=body, rule=rule)
 
 
@@ -65,7 +68,7 @@ def test_a_card_has_a_rule_of_its_own(robot: Robot, tmp_path: Path, firmware: Pa
     assert runner.snapshot.state.rule.ratio == 0.9
     body = runner.body
     body.stop()
-    body.configure(body.settings.with_rule(replace(Rule.of(robot), period=120_000, ratio=9100)))
+    body.configure(body.settings.with_rule(replace(FreeRule.of(robot), period=120_000, ratio=9100)))
     run(runner, 1.0)
     assert (runner.motors.rule.period, runner.motors.rule.ratio) == (0.12, 0.91)
     assert runner.snapshot.state.rule == runner.motors.rule

@@ -3,16 +3,9 @@
 from math import radians
 
 import numpy as np
-import pytest
 
-from miburi.robot import Robot, iphonoid
+from miburi.robot import Robot
 from miburi.robot.specimens import specimens
-from miburi.servos import load_servo
-
-
-@pytest.fixture
-def robot() -> Robot:
-    return iphonoid().with_servo(load_servo("xl330-m288-t"))
 
 
 def test_specimens_fill_their_ranges(robot: Robot) -> None:

@@ -7,6 +7,7 @@ from miburi.errors import BodyError
 from miburi.robot import JOINTS, Robot
 from miburi.safety.contact import Rule
 from miburi.safety.controller import FURTHEST, GIVE_WAY, RETURN_SPEED, YIELD_AFTER, Controller
+from miburi.safety.drive import aim
 from miburi.safety.move import Move, plan_move
 from miburi.safety.profile import FINE, SECOND, Steps, to_steps
 from miburi.safety.stop import Phase, StopReason
@@ -192,7 +193,7 @@ def test_the_return_is_slow_and_ends_at_neutral(motors: Motors, robot: Robot) ->
         assert np.abs(motors.positions - before).max() <= limit * TICK / SECOND + 1
         assert motors.time < 20 * SECOND
     assert controller.phase is Phase.IDLE
-    np.testing.assert_array_equal(motors.positions, to_steps(robot, robot.neutral))
+    np.testing.assert_array_equal(motors.positions, to_steps(robot, aim(robot, robot.neutral)))
 
 
 def test_a_motor_that_is_blocked_on_the_return_stops_the_body_again(

@@ -47,6 +47,21 @@ def test_goals_stay_inside_the_limits(robot: Robot, servo: Servo) -> None:
     np.testing.assert_allclose((goals - angles)[inside], lift[inside], atol=1e-12)
 
 
+def test_goals_above_the_sag_delay_no_move(robot: Robot) -> None:
+    """A motor with one step to go, that is lifted by one more, took twice the move's time."""
+    rng = np.random.default_rng(8)
+    for _ in range(50):
+        start, end = rng.uniform(robot.lower, robot.upper, (2, 8))
+        near = np.clip(start + robot.servo.step, robot.lower, robot.upper)
+        end = np.where(rng.random(8) < 0.5, near, end)
+        move = plan_move(robot, start, end, 1.2)
+        origin, goal = (to_steps(robot, aim(robot, pose)) for pose in (start, end))
+        profile, _ = plan_profile(robot, origin, goal, to_steps(robot, move.speeds))
+        # A few steps in that time are no whole number of steps/s.
+        assert profile.total.max() <= 1.5e6
+        assert profile.total[profile.distance > 40].max() < 1.02 * 1.2e6
+
+
 def test_loaded_motors_come_to_what_was_asked(robot: Robot, servo: Servo) -> None:
     missed = []
     for lift in (0.0, 1.0):

@@ -37,18 +37,13 @@ GUARDS = Guards(
 
 
 @pytest.fixture(scope="module")
-def real(robot: Robot) -> Robot:
-    return robot.with_servo(load_servo("xl330-m288-t"))
+def plant(robot: Robot) -> TrialPlant:
+    return TrialPlant(robot)
 
 
 @pytest.fixture(scope="module")
-def plant(real: Robot) -> TrialPlant:
-    return TrialPlant(real)
-
-
-@pytest.fixture(scope="module")
-def rule(real: Robot) -> FreeRule:
-    return replace(FreeRule.of(real), guards=GUARDS)
+def rule(robot: Robot) -> FreeRule:
+    return replace(FreeRule.of(robot), guards=GUARDS)
 
 
 @pytest.fixture(scope="module")
@@ -100,11 +95,11 @@ def test_free_moves_of_varied_robots_pass_and_people_are_noticed(plant, rule) ->
     assert np.median([one.latency for one in blocked if one.stopped]) < 0.08
 
 
-def test_a_factory_servo_is_no_such_servo(real, rule) -> None:
+def test_a_factory_servo_is_no_such_servo(robot, rule) -> None:
     """The mutation that shows that the test above can fail: P 400 instead of 3200."""
     servo = load_servo("xl330-m288-t")
     drive = servo.drive.model_copy(update={"gain": 400.0})
-    soft = TrialPlant(real.with_servo(servo.model_copy(update={"drive": drive})))
+    soft = TrialPlant(robot.with_servo(servo.model_copy(update={"drive": drive})))
     stops = [trial(soft, rule, 41, TrialKind.FREE, index).stopped for index in range(5)]
     assert any(stops)
 
@@ -142,9 +137,9 @@ def test_a_slow_motor_is_granted_less(rule: FreeRule, speed: int, share: float) 
             assert look(here + way * one, slack=300 * EIGHT)[0]
 
 
-def test_a_waist_at_rest_may_not_be_pushed_aside_by_eight_steps(real: Robot) -> None:
+def test_a_waist_at_rest_may_not_be_pushed_aside_by_eight_steps(robot: Robot) -> None:
     """A person pressed on one with 8.3 N over 0.1 s, and it gave way by nine steps, unnoticed."""
-    shipped = FreeRule.of(real)
+    shipped = FreeRule.of(robot)
     still = Profile.plan(0 * EIGHT, FINE * EIGHT, 13_000 * EIGHT)
     for steps, noticed in ((5, False), (8, True), (-5, False), (-8, True)):
         watch = shipped.watch(still, 0 * EIGHT, EIGHT)

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from miburi.errors import InputError
 from miburi.robot import iphonoid
+from miburi.safety.drive import aim
 from miburi.safety.move import Move, plan_move
 from miburi.safety.profile import FINE, SECOND, Profile, to_steps
 
@@ -81,7 +82,8 @@ def test_all_motors_arrive_together(seed: int, duration: float, share: float) ->
     end = start + share * (rng.uniform(ROBOT.lower, ROBOT.upper) - start)
     move = plan_move(ROBOT, start, end, duration)
     assert np.all(move.speeds <= ROBOT.servo.max_speed)
-    distance = np.abs(to_steps(ROBOT, end) - to_steps(ROBOT, start))
+    goals = [to_steps(ROBOT, aim(ROBOT, pose)) for pose in (start, end)]
+    distance = np.abs(goals[1] - goals[0])
     ramp = np.full(8, round(ROBOT.servo.acceleration / STEP))
     profile = Profile.plan(distance, np.maximum(to_steps(ROBOT, move.speeds), 1) * FINE, ramp)
     if distance.max() > 0:

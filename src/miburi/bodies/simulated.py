@@ -56,7 +56,9 @@ class Simulated:
         self._readings = 0
         self._wanted = 0.0
         goal = to_steps(robot, self._plant.data.ctrl)
-        self._controller = Controller(robot, rule or Rule.of(robot), goal)
+        from miburi.safety.free import FreeRule  # it loads Numba
+
+        self._controller = Controller(robot, rule or FreeRule.of(robot), goal)
         self._history: deque[Steps] = deque(maxlen=_VELOCITY_READINGS + 1)
         self._history.append(self._plant.encoders())
         gears = 1 - robot.servo.model.friction.motor_load

@@ -105,14 +105,14 @@ class CalibrationFile(Table):
 
 @dataclass(frozen=True)
 class Calibration:
-    """What a file contains: the robot with its guards, the rule, and the mounting of the servos.
+    """What a file contains: the robot with the servos that it has, the rule, and their mounting.
 
     ``servos`` is None in a calibration that is not of a card, and ``identified``, the same rule,
     where the servos were not identified.
     """
 
     robot: Robot
-    rule: Rule
+    rule: "FreeRule"
     servos: Mounting | None
     identified: "FreeRule | None" = None
 
@@ -156,25 +156,25 @@ def read_calibration(robot: Robot, path: Path) -> Calibration:
     DescriptionError
         The file cannot be read, or it is not a calibration; the message says what is wrong.
     """
+    from miburi.calibration.identify import Shares, expecting  # it loads Numba
+    from miburi.safety.free import FreeRule
+
     table = load_table(CalibrationFile, path)
-    robot = robot.model_copy(update={"guards": table.guards})
     period, ratio = round(table.rule.period * SECOND), round(table.rule.ratio * 10_000)
     guards = in_whole_units(table.guards, robot.servo.step)
-    if table.identified is None:
-        return Calibration(robot, Rule(guards, period, ratio), table.servos)
-    robot = _with_identified(robot, table.identified, path)
-    from miburi.calibration.identify import Shares, expecting  # it loads Numba
-
-    own = table.identified
-    shares = Shares(
-        stiffness=np.array(own.stiffness),
-        damping=np.array(own.damping),
-        friction=np.array(own.friction),
-        gravity=np.array(own.gravity),
-        wear=own.wear,
-    )
-    rule = replace(expecting(robot, shares, guards), period=period, ratio=ratio)
-    return Calibration(robot, rule, table.servos, rule)
+    own, rule = table.identified, FreeRule.of(robot)
+    if own is not None:
+        robot = _with_identified(robot, own, path)
+        shares = Shares(
+            stiffness=np.array(own.stiffness),
+            damping=np.array(own.damping),
+            friction=np.array(own.friction),
+            gravity=np.array(own.gravity),
+            wear=own.wear,
+        )
+        rule = expecting(robot, shares, guards)
+    rule = replace(rule, guards=guards, period=period, ratio=ratio)
+    return Calibration(robot, rule, table.servos, rule if own is not None else None)
 
 
 def _with_identified(robot: Robot, table: IdentifiedTable, path: Path) -> Robot:

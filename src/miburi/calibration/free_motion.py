@@ -68,6 +68,11 @@ class Trace:
         """The travel at which each motor comes to rest, (8,) in 1/256 steps."""
         return self.profile.distance * FINE + self.loading.offset - self.loading.end
 
+    @property
+    def granted(self) -> Steps:
+        """The share of its guards that the rule grants each motor in this move, (8,) in 1/256."""
+        return np.full(len(JOINTS), FINE)
+
     def expected(self, lag: Steps) -> Steps:
         """Return the travel of the profile, delayed by ``lag`` (8,) µs, at each reading, (n, 8)."""
         return self.profile.position(self.times[:, None] - lag)
@@ -98,14 +103,19 @@ class Need:
 def measure_need(
     traces: Iterable[Trace], lag: Steps, least: Steps, period: int, ratio: int
 ) -> Need:
-    """Apply the rule of :class:`miburi.safety.contact.Watch` to free motion with guards of zero."""
+    """Apply the rule of :class:`miburi.safety.contact.Watch` to free motion with guards of zero.
+
+    A motor that is granted half of its guards needs twice the guards for what was missing.
+    """
     zero = np.zeros(len(JOINTS), dtype=np.int64)
     slack, behind, ahead, arrival = zero, zero, zero, zero
     for trace in traces:
         expected, travel = trace.expected(lag), trace.travel
-        doubt = lag_doubt(trace.profile)
-        behind = np.maximum(behind, (expected - travel).max(axis=0) - doubt)
-        ahead = np.maximum(ahead, (travel - expected).max(axis=0) - doubt)
+        doubt, granted = lag_doubt(trace.profile), trace.granted
+        late_by = (expected - travel).max(axis=0) - doubt
+        early_by = (travel - expected).max(axis=0) - doubt
+        behind = np.maximum(behind, -(-late_by * FINE // granted))
+        ahead = np.maximum(ahead, -(-early_by * FINE // granted))
         late = trace.times[:, None] >= trace.profile.total + lag + period
         away = np.abs(trace.goal - travel)
         arrival = np.maximum(arrival, np.where(late, away, 0).max(axis=0))
@@ -114,7 +124,7 @@ def measure_need(
             should, did = expected[row] - judged_expected, travel[row] - judged_travel
             judged = should >= least * FINE
             # Rounded up, so that a slack of this size lets the window pass.
-            missing = -((did * 10_000 - should * ratio) // 10_000)
+            missing = -((did * 10_000 - should * ratio) * FINE // (10_000 * granted))
             slack = np.where(judged, np.maximum(slack, missing), slack)
             if time >= period_ends:
                 period_ends += period

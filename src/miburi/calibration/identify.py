@@ -10,21 +10,23 @@ Import it where it is first needed: it loads Numba.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
-from miburi.calibration.free_motion import Trace
+from miburi.calibration.free_motion import Trace, measure_need
 from miburi.errors import BodyError, InputError
 from miburi.robot import JOINTS, Array, Robot
 from miburi.robot.guards import Guards, in_whole_units
-from miburi.safety.contact import Loading, lag_doubt
-from miburi.safety.free import GUARDS, FreeRule, granted_share
+from miburi.safety.contact import Loading
+from miburi.safety.free import FreeRule, granted_share
 from miburi.safety.profile import FINE, Steps
 from miburi.servos.free import STEP, travel
 
 __all__ = [
     "MARGIN",
     "STIFFNESS",
+    "FreeTrace",
     "Identified",
     "Shares",
     "check",
@@ -196,53 +198,49 @@ def expecting(robot: Robot, shares: Shares, guards: Guards[Steps]) -> FreeRule:
 def free_rule(robot: Robot, found: Identified, traces: Sequence[Trace]) -> FreeRule:
     """Return the rule that expects these servos, with the guards that the traces need.
 
-    The guards are ``MARGIN`` times what the model missed, and no less than those that ship.
+    The guards are ``MARGIN`` times what the model missed, and no less than the description's.
     """
-    least = in_whole_units(GUARDS, robot.servo.step)
+    least = in_whole_units(robot.guards, robot.servo.step)
     guards = replace(least, lag=np.full(len(JOINTS), found.delay))
     return granted(expecting(robot, found, guards), traces)
 
 
 def granted(rule: FreeRule, traces: Sequence[Trace]) -> FreeRule:
     """Return a rule whose guards are ``MARGIN`` times what its model misses, and not narrower."""
+    own, free = rule.guards, [FreeTrace(**vars(trace), rule=rule) for trace in traces]
+    needs = measure_need(free, own.lag, own.least, rule.period, rule.ratio)
     wider = {
-        name: np.maximum(vars(rule.guards)[name], np.ceil(MARGIN * need).astype(np.int64))
-        for name, need in _needs(rule, traces).items()
+        name: np.maximum(vars(own)[name], np.ceil(MARGIN * need / FINE).astype(np.int64))
+        for name, need in vars(needs).items()
     }
     return replace(rule, guards=replace(rule.guards, **wider))
 
 
-def _needs(rule: FreeRule, traces: Sequence[Trace]) -> dict[str, Array]:
-    """Return the least guards, (8,) steps, with which the traces pass."""
-    names = ("slack", "behind", "ahead", "arrival")
-    needs = {name: np.zeros(len(JOINTS)) for name in names}
-    far = np.full(len(JOINTS), 1 << 20)
-    blind = replace(rule.guards, slack=0 * far, behind=far, ahead=far, arrival=far)
-    by_period = replace(rule, guards=blind)
-    whole = replace(by_period, period=1 << 40, ratio=0)
+@dataclass(frozen=True)
+class FreeTrace(Trace):
+    """A trace beside the free servo that a rule expects, instead of its delayed profile."""
 
-    def widen(name: str, need: Array) -> None:
-        needs[name] = np.maximum(needs[name], need)
+    rule: FreeRule = field(kw_only=True)
 
-    for trace in traces:
-        move = (trace.profile, trace.start, trace.direction, trace.loading)
-        watch, since_start = by_period.watch(*move), whole.watch(*move)
-        granted, doubt = granted_share(trace.profile), lag_doubt(trace.profile)
-        late = trace.profile.total + rule.guards.lag + rule.period
-        goal = trace.profile.distance * FINE + trace.loading.offset
-        goal = goal - ((trace.loading.end * rule.sag) >> 8)
-        for time, positions in zip(trace.times.tolist(), trace.positions, strict=True):
-            watch.look(positions, time)
-            since_start.look(positions, time)
-            window, way = watch.window, since_start.window
-            if window is None or way is None:
-                continue
-            missing = window.expected * rule.ratio / 10_000 - window.measured
-            widen("slack", np.where(window.judged, missing, 0) / granted)
-            widen("behind", (way.expected - way.measured - doubt) / granted)
-            widen("ahead", (way.measured - way.expected - doubt) / granted)
-            widen("arrival", np.where(time >= late, np.abs(goal - way.measured), 0) / FINE)
-    return needs
+    @property
+    def granted(self) -> Steps:
+        """The share of its guards that the rule grants each motor in this move, (8,) in 1/256."""
+        return granted_share(self.profile)
+
+    @property
+    def goal(self) -> Steps:
+        """The travel at which each motor comes to rest, (8,) in 1/256 steps."""
+        loading = self.loading
+        return self.profile.distance * FINE + loading.offset - ((loading.end * self.rule.sag) >> 8)
+
+    def expected(self, lag: Steps) -> Steps:  # noqa: ARG002  (the rule has a lag)
+        """Return the travel of the free servo at each reading, (n, 8)."""
+        return self._expected
+
+    @cached_property
+    def _expected(self) -> Steps:
+        watch = self.rule.watch(self.profile, self.start, self.direction, self.loading)
+        return np.array([watch.expected_travel(time) for time in self.times.tolist()])
 
 
 def check(robot: Robot, found: Identified) -> None:

@@ -15,7 +15,6 @@ import typer
 
 from miburi.cli.agents import mcp
 from miburi.cli.card import app as card_app
-from miburi.cli.fleet import fleet
 from miburi.cli.gestures import gallery, gesture_app
 from miburi.cli.options import (
     CalibrationFile,
@@ -24,9 +23,9 @@ from miburi.cli.options import (
     RobotFile,
     ServoName,
     TemperamentName,
+    calibrated,
     repertoire_of,
     robot_of,
-    rule_of,
     settings_of,
     temperament_of,
 )
@@ -169,8 +168,7 @@ def experiment(
         )
     if servo is not None and body != "simulated":
         raise InputError("--servo is for the simulated body; the card's servos cannot be chosen.")
-    description = robot_of(robot, servo)
-    rule = rule_of(description, calibration, servo)
+    description, rule = calibrated(robot_of(robot, servo), calibration)
     setup = Setup(
         seed=seed,
         seconds=seconds,
@@ -297,7 +295,6 @@ app.command()(run)
 app.command()(words)
 app.command()(say)
 app.command()(mcp)
-app.command()(fleet)
 app.command()(trials)
 app.command()(calibrate)
 app.command()(tune)

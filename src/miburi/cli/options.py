@@ -24,10 +24,10 @@ __all__ = [
     "RobotFile",
     "ServoName",
     "TemperamentName",
+    "calibrated",
     "gesture_of",
     "repertoire_of",
     "robot_of",
-    "rule_of",
     "settings_of",
     "temperament_of",
 ]
@@ -66,7 +66,7 @@ ServoName = Annotated[
     str | None,
     typer.Option(
         "--servo",
-        help="imagined, xl330-m288-t or a file (….toml); default: the robot's own servo.",
+        help="xl330-m288-t, imagined or a file (….toml); default: the robot's own servo.",
         show_default=False,
     ),
 ]
@@ -84,21 +84,17 @@ def robot_of(file: Path | None, servo: str | None = None) -> "Robot":
     return robot if servo is None else robot.with_servo(load_servo(servo))
 
 
-def rule_of(robot: "Robot", file: Path | None, servo: str | None = None) -> "Rule | None":
-    """Return the contact rule in a calibration file, or for a servo that the user named.
+def calibrated(robot: "Robot", file: Path | None) -> tuple["Robot", "Rule | None"]:
+    """Return the robot and the contact rule in a calibration file.
 
-    The guards of the description do not fit another servo: the rule then compares with what the
-    free servo would have done. None without a file and a servo: the description's own rule.
+    Without a file the robot stays as it is described, and None stands for its own rule.
     """
     from miburi.calibration.file import read_calibration
 
-    if file is not None:
-        return read_calibration(robot, file).rule
-    if servo in (None, "imagined"):
-        return None
-    from miburi.safety.free import FreeRule
-
-    return FreeRule.of(robot)
+    if file is None:
+        return robot, None
+    found = read_calibration(robot, file)
+    return found.robot, found.rule
 
 
 def settings_of(robot: "Robot", way: str) -> "Settings | None":

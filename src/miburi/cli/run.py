@@ -14,9 +14,9 @@ from miburi.cli.options import (
     RobotFile,
     ServoName,
     TemperamentName,
+    calibrated,
     repertoire_of,
     robot_of,
-    rule_of,
     temperament_of,
 )
 from miburi.errors import InputError
@@ -74,13 +74,13 @@ def run(
     if servo is not None and body != "simulated":
         raise InputError("--servo is for the simulated body; a card has servos of its own.")
     doors = _doors(agents, broker, broker_ca, name)
-    description = robot_of(robot, servo)
+    description, rule = calibrated(robot_of(robot, servo), calibration)
     serve(
         Wish(
             description,
             repertoire_of(description, gestures),
             temperament_of(temperament),
-            rule_of(description, calibration, servo),
+            rule,
             body=body,
             port_of_body=serial,
             host=host,

@@ -3,6 +3,7 @@
 import json
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Annotated
@@ -14,9 +15,9 @@ from miburi.cli.options import (
     GesturesFolder,
     RobotFile,
     ServoName,
+    calibrated,
     repertoire_of,
     robot_of,
-    rule_of,
 )
 from miburi.errors import InputError
 from miburi.ground.cores import available_cores
@@ -43,7 +44,10 @@ def trials(
         Path | None, typer.Option(help="Parquet file to write, a row for each trial.")
     ] = None,
     servos: Annotated[
-        int, typer.Option(help="0: the robot's servo; N: N varied servos, each calibrated.", min=0)
+        int,
+        typer.Option(
+            help="0: the robot as described; N: N as from a workshop, each calibrated.", min=0
+        ),
     ] = 0,
     rule: Annotated[
         str,
@@ -66,7 +70,7 @@ def trials(
     workers = workers or available_cores()
     body = robot_of(robot, servo)
     repertoire = repertoire_of(body, gestures)
-    plan = _plan(body, repertoire, calibration, rule, servo, servos, seed, free, blocked, workers)
+    plan = _plan(body, repertoire, calibration, rule, servos, seed, free, blocked, workers)
     counts: list[int] = []
     began = perf_counter()
     with _progress() as show:
@@ -99,42 +103,22 @@ def trials(
 def calibrate(
     out: Annotated[Path, typer.Option(help="The calibration file to write.")],
     seed: Seed = 1,
-    moves: Annotated[
-        int, typer.Option(help="Free moves to measure; of the imagined servo only.", min=2)
-    ] = 1600,
-    margin: Annotated[
-        float,
-        typer.Option(
-            help="Factor on the guards that the servos needed, 1 or more; imagined servo only."
-        ),
-    ] = 1.2,
     robot: RobotFile = None,
     servo: ServoName = None,
 ) -> None:
     """Identify a robot's simulated servos in free moves, and write what they are and need."""
     from miburi.calibration.file import write_calibration
     from miburi.ground.files import whole_files
-    from miburi.studies.trials.replay import calibrate_rule
+    from miburi.studies.trials.workshop import calibrate_servos
 
-    if not margin >= 1:
-        raise InputError(f"--margin must be 1 or more, got {margin}.")
     body = robot_of(robot, servo)
-    if rule_of(body, None, servo) is not None:
-        from miburi.studies.trials.workshop import calibrate_servos
-
-        done = calibrate_servos(body, seed)
-        note = f"Contact rule of {body.name}: servos identified from free moves, seed {seed}."
-        with whole_files(out.parent) as draft:
-            path = draft / out.name
-            write_calibration(done.robot, done.rule, path, note, identified=done.found)
-        for line in (*done.words, f"{done.seconds:.0f} s of the robot's time"):
-            print(line)
-        print(out)
-        return
-    rule = calibrate_rule(body, seed, moves, margin)
+    done = calibrate_servos(body, seed)
+    note = f"Contact rule of {body.name}: servos identified from free moves, seed {seed}."
     with whole_files(out.parent) as draft:
-        note = f"Contact rule of {body.name}: calibrated from {moves} free moves, seed {seed}."
-        write_calibration(body, rule, draft / out.name, note)
+        path = draft / out.name
+        write_calibration(done.robot, done.rule, path, note, identified=done.found)
+    for line in (*done.words, f"{done.seconds:.0f} s of the robot's time"):
+        print(line)
     print(out)
 
 
@@ -147,23 +131,26 @@ def tune(
     free: Annotated[int, typer.Option(help="Free runs to record.", min=2)] = 200,
     blocked: Annotated[int, typer.Option(help="Blocked runs to record.", min=1)] = 200,
     robot: RobotFile = None,
+    servo: ServoName = None,
 ) -> None:
     """Search the best period, ratio and guards for a robot's servos, with the project's BMA."""
     from miburi.calibration.file import write_calibration
     from miburi.calibration.free_motion import calibrate as calibrate_traces
     from miburi.ground.files import whole_files
-    from miburi.safety.contact import Rule
+    from miburi.safety.free import FreeRule
     from miburi.safety.printed import PrintedRule
     from miburi.studies.trials.replay import record
-    from miburi.studies.trials.tuning import assess
+    from miburi.studies.trials.tuning import assess, free_traces
     from miburi.studies.trials.tuning import tune as search
 
-    body = robot_of(robot)
+    body = robot_of(robot, servo)
     runs = record(body, seed, free, blocked)
     with _progress() as show:
-        found = search(runs, body.servo.step, bound, seed, lambda tried: show(tried, 150))
-    traces = [trace for run in runs if run.person is None for trace in run.traces]
-    papers = Rule(calibrate_traces(traces, body.servo.step))
+        found = search(body, runs, bound, seed, lambda tried: show(tried, 150))
+    papers = FreeRule.of(body)
+    traces = free_traces(papers, [run for run in runs if run.person is None])
+    guards = calibrate_traces(traces, body.servo.step, lag=papers.guards.lag)
+    papers = replace(papers, guards=guards)
     rows = {
         "found": found.rule,
         "the paper's p and ratio, calibrated": papers,
@@ -197,7 +184,7 @@ def safety_page(
 ) -> None:
     """Write the page on contact safety from files of trials; each file names its column."""
     from miburi.ground.files import whole_files
-    from miburi.safety.contact import Rule
+    from miburi.safety.free import FreeRule
     from miburi.studies.trials.figures import rule_map
     from miburi.studies.trials.replay import record
     from miburi.studies.trials.runs import read_parquet
@@ -205,7 +192,7 @@ def safety_page(
 
     outcomes = {path.stem.replace("-", " "): read_parquet(path) for path in runs}
     body = robot_of(robot)
-    points = rule_map(record(body, seed, recorded, recorded), Rule.of(body).guards)
+    points = rule_map(record(body, seed, recorded, recorded), FreeRule.of(body))
     with whole_files(out) as draft:
         write_page(outcomes, points, draft)
     print(out / "safety.md")
@@ -216,7 +203,6 @@ def _plan(
     repertoire: "Repertoire",
     calibration: Path | None,
     rule_name: str,
-    servo: str | None,
     servos: int,
     seed: int,
     free: int,
@@ -226,33 +212,30 @@ def _plan(
     from concurrent.futures import ProcessPoolExecutor
     from itertools import repeat
 
-    from miburi.calibration.file import read_calibration
-    from miburi.safety.contact import Rule
+    from miburi.robot.specimens import specimens
+    from miburi.safety.free import FreeRule
     from miburi.safety.printed import PrintedRule
-    from miburi.studies.trials.conditions import varied_servos
-    from miburi.studies.trials.replay import DeafRule, calibrate_rule
-    from miburi.studies.trials.runs import Plan
+    from miburi.studies.trials.replay import DeafRule
+    from miburi.studies.trials.runs import Plan, Subject
+    from miburi.studies.trials.workshop import calibrate_servos
 
     others = {"printed": PrintedRule, "off": DeafRule}
     if rule_name not in ("miburi", *others):
         raise InputError(f'--rule must be "miburi", "printed" or "off", got {rule_name!r}.')
     if calibration is not None and servos:
         raise InputError("--servos calibrates each servo itself; leave --calibration out.")
+    watched = []
     if servos:
-        bodies = varied_servos(body, seed, servos)
+        built = [one.robot for one in specimens(body, seed, servos)]
         with ProcessPoolExecutor(workers) as pool, _progress("calibrations") as show:
-            rules = []
-            for rule in pool.map(calibrate_rule, bodies, repeat(seed)):
-                rules.append(rule)
-                show(len(rules), servos)
-        watched = list(zip(bodies, rules, strict=True))
-    elif calibration is not None:
-        measured = read_calibration(body, calibration)
-        watched = [(measured.robot, measured.rule)]
+            for done in pool.map(calibrate_servos, repeat(body), repeat(seed), built):
+                watched.append(Subject(done.robot, done.rule, done.true))
+                show(len(watched), servos)
     else:
-        watched = [(body, rule_of(body, None, servo) or Rule.of(body))]
+        robot, rule = calibrated(body, calibration)
+        watched.append(Subject(robot, rule or FreeRule.of(robot)))
     if rule_name in others:
-        watched = [(one, others[rule_name](rule.guards)) for one, rule in watched]
+        watched = [one._replace(rule=others[rule_name](one.rule.guards)) for one in watched]
     return Plan(tuple(watched), seed, free, blocked, repertoire)
 
 

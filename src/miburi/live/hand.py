@@ -6,10 +6,13 @@ from miburi.bodies import Touchable
 from miburi.errors import InputError
 from miburi.robot import Array
 
-__all__ = ["FASTEST", "GIVES_WAY", "GuidedHand"]
+__all__ = ["FASTEST", "FEELING", "GIVES_WAY", "GuidedHand"]
 
 #: The hand's greatest speed, m/s (ours): it cannot jump into the robot.
 FASTEST = 1.2
+#: Its speed while it feels the robot, m/s (ours): faster, it would be deep inside an arm that is
+#: caught between it and the trunk before the arm could give way.
+FEELING = 0.3
 #: A hand that meets this force goes back as fast as it came, N (ours). It is more than the servos
 #: press with, and far less than what bruises.
 GIVES_WAY = 40.0
@@ -50,7 +53,9 @@ class GuidedHand:
         here = body.configuration[1][:3]
         way = self.goal - here
         length = float(np.linalg.norm(way))
-        reach = min(1.0, FASTEST * dt / length) if length > 0 else 1.0
-        if body.touch.force > GIVES_WAY:
+        force = body.touch.force
+        speed = FEELING if 0 < force <= GIVES_WAY else FASTEST
+        reach = min(1.0, speed * dt / length) if length > 0 else 1.0
+        if force > GIVES_WAY:
             reach = -reach
         body.place_hand(here + reach * way, self._along)

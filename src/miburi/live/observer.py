@@ -11,7 +11,7 @@ from miburi.live.state import Expressed, Hand, MotorOut, MotorsOut, RuleOut, Sta
 from miburi.partner import Event, MoveSent, Partner, Released, Stopped
 from miburi.robot import JOINTS, Array, forward
 from miburi.robot.guards import by_motor
-from miburi.safety.contact import Rule, Sign
+from miburi.safety.contact import Sign
 from miburi.safety.profile import FINE, SECOND
 from miburi.safety.stop import Phase, StopReason
 
@@ -107,7 +107,6 @@ class Observer:
 
         motors, robot = self._partner.body.motors(), self._robot
         guards, step = by_motor(motors.rule.guards), robot.servo.step
-        shipped = [by_motor(rule.of(robot).guards) for rule in (Rule, FreeRule)]
         each = [
             MotorOut(
                 joint=joint,
@@ -122,7 +121,7 @@ class Observer:
         return MotorsOut(
             body=self.name,
             port=self.port,
-            calibrated=guards not in shipped,
+            calibrated=guards != by_motor(FreeRule.of(robot).guards),
             settings=motors.settings,
             hottest=motors.hottest,
             lowest=motors.lowest,

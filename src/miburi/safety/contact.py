@@ -123,7 +123,10 @@ class Rule:
 
     @classmethod
     def of(cls, robot: Robot) -> "Rule":
-        """Return the paper's period and ratio with the guards of the robot's servo."""
+        """Return the paper's period and ratio with the guards of the robot's description.
+
+        These guards fit the rule that expects a free servo, :class:`miburi.safety.free.FreeRule`.
+        """
         return cls(in_whole_units(robot.guards, robot.servo.step))
 
     def watch(
@@ -253,7 +256,7 @@ class Watch:
         -------
         The contact of the motor that is furthest from where it should be, or None.
         """
-        expected, measured = self._expected_travel(time), self._travel(positions)
+        expected, measured = self.expected_travel(time), self._travel(positions)
         window_expected, window_measured = expected - self._expected, measured - self._measured
         judged, granted = window_expected >= self._least, window_measured + self._slack
         self.window = Window(window_measured, window_expected, granted, judged, time - self._since)
@@ -285,7 +288,7 @@ class Watch:
             return False
         return bool(np.all(np.abs(self._goal - self._travel(positions)) <= self._arrival))
 
-    def _expected_travel(self, time: int) -> Steps:
+    def expected_travel(self, time: int) -> Steps:
         """Return the travel of the delayed profile since the move began, (8,) in 1/256 steps."""
         if time not in self._upcoming:
             # Twenty regular readings at once cost hardly more than one.

@@ -15,40 +15,21 @@ granted half of each, and one in between in proportion. With a slack of 10 steps
 Import it where it is first needed: it loads Numba.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from miburi.robot import Robot
-from miburi.robot.guards import Guards, in_whole_units
+from miburi.robot.guards import in_whole_units
 from miburi.robot.loads import loads
 from miburi.safety.contact import UNLOADED, Loading, Rule, Watch, lag_doubt
 from miburi.safety.profile import FINE, Profile, Steps
 from miburi.servos.free import STEP, FreeServo, advance
 
-__all__ = ["FAST", "GUARDS", "FreeRule", "granted_share"]
+__all__ = ["FAST", "FreeRule", "granted_share"]
 
 #: A motor that gets this fast in its move is granted its whole guards, 1/256 steps/s (ours).
 FAST = 512 * FINE
-_STEP = 2 * np.pi / 4096
-
-
-def _each(
-    waist: float, shoulder: float, elbow: float, fingertip: float, head: float
-) -> list[float]:
-    return [waist, *(2 * [shoulder, elbow, fingertip]), head]
-
-
-#: The guards of servos that nobody has calibrated, s and rad (ours): 1.1 times or more what 6,000
-#: free moves of varied robots needed. The waist's are wider, for its inertia varies by pose.
-GUARDS = Guards(
-    lag=_each(0.0055, 0.0055, 0.0055, 0.0055, 0.0055),
-    slack=_each(14 * _STEP, 10 * _STEP, 10 * _STEP, 8 * _STEP, 10 * _STEP),
-    least=_each(8 * _STEP, 8 * _STEP, 8 * _STEP, 8 * _STEP, 8 * _STEP),
-    behind=_each(15 * _STEP, 12 * _STEP, 12 * _STEP, 10 * _STEP, 12 * _STEP),
-    ahead=_each(12 * _STEP, 12 * _STEP, 12 * _STEP, 10 * _STEP, 12 * _STEP),
-    arrival=_each(12 * _STEP, 12 * _STEP, 12 * _STEP, 12 * _STEP, 12 * _STEP),
-)
 
 
 @dataclass(frozen=True)
@@ -71,12 +52,10 @@ class FreeRule(Rule):
 
     @classmethod
     def of(cls, robot: Robot) -> "FreeRule":
-        """Return the rule for a robot whose servos nobody has calibrated."""
+        """Return the rule for a robot whose servos nobody has calibrated, with its guards."""
         middle = loads(robot, (robot.lower + robot.upper) / 2)
         servo = FreeServo.of(robot.servo.model, middle.inertia)
-        lag = robot.servo.model.drive.lag
-        guards = replace(GUARDS, lag=[lag] * 8)
-        return cls(in_whole_units(guards, robot.servo.step), servo=servo)
+        return cls(in_whole_units(robot.guards, robot.servo.step), servo=servo)
 
     def watch(
         self, profile: Profile, start: Steps, direction: Steps, loading: Loading = UNLOADED
@@ -110,7 +89,7 @@ class _FreeWatch(Watch):
         self._profile_then = loading.offset.copy()
         self._model_time = 0
 
-    def _expected_travel(self, time: int) -> Steps:
+    def expected_travel(self, time: int) -> Steps:
         """Travel that the free servo would have brought, (8,) in 1/256 steps."""
         servo, loading = self.rule.servo, self.loading
         steps = (time - self._model_time) // STEP

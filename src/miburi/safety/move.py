@@ -10,6 +10,8 @@ import numpy as np
 
 from miburi.errors import InputError
 from miburi.robot import JOINTS, Array, Robot
+from miburi.safety.drive import aim
+from miburi.safety.profile import to_steps
 
 __all__ = ["Move", "plan_move"]
 
@@ -65,9 +67,12 @@ def plan_move(robot: Robot, start: Array, end: Array, duration: float) -> Move:
     if not duration > 0:
         raise InputError(f"duration must be more than 0 s, got {duration!r}.")
     ramp, fastest = robot.servo.acceleration, robot.servo.max_speed
-    # Motors count whole steps: a fraction of a step must not change a speed.
+    # Motors go from goal to goal, which lie above the sag, and count whole steps: a fraction of a
+    # step must not change a speed.
     step = robot.servo.step
-    distance = np.abs(np.rint(end / step) - np.rint(start / step)) * step
+    distance = (
+        np.abs(np.diff(to_steps(robot, aim(robot, np.array([start, end]))), axis=0)[0]) * step
+    )
     needed = np.where(
         distance > fastest**2 / ramp,
         distance / fastest + fastest / ramp,

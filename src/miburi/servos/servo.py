@@ -135,13 +135,11 @@ class Loop(Origin):
 class Drive(Origin):
     """How Miburi drives it: the P gain, and how a move's ceiling and goal are made.
 
-    ``lag`` s, at least half a step of the model of the free servo, fits it best to the servo;
     ``headroom`` times the torque that a move needs is the most that a motor may give; ``lift`` is
     the share of the load's sag by which goals are corrected.
     """
 
     gain: Positive
-    lag: Annotated[float, Field(ge=0, le=0.02)]
     headroom: Annotated[float, Field(ge=1)]
     lift: Annotated[float, Field(ge=0, le=1)]
 

@@ -13,17 +13,15 @@ import pytest
 
 from miburi.errors import InputError, MiburiError, OutputError
 from miburi.robot import Robot
-from miburi.safety.contact import Rule
 from miburi.safety.free import FreeRule
-from miburi.servos import load_servo
 from miburi.studies.trials import runs
-from miburi.studies.trials.runs import Plan, carry_out_plan, read_parquet
+from miburi.studies.trials.runs import Plan, Subject, carry_out_plan, read_parquet
 from miburi.studies.trials.trial import TrialKind
 
 
 @pytest.fixture(scope="module")
 def plan(robot: Robot) -> Plan:
-    return Plan(((robot, Rule.of(robot)),), seed=3, free=6, blocked=5)
+    return Plan((Subject(robot, FreeRule.of(robot)),), seed=3, free=6, blocked=5)
 
 
 @pytest.fixture(scope="module")
@@ -100,20 +98,21 @@ def test_another_runs_journal_is_not_touched(plan: Plan, tmp_path: Path) -> None
 
 
 def test_the_key_knows_rule_and_seed(plan: Plan, robot: Robot) -> None:
-    rule = Rule.of(robot)
+    rule = FreeRule.of(robot)
     others = [
         replace(plan, seed=4),
-        replace(plan, servos=((robot, replace(rule, ratio=9000)),)),
+        replace(plan, servos=(Subject(robot, replace(rule, ratio=9000)),)),
+        replace(plan, servos=(Subject(robot, rule, robot),)),
         replace(plan, blocked=6),
     ]
-    assert len({plan.key, *(other.key for other in others)}) == 4
+    assert len({plan.key, *(other.key for other in others)}) == 5
 
 
 def test_the_key_knows_what_the_rule_expects_of_its_servos(plan: Plan, robot: Robot) -> None:
     """Two calibrations may have the same guards: one's journal must not go on as the other's."""
-    rule = FreeRule.of(robot.with_servo(load_servo("xl330-m288-t")))
+    rule = FreeRule.of(robot)
     heavier = replace(rule, sag=2 * rule.sag)
-    keys = {replace(plan, servos=((robot, one),)).key for one in (rule, heavier)}
+    keys = {replace(plan, servos=(Subject(robot, one),)).key for one in (rule, heavier)}
     assert len(keys) == 2
 
 

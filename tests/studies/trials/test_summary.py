@@ -10,9 +10,10 @@ from hypothesis import strategies as st
 
 from miburi.errors import InputError
 from miburi.robot import Robot
-from miburi.safety.contact import PAPER_PERIOD, PAPER_RATIO, Rule
+from miburi.safety.contact import PAPER_PERIOD, PAPER_RATIO
+from miburi.safety.free import FreeRule
 from miburi.studies.trials.figures import Point, rule_map
-from miburi.studies.trials.replay import calibrate_rule, record
+from miburi.studies.trials.replay import record
 from miburi.studies.trials.report import in_words, rows
 from miburi.studies.trials.safety_page import write_page
 from miburi.studies.trials.summary import summarise, wilson
@@ -77,13 +78,11 @@ def recorded(robot: Robot) -> list[Run]:
     return record(robot, seed=4, free=16, blocked=8)
 
 
-def test_calibrated_servos_are_not_stopped_for_nothing(robot: Robot, recorded: list[Run]) -> None:
-    rule = calibrate_rule(robot, seed=4, moves=32)
-    does = assess(rule, recorded)
+def test_shipped_guards_stop_nobody_for_nothing(robot: Robot, recorded: list[Run]) -> None:
+    does = assess(FreeRule.of(robot), recorded)
     assert does.false_stops == 0
     assert does.missed == 0
     assert 0 < does.delay < 0.2
-    assert (rule.period, rule.ratio) == (PAPER_PERIOD, PAPER_RATIO)
 
 
 def test_tuning_keeps_the_bound_and_beats_the_middle_of_the_box(
@@ -91,15 +90,15 @@ def test_tuning_keeps_the_bound_and_beats_the_middle_of_the_box(
 ) -> None:
     monkeypatch.setattr("miburi.studies.trials.tuning._BUDGET", 12)
     tried: list[int] = []
-    found = tune(recorded, robot.servo.step, 0.0, 1, tried.append)
+    found = tune(robot, recorded, 0.0, 1, tried.append)
     assert found.verdict.false_stops == 0
     assert found.tried == len(tried) >= 12
     assert BOX[0][0] * 10_000 <= found.rule.period <= BOX[0][1] * 10_000
-    again = tune(recorded, robot.servo.step, 0.0, 1)
+    again = tune(robot, recorded, 0.0, 1)
     assert (again.rule.period, again.rule.ratio) == (found.rule.period, found.rule.ratio)
     for runs, bound in ((recorded, 2.0), (recorded[:8], 0.1)):
         with pytest.raises(InputError):
-            tune(runs, robot.servo.step, bound, 1)
+            tune(robot, runs, bound, 1)
 
 
 def test_the_page_shows_all_columns_and_names_the_norms_standing(tmp_path: Path) -> None:
@@ -121,8 +120,8 @@ def test_the_map_has_the_papers_point(
 ) -> None:
     monkeypatch.setattr("miburi.studies.trials.figures.PERIODS", (PAPER_PERIOD,))
     monkeypatch.setattr("miburi.studies.trials.figures.RATIOS", (PAPER_RATIO,))
-    ours, printed = rule_map(recorded, Rule.of(robot).guards)
+    ours, printed = rule_map(recorded, FreeRule.of(robot))
     assert printed.verdict.false_stops > 0.9
     assert ours.verdict.false_stops == 0
     assert "missed contacts" in dict(rows({"a": summarise([MET])}))
-    assert Rule.of(robot).period == ours.period
+    assert (ours.period, ours.ratio) == (PAPER_PERIOD, PAPER_RATIO)

@@ -7,11 +7,11 @@ import pytest
 
 from miburi.bodies.simulated import Simulated
 from miburi.robot import Robot
-from miburi.safety.contact import Rule
+from miburi.safety.free import FreeRule
 from miburi.safety.move import plan_move
 from miburi.safety.printed import PrintedRule
 from miburi.safety.stop import Phase
-from miburi.studies.trials.conditions import HandKind, draw, varied_servos
+from miburi.studies.trials.conditions import HandKind, draw
 from miburi.studies.trials.meeting import carriers
 from miburi.studies.trials.plant import Skin, TrialPlant, Variation
 from miburi.studies.trials.replay import DeafRule, judge
@@ -45,7 +45,7 @@ def test_the_trials_robot_is_the_simulated_one(robot: Robot, plant: TrialPlant) 
 
 
 def test_a_trial_depends_on_seed_and_number_alone(robot: Robot, plant: TrialPlant) -> None:
-    rule = Rule.of(robot)
+    rule = FreeRule.of(robot)
     first = [trial(plant, rule, 5, kind, 3) for kind in TrialKind]
     trial(plant, rule, 6, TrialKind.BLOCKED, 9)  # leaves no trace in the plant
     again = [trial(TrialPlant(robot), rule, 5, kind, 3) for kind in reversed(TrialKind)][::-1]
@@ -54,7 +54,7 @@ def test_a_trial_depends_on_seed_and_number_alone(robot: Robot, plant: TrialPlan
 
 
 def test_people_are_met_and_felt(robot: Robot, plant: TrialPlant) -> None:
-    rule, hands = Rule.of(robot), set()
+    rule, hands = FreeRule.of(robot), set()
     for index in range(16):
         outcome = trial(plant, rule, 1, TrialKind.BLOCKED, index)
         hands.add(outcome.hand)
@@ -69,7 +69,7 @@ def test_people_are_met_and_felt(robot: Robot, plant: TrialPlant) -> None:
 
 def test_nobody_is_felt_where_nobody_is(robot: Robot, plant: TrialPlant) -> None:
     for index in range(6):
-        outcome = trial(plant, Rule.of(robot), 1, TrialKind.FREE, index)
+        outcome = trial(plant, FreeRule.of(robot), 1, TrialKind.FREE, index)
         assert not outcome.stopped
         assert outcome.peak_force == 0
         assert np.isnan(outcome.latency)
@@ -78,7 +78,7 @@ def test_nobody_is_felt_where_nobody_is(robot: Robot, plant: TrialPlant) -> None
 def test_without_a_rule_people_are_missed(robot: Robot, plant: TrialPlant) -> None:
     """The mutation: a limit of 0 and no backstops must show as missed contacts."""
     far = np.full(8, 10**6)
-    rule = Rule.of(robot)
+    rule = FreeRule.of(robot)
     grants = dict.fromkeys(("slack", "behind", "ahead", "arrival"), far)
     deaf = replace(rule, ratio=0, guards=replace(rule.guards, **grants))
     outcomes = [trial(plant, deaf, 1, TrialKind.BLOCKED, index) for index in range(6)]
@@ -87,7 +87,7 @@ def test_without_a_rule_people_are_missed(robot: Robot, plant: TrialPlant) -> No
 
 
 def test_the_printed_rule_stops_free_moves(robot: Robot, plant: TrialPlant) -> None:
-    rule = PrintedRule(Rule.of(robot).guards)
+    rule = PrintedRule.of(robot)
     outcomes = [trial(plant, rule, 1, TrialKind.FREE, index) for index in range(5)]
     assert all(o.false_stop for o in outcomes)
 
@@ -96,7 +96,7 @@ def test_the_printed_rule_stops_free_moves(robot: Robot, plant: TrialPlant) -> N
 def test_judging_a_recording_is_as_good_as_being_there(
     robot: Robot, plant: TrialPlant, kind: TrialKind
 ) -> None:
-    rule, compared = Rule.of(robot), 0
+    rule, compared = FreeRule.of(robot), 0
     for index in range(6):
         there, recorded = (enact(plant, r, 2, kind, index) for r in (rule, DeafRule.of(robot)))
         if there.brushes != recorded.brushes:
@@ -143,11 +143,16 @@ def test_a_grasp_holds_back_and_is_let_go_of(robot: Robot, plant: TrialPlant) ->
     [(Variation(load=0.05), True), (Variation(voltage=2.5), True), (Variation(), False)],
 )
 def test_load_and_weak_batteries_make_the_arms_sag(
-    robot: Robot, plant: TrialPlant, variation: Variation, heavier: bool
+    robot: Robot, variation: Variation, heavier: bool
 ) -> None:
+    """Goals that are aimed above the sag would hide it."""
+    servo = robot.servo.model
+    drive = servo.drive.model_copy(update={"lift": 0.0})
+    plant = TrialPlant(robot.with_servo(servo.model_copy(update={"drive": drive})))
     forward = np.array([0.0, 1.57, 1.5, 0.0, 1.57, -1.5, 0.0, 0.8])
     plant.begin(forward, Variation(), np.random.default_rng(0))
     sag = (forward - plant.angles)[1]
+    assert sag > robot.servo.step
     plant.begin(forward, variation, np.random.default_rng(0))
     assert ((forward - plant.angles)[1] > 1.5 * sag) == heavier
 
@@ -157,21 +162,6 @@ def test_sustained_force_is_a_mean_over_the_rules_period() -> None:
     blow = np.zeros(100)
     blow[50] = 50.0
     assert sustained_force(blow) == pytest.approx(1.0)
-
-
-def test_varied_servos_span_what_they_promise(robot: Robot) -> None:
-    servos = varied_servos(robot, 1, 200)
-    stiffness = np.array([one.servo.model.stiffness for one in servos])
-    stiffness /= robot.servo.model.stiffness
-    friction = np.array([one.servo.model.friction.dry for one in servos])
-    friction /= robot.servo.model.friction.dry
-    assert (stiffness.min() < 0.55, stiffness.max() > 1.9) == (True, True)
-    assert (stiffness >= 0.5).all()
-    assert (stiffness <= 2).all()
-    assert (friction >= 1).all()
-    assert friction.max() > 1.9
-    assert {one.servo.model.encoder.steps_per_turn for one in servos} == {4096, 1229}
-    assert varied_servos(robot, 1, 3) == servos[:3]
 
 
 def test_carriers_know_the_chains() -> None:
@@ -185,7 +175,7 @@ def test_carriers_know_the_chains() -> None:
 
 
 def test_measure_says_nan_where_nothing_was(robot: Robot, plant: TrialPlant) -> None:
-    outcome = measure(enact(plant, Rule.of(robot), 1, TrialKind.FREE, 0), TrialKind.FREE, 0, 0)
+    outcome = measure(enact(plant, FreeRule.of(robot), 1, TrialKind.FREE, 0), TrialKind.FREE, 0, 0)
     assert np.isnan(outcome.push_after_stop)
     assert np.isnan(outcome.speed)
     assert outcome.hand == outcome.link == ""

@@ -18,7 +18,6 @@ from miburi.calibration.identify import (
 from miburi.errors import BodyError, InputError
 from miburi.robot import JOINTS, Robot
 from miburi.safety.free import FreeRule
-from miburi.servos import load_servo
 from miburi.studies.trials.plant import TrialPlant
 from miburi.studies.trials.trial import TrialKind, trial
 from miburi.studies.trials.workshop import USUAL, calibrate_servos, record_free_moves
@@ -27,13 +26,8 @@ LEFT_ELBOW = JOINTS.index("left_elbow")
 
 
 @pytest.fixture(scope="module")
-def real(robot: Robot) -> Robot:
-    return robot.with_servo(load_servo("xl330-m288-t"))
-
-
-@pytest.fixture(scope="module")
-def plant(real: Robot) -> TrialPlant:
-    return TrialPlant(real)
+def plant(robot: Robot) -> TrialPlant:
+    return TrialPlant(robot)
 
 
 @pytest.fixture(scope="module")
@@ -42,22 +36,22 @@ def traces(plant: TrialPlant) -> list[Trace]:
 
 
 @pytest.fixture(scope="module")
-def found(real: Robot, traces: list[Trace]) -> Identified:
-    return identify(real, traces)
+def found(robot: Robot, traces: list[Trace]) -> Identified:
+    return identify(robot, traces)
 
 
-def varied(real: Robot, **factors: float) -> Robot:
+def varied(robot: Robot, **factors: float) -> Robot:
     """The robot with so many times the stiffness of its description."""
-    servo = real.servo.model
+    servo = robot.servo.model
     divisor = servo.divisor.model_copy(
         update={"p_divisor": servo.divisor.p_divisor / factors["stiffness"]}
     )
-    return real.with_servo(servo.model_copy(update={"divisor": divisor}))
+    return robot.with_servo(servo.model_copy(update={"divisor": divisor}))
 
 
-def true_stiffness(real: Robot, gain: float, times: float = 2.0) -> float:
+def true_stiffness(robot: Robot, gain: float, times: float = 2.0) -> float:
     """What so many times as stiff a robot's horns have with another gain, N·m/rad."""
-    servo = real.servo.model
+    servo = robot.servo.model
     gears = 1 - servo.friction.motor_load
     return times * servo.stiffness * gears * gain / servo.drive.gain
 
@@ -68,24 +62,24 @@ def test_a_servo_like_its_description_is_found_to_be_so(found: Identified) -> No
     assert 4000 <= found.delay <= 8000
 
 
-def test_twice_the_stiffness_is_found_and_half_the_gain_proposed(real: Robot) -> None:
+def test_twice_the_stiffness_is_found_and_half_the_gain_proposed(robot: Robot) -> None:
     """The open factor of two: the manual's divisor of the P gain, or the identified one."""
-    traces = record_free_moves(TrialPlant(real, varied(real, stiffness=2.0)), 3)
-    found = identify(real, traces)
+    traces = record_free_moves(TrialPlant(robot, varied(robot, stiffness=2.0)), 3)
+    found = identify(robot, traces)
     assert np.median(found.stiffness) == pytest.approx(2.0, rel=0.2)
-    assert 4.0 <= true_stiffness(real, proposed_gain(real, found)) <= 6.0
+    assert 4.0 <= true_stiffness(robot, proposed_gain(robot, found)) <= 6.0
     with pytest.raises(BodyError, match=r"2 to 8 are allowed. Set the P gain to \d{4} "):
-        check(real, found)
-    after = fitted(real, found).servo.model
+        check(robot, found)
+    after = fitted(robot, found).servo.model
     assert after.stiffness == pytest.approx(
-        true_stiffness(real, after.drive.gain) / 0.7332, rel=0.2
+        true_stiffness(robot, after.drive.gain) / 0.7332, rel=0.2
     )
 
 
-def test_a_stiff_elbow_is_named_in_words(real: Robot) -> None:
+def test_a_stiff_elbow_is_named_in_words(robot: Robot) -> None:
     friction = tuple(2.0 if motor == LEFT_ELBOW else 1.0 for motor in range(8))
-    moves = record_free_moves(TrialPlant(real), 3, replace(USUAL, friction=friction))
-    found = identify(real, moves)
+    moves = record_free_moves(TrialPlant(robot), 3, replace(USUAL, friction=friction))
+    found = identify(robot, moves)
     words = in_words(found)
     assert any(
         line.startswith("left elbow: ") and "friction of the right" in line for line in words
@@ -93,21 +87,21 @@ def test_a_stiff_elbow_is_named_in_words(real: Robot) -> None:
     assert not any("shoulder" in line for line in words)
 
 
-def test_one_soft_servo_among_good_ones_is_refused_by_name(real: Robot, found: Identified) -> None:
+def test_one_soft_servo_among_good_ones_is_refused_by_name(robot: Robot, found: Identified) -> None:
     stiffness = found.stiffness.copy()
     stiffness[LEFT_ELBOW] = 0.3
     with pytest.raises(
         BodyError, match=r"left elbow turns back with 1\.3 N.* others .* horn's screw"
     ):
-        check(real, replace(found, stiffness=stiffness))
-    check(real, found)
+        check(robot, replace(found, stiffness=stiffness))
+    check(robot, found)
 
 
 def test_guards_are_the_missed_times_a_margin_and_never_under_the_floors(
-    real: Robot, found: Identified, traces: list[Trace]
+    robot: Robot, found: Identified, traces: list[Trace]
 ) -> None:
-    floors = FreeRule.of(real).guards
-    guards = free_rule(real, found, traces).guards
+    floors = FreeRule.of(robot).guards
+    guards = free_rule(robot, found, traces).guards
     for name, values in vars(guards).items():
         if name != "lag":
             assert np.all(values >= vars(floors)[name])
@@ -115,33 +109,33 @@ def test_guards_are_the_missed_times_a_margin_and_never_under_the_floors(
     held = traces[-2]
     positions = held.positions.copy()
     positions[20:60, 7] -= 40 * held.direction[7]
-    wider = free_rule(real, found, [replace(held, positions=positions)]).guards
+    wider = free_rule(robot, found, [replace(held, positions=positions)]).guards
     assert wider.behind[7] > floors.behind[7]
     assert np.all(wider.behind[:7] == floors.behind[:7])
 
 
 def test_the_rule_of_a_calibrated_robot_lets_its_own_moves_pass(
-    real: Robot, found: Identified, traces: list[Trace]
+    robot: Robot, found: Identified, traces: list[Trace]
 ) -> None:
-    rule = free_rule(real, found, traces)
+    rule = free_rule(robot, found, traces)
     for one in traces:
         watch = rule.watch(one.profile, one.start, one.direction, one.loading)
         for time, positions in zip(one.times.tolist(), one.positions, strict=True):
             assert watch.look(positions, time) is None
 
 
-def test_a_robot_with_the_other_divisor_ends_with_a_gain_that_fits(real: Robot) -> None:
-    done = calibrate_servos(real, 1, varied(real, stiffness=3.0))
-    assert 4.0 <= true_stiffness(real, done.robot.servo.model.drive.gain, 3.0) <= 6.0
+def test_a_robot_with_the_other_divisor_ends_with_a_gain_that_fits(robot: Robot) -> None:
+    done = calibrate_servos(robot, 1, varied(robot, stiffness=3.0))
+    assert 4.0 <= true_stiffness(robot, done.robot.servo.model.drive.gain, 3.0) <= 6.0
     assert np.abs(np.log(done.found.stiffness)).max() < np.log(1.4)
     assert done.seconds <= 180
     assert done.words[0].startswith("the P gain is ")
 
 
-def test_worn_servos_get_the_torque_that_their_gears_take(real: Robot) -> None:
+def test_worn_servos_get_the_torque_that_their_gears_take(robot: Robot) -> None:
     """Twice the friction in all its parts: a ceiling for new gears would stop the robot."""
-    rubbing = real.with_servo(real.servo.model.varied(friction=1.7))
-    done = calibrate_servos(real, 1, rubbing)
+    rubbing = robot.with_servo(robot.servo.model.varied(friction=1.7))
+    done = calibrate_servos(robot, 1, rubbing)
     friction = done.robot.servo.model.friction
     assert friction.motor_load == pytest.approx(1.7 * 0.2668, rel=0.35)
     assert done.found.wear > 1.3
@@ -151,6 +145,6 @@ def test_worn_servos_get_the_torque_that_their_gears_take(real: Robot) -> None:
     assert not any(one.stopped for one in free)
 
 
-def test_without_moves_nothing_is_identified(real: Robot) -> None:
+def test_without_moves_nothing_is_identified(robot: Robot) -> None:
     with pytest.raises(InputError, match="free moves"):
-        identify(real, [])
+        identify(robot, [])

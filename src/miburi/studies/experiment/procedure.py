@@ -126,6 +126,7 @@ class Experiment:
     """The measurements of a run; the seed reproduces ``report``, but not ``timing``."""
 
     setup: Setup
+    servo: str
     stops: list[StopRecord] = field(default_factory=list)
     missed: list[dict[str, float]] = field(default_factory=list)
     gestures: list[GestureRecord] = field(default_factory=list)
@@ -158,6 +159,7 @@ class Experiment:
         return {
             "version": __version__,
             "seed": set_to.seed,
+            "servo": self.servo,
             "seconds": round(self.times[-1], 3),
             "feeling": set_to.feeling,
             "mood": set_to.mood,
@@ -223,7 +225,7 @@ def conduct(
     """
     set_to = setup or Setup()
     robot = body.robot
-    result = Experiment(set_to)
+    result = Experiment(set_to, robot.servo.model.name)
 
     def timed_solve(robot: Robot, target: Array, start: Array) -> ik.Solution:
         began = perf_counter()

@@ -18,7 +18,7 @@ from miburi.robot.mjcf import HAND_MASS
 from miburi.safety.move import Move, plan_move
 from miburi.studies.trials.plant import Skin, Variation
 
-__all__ = ["LINKS", "Conditions", "HandKind", "Person", "draw", "draw_person", "varied_servos"]
+__all__ = ["LINKS", "Conditions", "HandKind", "Person", "draw", "draw_person"]
 
 
 class HandKind(StrEnum):
@@ -168,33 +168,3 @@ def draw_person(rng: np.random.Generator, kind: HandKind) -> Person:
         roll=float(rng.uniform(0.0, 2 * np.pi)),
         reach=float(rng.uniform(0.015, 0.04)),
     )
-
-
-def varied_servos(robot: Robot, seed: int, count: int) -> tuple[Robot, ...]:
-    """Return robots with other servos (ours); calibrate each before its trials.
-
-    The stiffness is half to twice the default, and the damping follows it, so that the loop's
-    damping ratio stays within a third. Friction is one to two times the default, ramps are half
-    to twice. Encoders have 4096 or 1229 steps a turn, in alternation.
-    """
-    rng = np.random.default_rng([seed, _SERVOS])
-    table = robot.servo
-
-    def vary(number: int) -> Robot:
-        stiffer = float(2.0 ** rng.uniform(-1.0, 1.0))
-        servo = table.model.varied(
-            steps_per_turn=(4096, 1229)[number % 2],
-            stiffness=stiffer,
-            damping=float(np.sqrt(stiffer) * rng.uniform(0.75, 1.33)),
-            friction=float(rng.uniform(1.0, 2.0)),
-        )
-        changes = {
-            "model": servo,
-            "acceleration": table.acceleration * float(2.0 ** rng.uniform(-1.0, 1.0)),
-        }
-        return robot.model_copy(update={"servo": table.model_copy(update=changes)})
-
-    return tuple(vary(number) for number in range(count))
-
-
-_SERVOS = 7  # its own stream of random numbers

@@ -1,7 +1,7 @@
 """Draw figures of contact trials and of recorded runs, readable in print."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +12,8 @@ matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
 
-from miburi.robot.guards import Guards
 from miburi.safety.contact import PAPER_PERIOD, PAPER_RATIO, Rule
 from miburi.safety.printed import PrintedRule
-from miburi.safety.profile import Steps
 from miburi.studies.trials.conditions import HandKind
 from miburi.studies.trials.runs import as_array
 from miburi.studies.trials.summary import ISO_LIMITS
@@ -73,8 +71,8 @@ class Point:
     verdict: Verdict
 
 
-def rule_map(runs: Sequence[Run], guards: Guards[Steps]) -> list[Point]:
-    """Judge recorded runs over (p, ratio), by the rule with ``guards`` and by the printed rule.
+def rule_map(runs: Sequence[Run], ours: Rule) -> list[Point]:
+    """Judge recorded runs over (p, ratio), by our rule and by the printed one.
 
     All points use the same guards, those for the paper's p and ratio, so that the map shows the
     effect of p and ratio alone.
@@ -82,9 +80,9 @@ def rule_map(runs: Sequence[Run], guards: Guards[Steps]) -> list[Point]:
     points = []
     for period in PERIODS:
         for ratio in RATIOS:
-            for kind in (Rule, PrintedRule):
-                rule = kind(guards, period, ratio)
-                points.append(Point(period, ratio, kind is PrintedRule, assess(rule, runs)))
+            for kind in (ours, PrintedRule(ours.guards)):
+                rule = replace(kind, period=period, ratio=ratio)
+                points.append(Point(period, ratio, kind is not ours, assess(rule, runs)))
     return points
 
 

@@ -7,7 +7,6 @@ would have done, for thousands of runs in a second.
 
 from dataclasses import dataclass
 
-from miburi.calibration.free_motion import MARGIN, calibrate
 from miburi.robot import Robot
 from miburi.robot.mjcf import TIMESTEP
 from miburi.safety.contact import UNLOADED, Contact, Loading, Rule, Watch
@@ -15,12 +14,10 @@ from miburi.safety.profile import SECOND, Profile, Steps
 from miburi.studies.trials.plant import TrialPlant
 from miburi.studies.trials.trial import Run, TrialKind, enact
 
-__all__ = ["CALIBRATION_MOVES", "DeafRule", "Judgement", "calibrate_rule", "judge", "record"]
+__all__ = ["DeafRule", "Judgement", "judge", "record"]
 
 #: µs for which a deaf rule waits for a blocked motor after its profile has ended.
 _WAIT = SECOND // 5
-#: Free moves of a calibration (ours).
-CALIBRATION_MOVES = 1600
 
 
 class _DeafWatch(Watch):
@@ -93,12 +90,3 @@ def record(robot: Robot, seed: int, free: int, blocked: int = 0) -> list[Run]:
     kinds = [(TrialKind.FREE, index) for index in range(free)]
     kinds += [(TrialKind.BLOCKED, index) for index in range(blocked)]
     return [enact(plant, rule, seed, kind, index) for kind, index in kinds]
-
-
-def calibrate_rule(
-    robot: Robot, seed: int, moves: int = CALIBRATION_MOVES, margin: float = MARGIN
-) -> Rule:
-    """Return the paper's period and ratio, with guards from free moves of this robot."""
-    runs = record(robot, seed, (moves + 1) // 2)
-    traces = [trace for run in runs for trace in run.traces]
-    return Rule(calibrate(traces, robot.servo.step, margin=margin))

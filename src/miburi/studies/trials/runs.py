@@ -18,7 +18,7 @@ from contextlib import contextmanager
 from dataclasses import asdict, astuple, dataclass, field, fields
 from multiprocessing import connection, get_context, parent_process
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -36,6 +36,7 @@ __all__ = [
     "Chunk",
     "Done",
     "Plan",
+    "Subject",
     "Write",
     "as_array",
     "carry_out_chunk",
@@ -53,6 +54,17 @@ Chunk = tuple[TrialKind, int, int]  # kind, first index, index after the last
 Done = tuple[Chunk, list[Outcome]]
 
 
+class Subject(NamedTuple):
+    """A robot as it is described, the rule that watches it, and the robot as it is.
+
+    ``true`` is None for a robot that is as described.
+    """
+
+    robot: Robot
+    rule: Rule
+    true: Robot | None = None
+
+
 @dataclass(frozen=True)
 class Plan:
     """A run of trials; trial i uses servo i modulo their number.
@@ -60,7 +72,7 @@ class Plan:
     Attributes
     ----------
     servos
-        Robots, each with the rule that watches it.
+        The robots.
     seed, free, blocked
         The seed, and the number of trials of each kind; 0 or more.
     repertoire
@@ -72,7 +84,7 @@ class Plan:
         There is no servo or no trial, or a number is negative.
     """
 
-    servos: tuple[tuple[Robot, Rule], ...]
+    servos: tuple[Subject, ...]
     seed: int
     free: int
     blocked: int
@@ -91,8 +103,9 @@ class Plan:
     def key(self) -> str:
         """A name made from the contents of the run: same key, same results."""
         words = hashlib.sha256(f"{__version__} {self.seed} {self.free} {self.blocked}".encode())
-        for robot, rule in self.servos:
+        for robot, rule, true in self.servos:
             servo = [robot.model_dump(), type(rule).__name__, asdict(rule)]
+            servo += [true.model_dump()] if true else []
             words.update(json.dumps(servo, sort_keys=True, default=np.ndarray.tolist).encode())
         if self.repertoire != shipped_repertoire():
             for function in self.repertoire.functions:
@@ -174,11 +187,11 @@ def carry_out_chunk(plan: Plan, chunk: Chunk) -> list[Outcome]:
     outcomes, run_key = [], plan.key
     for index in range(first, last):
         number = index % len(plan.servos)
-        robot, rule = plan.servos[number]
+        robot, rule, true = plan.servos[number]
         if (run_key, number) not in _plants:
             if len(_plants) >= _MOST_PLANTS:
                 _plants.clear()
-            _plants[run_key, number] = TrialPlant(robot)
+            _plants[run_key, number] = TrialPlant(robot, true)
         plant = _plants[run_key, number]
         outcomes.append(trial(plant, rule, plan.seed, kind, index, number, plan.repertoire))
     return outcomes

@@ -5,20 +5,22 @@ Memetic Algorithm searches among the candidates, as it does for the inverse kine
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from miburi import bma
-from miburi.calibration.free_motion import calibrate, measure_lag
+from miburi.calibration.free_motion import calibrate
+from miburi.calibration.identify import FreeTrace
 from miburi.errors import InputError
-from miburi.robot import Array
+from miburi.robot import Array, Robot
 from miburi.safety.contact import Rule
+from miburi.safety.free import FreeRule
 from miburi.safety.profile import SECOND
 from miburi.studies.trials.replay import judge
 from miburi.studies.trials.trial import PATIENCE, Run
 
-__all__ = ["BOX", "Tuned", "Verdict", "assess", "tune"]
+__all__ = ["BOX", "Tuned", "Verdict", "assess", "free_traces", "tune"]
 
 #: The box of the search: p in readings of 10 ms, the ratio, the travel in rad below which a motor
 #: is judged later, and the margin of the guards (ours). A card takes no ratio below 0.8.
@@ -54,9 +56,14 @@ class Verdict:
 class Tuned:
     """The best rule, what it does, and the number of rules tried."""
 
-    rule: Rule
+    rule: FreeRule
     verdict: Verdict
     tried: int
+
+
+def free_traces(rule: FreeRule, runs: Sequence[Run]) -> list[FreeTrace]:
+    """Return the traces of runs beside the free servo that a rule expects."""
+    return [FreeTrace(**vars(trace), rule=rule) for run in runs for trace in run.traces]
 
 
 def assess(rule: Rule, runs: Sequence[Run]) -> Verdict:
@@ -79,8 +86,8 @@ def assess(rule: Rule, runs: Sequence[Run]) -> Verdict:
 
 
 def tune(
+    robot: Robot,
     runs: Sequence[Run],
-    step: float,
     bound: float,
     seed: int,
     progress: Callable[[int], None] = lambda _tried: None,
@@ -91,10 +98,10 @@ def tune(
 
     Parameters
     ----------
+    robot
+        The description; its servos are the ones that the rule expects.
     runs
         Runs under a deaf rule, free and blocked; see :func:`miburi.studies.trials.replay.record`.
-    step
-        Angle of one encoder step, rad.
     bound
         The largest allowed share of false stops, 0 to 1.
     seed
@@ -113,8 +120,9 @@ def tune(
     blocked = [run for run in runs if run.person is not None]
     if len(free) < 2 or not blocked:
         raise InputError("tuning needs at least two free runs and one blocked run.")
-    traces = [trace for run in free[::2] for trace in run.traces]
-    judges, lag = free[1::2] + blocked, measure_lag(traces)
+    expected, step = FreeRule.of(robot), robot.servo.step
+    traces = free_traces(expected, free[::2])
+    judges, lag = free[1::2] + blocked, expected.guards.lag
     tried: dict[tuple[int, int, int, int], Tuned] = {}
 
     def candidate(point: Array) -> Tuned:
@@ -126,7 +134,7 @@ def tune(
                 traces, step,
                 lag=lag, least=key[2], margin=key[3] / 20, period=period, ratio=limit,
             )  # fmt: skip
-            rule = Rule(guards, period, limit)
+            rule = replace(expected, guards=guards, period=period, ratio=limit)
             tried[key] = Tuned(rule, assess(rule, judges), 0)
             progress(len(tried))
         return tried[key]

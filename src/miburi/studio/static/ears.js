@@ -14,20 +14,8 @@ export async function start() {
     throw new Error(error.name === "NotFoundError" ? "no_microphone" : "denied");
   });
   const context = new AudioContext();
-  const stop = () => {
-    sound.getTracks().forEach((track) => track.stop());
-    context.close();
-  };
-  let ear;
-  try {
-    await context.audioWorklet.addModule("/static/startle-worklet.js");
-    ear = new AudioWorkletNode(context, "startle", { numberOfOutputs: 0, channelCount: 1, channelCountMode: "explicit" });
-    context.createMediaStreamSource(sound).connect(ear);
-    await context.resume();
-  } catch (error) {
-    stop();
-    throw error;
-  }
+  await context.audioWorklet.addModule("/static/startle-worklet.js");
+  const ear = new AudioWorkletNode(context, "startle", { numberOfOutputs: 0, channelCount: 1, channelCountMode: "explicit" });
   let own = -Infinity; // when it last made a noise itself
   ear.port.onmessage = ({ data: strength }) => {
     const now = performance.now();
@@ -38,8 +26,11 @@ export async function start() {
     const moves = state?.body === "card" && (state.phase === "moving" || state.phase === "returning");
     if (moves || lips.open(performance.now()) !== null) own = performance.now();
   });
+  context.createMediaStreamSource(sound).connect(ear);
+  await context.resume();
   return () => {
     leave();
-    stop();
+    sound.getTracks().forEach((track) => track.stop());
+    context.close();
   };
 }
