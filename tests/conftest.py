@@ -13,7 +13,7 @@ settings.register_profile("miburi", deadline=None, derandomize=True)
 settings.load_profile("miburi")
 
 
-pytest_plugins = ["tests.fixtures.broker", "tests.fixtures.firmware", "tests.fixtures.live"]
+pytest_plugins = ["tests.fixtures.firmware", "tests.fixtures.live", "tests.fixtures.broker"]
 
 
 @pytest.fixture(scope="session")

@@ -64,6 +64,7 @@ def test_the_live_partner_needs_no_extra(tmp_path: Path) -> None:
         ("mcp", "mcp", ["mcp"]),
         ("mcp", "mcp", ["run", "--agents", "--port", "0", "--folder", "."]),
         ("aiomqtt", "mqtt", ["run", "--broker", "localhost", "--port", "0", "--folder", "."]),
+        ("aiomqtt", "mqtt", ["fleet", "--broker", "localhost"]),
         ("ray", "cluster", ["trials", "--free", "1", "--blocked", "0", "--ray", "auto"]),
     ],
     ids=lambda value: " ".join(value[:2]) if isinstance(value, list) else value,

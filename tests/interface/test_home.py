@@ -7,18 +7,17 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.fixtures.broker import Listener, Mosquitto, start_broker
-from tests.fixtures.live import Server, interface, own_environment, serving
+from tests.fixtures.broker import Listener, Mosquitto, at_home, start_broker
+from tests.fixtures.live import own_environment
 
 from miburi.feelings import FEELINGS
-from miburi.interface.broker import Broker, find_broker
+from miburi.interface.broker import find_broker
 from miburi.interface.client import RemotePartner, connect
-from miburi.interface.home import BIRTH, BURST, add_home, discovery, discovery_topic
+from miburi.interface.home import BIRTH, BURST, discovery, discovery_topic
 from miburi.interface.report import ALL, HomeReport, StopNews, Topics
 from miburi.live.runner import Runner
 from miburi.robot import JOINTS
@@ -36,15 +35,6 @@ DOCUMENTED: dict[str, tuple[set[str], set[str]]] = {
     "button": ({"command_topic"}, {"payload_press"}),
 }
 IN_THE_WAY = (0.12, -0.11, 0.12)
-
-
-@contextmanager
-def at_home(live: Runner, broker: Broker) -> Iterator[Server]:
-    """Let a partner live in the kitchen, and serve its interface."""
-    app = interface(live)
-    add_home(app, broker, "kitchen")
-    with serving(app, lifespan=True) as url:
-        yield Server(url, live)
 
 
 @pytest.fixture

@@ -15,6 +15,7 @@ import typer
 
 from miburi.cli.agents import mcp
 from miburi.cli.card import app as card_app
+from miburi.cli.fleet import fleet
 from miburi.cli.gestures import gallery, gesture_app
 from miburi.cli.options import (
     CalibrationFile,
@@ -295,6 +296,7 @@ app.command()(run)
 app.command()(words)
 app.command()(say)
 app.command()(mcp)
+app.command()(fleet)
 app.command()(trials)
 app.command()(calibrate)
 app.command()(tune)

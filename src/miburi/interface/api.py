@@ -59,6 +59,7 @@ __all__ = [
     "make_api",
     "move_hand",
     "performance",
+    "refuse_in_words",
 ]
 
 Result = TypeVar("Result")
@@ -92,9 +93,14 @@ def make_api(runner: LivePartner) -> FastAPI:
         redoc_url=None,
     )
     app.include_router(_router(runner))
+    refuse_in_words(app)
+    return app
+
+
+def refuse_in_words(app: FastAPI) -> None:
+    """Let an application answer what Miburi refuses with a status and words."""
     app.add_exception_handler(MiburiError, _say)
     app.add_exception_handler(RequestValidationError, _say_what_is_allowed)
-    return app
 
 
 def _router(runner: LivePartner) -> APIRouter:

@@ -4,10 +4,12 @@ Its password comes from the environment or from a file, never from the command l
 user of the computer could read it.
 """
 
+import asyncio
 import os
 import re
 import ssl
-from collections.abc import Mapping
+import sys
+from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,13 +20,15 @@ from miburi.errors import InputError
 if TYPE_CHECKING:
     import aiomqtt
 
-__all__ = ["PASSWORD", "Broker", "check_name", "find_broker"]
+__all__ = ["PASSWORD", "Broker", "check_name", "find_broker", "stay_at"]
 
 #: The variable with the password; with _FILE behind it, the one that names a file.
 PASSWORD = "MIBURI_BROKER_PASSWORD"  # noqa: S105 a name, not a password
 _PORTS = {"mqtt": 1883, "mqtts": 8883}
 #: s after which the broker takes a silent partner for lost, and half as much again.
 _KEEP_ALIVE = 10
+#: s before the first and the longest wait for a broker that is away (ours).
+_FIRST_PAUSE, _LONGEST_PAUSE = 1.0, 30.0
 
 
 @dataclass(frozen=True)
@@ -38,7 +42,9 @@ class Broker:
     user: str | None = None
     password: str | None = field(default=None, repr=False)
 
-    def client(self, identifier: str, will: "aiomqtt.Will | None" = None) -> "aiomqtt.Client":
+    def client(
+        self, identifier: str | None, will: "aiomqtt.Will | None" = None
+    ) -> "aiomqtt.Client":
         """Return a client that is not connected yet; it needs the extra ``mqtt``."""
         import aiomqtt
 
@@ -97,6 +103,42 @@ def find_broker(
         unquote(parts.username) if parts.username else None,
         _password(environment),
     )
+
+
+async def stay_at(
+    broker: Broker,
+    identifier: str | None,
+    live: Callable[["aiomqtt.Client"], Awaitable[None]],
+    will: "aiomqtt.Will | None" = None,
+) -> None:
+    """Live at a broker until cancelled; say why a connection has ended, and make it anew.
+
+    Parameters
+    ----------
+    broker
+        The broker.
+    identifier
+        Our name to it; None takes any.
+    live
+        What to do with each connection.
+    will
+        What the broker says when we are gone without a word.
+    """
+    pause = _FIRST_PAUSE
+    while True:
+        try:
+            async with broker.client(identifier, will) as client:
+                pause = _FIRST_PAUSE
+                await live(client)
+        except* Exception as group:  # whatever fails here, all else lives on
+            why = "; ".join(str(one) or type(one).__name__ for one in group.exceptions)
+            print(
+                f"miburi: the broker at {broker.host}:{broker.port}: {why}. Trying again.",
+                file=sys.stderr,
+                flush=True,
+            )
+        await asyncio.sleep(pause)
+        pause = min(2 * pause, _LONGEST_PAUSE)
 
 
 def check_name(name: str) -> str:

@@ -10,7 +10,6 @@ This module needs the extra ``mqtt``; nothing loads it before somebody wants it.
 
 import asyncio
 import json
-import sys
 import time
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager, suppress
@@ -25,7 +24,7 @@ from miburi.feelings import FEELINGS
 from miburi.feelings.catalogue import CATALOGUE
 from miburi.interface.access import Allowance
 from miburi.interface.asker import Asker, beside
-from miburi.interface.broker import Broker
+from miburi.interface.broker import Broker, stay_at
 from miburi.interface.report import ALL, NEUTRAL, HomeReport, Topics, make_report, make_stop_news
 from miburi.interface.wire import SpeakIn, StimulusIn
 from miburi.live.state import Entry
@@ -47,8 +46,6 @@ RATE, BURST = 5.0, 10.0
 _LONGEST = 4_000
 #: s between two looks at the partner (ours).
 _PERIOD = 0.25
-#: s before the first and the longest wait for a broker that is away (ours).
-_FIRST_PAUSE, _LONGEST_PAUSE = 1.0, 30.0
 _ONLINE, _OFFLINE = "online", "offline"
 
 
@@ -88,21 +85,7 @@ async def live_at_home(
         Give s, for the rate of wishes, and the day whose stops are counted.
     """
     home = _Home(partner, name, Allowance(RATE, BURST, clock), today)
-    pause = _FIRST_PAUSE
-    while True:
-        try:
-            async with broker.client(f"miburi-{name}", home.will) as client:
-                pause = _FIRST_PAUSE
-                await home.live(client)
-        except* Exception as group:  # whatever fails here, the partner lives on
-            why = "; ".join(str(one) or type(one).__name__ for one in group.exceptions)
-            print(
-                f"miburi: the broker at {broker.host}:{broker.port}: {why}. Trying again.",
-                file=sys.stderr,
-                flush=True,
-            )
-        await asyncio.sleep(pause)
-        pause = min(2 * pause, _LONGEST_PAUSE)
+    await stay_at(broker, f"miburi-{name}", home.live, home.will)
 
 
 class _Home:

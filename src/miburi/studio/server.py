@@ -38,7 +38,7 @@ from miburi.studio.addresses import own_addresses
 from miburi.studio.serving import Pages, serve_pages
 from miburi.studio.words import FALLBACK, words
 
-__all__ = ["GREETING", "Wish", "own_folder", "serve"]
+__all__ = ["GREETING", "Wish", "listening", "own_folder", "serve"]
 
 #: A partner that wakes is glad to see people (ours).
 GREETING = Stimulus("happiness", 0.8)
@@ -115,7 +115,7 @@ def serve(wish: Wish) -> None:
     folder = wish.folder or own_folder()
     memory = None if wish.forget else folder / "feelings.json"
     token = None if is_loopback(wish.host) else kept_token(folder / "token")
-    with _listening(wish.host, wish.port) as listener:
+    with listening(wish.host, wish.port) as listener:
         url = _url(listener, wish.host)
         ends, theirs = lanes()
         addresses = _addresses(listener, wish.host)
@@ -270,7 +270,7 @@ def _signals(happenings: "SimpleQueue[_Happening]") -> Iterator[None]:
 
 
 @contextmanager
-def _listening(host: str, port: int) -> Iterator[socket.socket]:
+def listening(host: str, port: int) -> Iterator[socket.socket]:
     """Take the port before anything else is done."""
     if not 0 <= port <= 65_535:
         raise InputError(f"the port must be from 0 to 65535, got {port}.")

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, BrowserContext, Page, expect
 from tests.fixtures.browser import CHROMIUM, FLAGS, PATIENCE, needs_browser
 from tests.fixtures.sounds import KINDS, RATE, Sound, add, claps, talks
 
@@ -98,6 +98,35 @@ def test_talk_and_a_clap_while_it_speaks_itself_send_nothing(
         page.get_by_role("switch", name="Ears").click()
         expect(page.get_by_text("Listening", exact=True)).to_be_hidden()
         assert sent == []
+
+
+def test_a_microphone_that_is_granted_after_it_was_switched_off_stays_off(
+    context: BrowserContext, url: str
+) -> None:
+    """Somebody thinks about the browser's question, and changes their mind meanwhile."""
+    page = context.new_page()
+    page.add_init_script(
+        """
+        window.tracks = [];
+        navigator.mediaDevices.getUserMedia = () => new Promise((done) => {
+          window.grant = () => {
+            const stream = document.createElement("canvas").captureStream();
+            window.tracks.push(...stream.getTracks());
+            done(stream);
+          };
+        });
+        """
+    )
+    page.goto(url + "/face")
+    page.locator(".senses summary").click()
+    box = page.get_by_role("switch", name="Ears")
+    box.click()
+    page.wait_for_function("!!window.grant")
+    box.click()
+    page.evaluate("window.grant()")
+    page.wait_for_function("window.tracks.length && window.tracks[0].readyState === 'ended'")
+    expect(page.locator("html")).to_have_attribute("data-ears", "off")
+    expect(box).not_to_be_checked()
 
 
 def test_no_ear_is_loaded_or_remembered_unless_it_is_on(browser: Browser, url: str) -> None:

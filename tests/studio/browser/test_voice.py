@@ -91,6 +91,18 @@ def test_it_is_silent_until_it_is_switched_on_and_nothing_of_it_is_loaded(face: 
     assert face.evaluate("window.spoken") == []
 
 
+def test_its_mouth_shuts_though_the_device_never_says_that_it_has_ended(face: Page) -> None:
+    """Some phones do not; its ears would be closed for ever."""
+    face.evaluate("() => { speechSynthesis.speak = (words) => words.onstart(); }")
+    switch(face)
+    expect(face.locator("html")).to_have_attribute("data-voice", "on")
+    ask(face, "/speak", text="Ah.")
+    lips = "import('/static/face.js').then(({ lips }) => lips.open(performance.now()))"
+    face.wait_for_timeout(1600)  # the longest chirp is over
+    assert face.evaluate(lips) is not None
+    face.wait_for_function(f"async () => (await {lips}) === null")
+
+
 def test_what_was_said_before_it_was_switched_on_is_past(face: Page) -> None:
     ask(face, "/speak", text="Too early.")
     expect(face.locator("#spoken")).to_have_text("Too early.")

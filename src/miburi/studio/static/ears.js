@@ -14,8 +14,20 @@ export async function start() {
     throw new Error(error.name === "NotFoundError" ? "no_microphone" : "denied");
   });
   const context = new AudioContext();
-  await context.audioWorklet.addModule("/static/startle-worklet.js");
-  const ear = new AudioWorkletNode(context, "startle", { numberOfOutputs: 0, channelCount: 1, channelCountMode: "explicit" });
+  const stop = () => {
+    sound.getTracks().forEach((track) => track.stop());
+    context.close();
+  };
+  let ear;
+  try {
+    await context.audioWorklet.addModule("/static/startle-worklet.js");
+    ear = new AudioWorkletNode(context, "startle", { numberOfOutputs: 0, channelCount: 1, channelCountMode: "explicit" });
+    context.createMediaStreamSource(sound).connect(ear);
+    await context.resume();
+  } catch (error) {
+    stop();
+    throw error;
+  }
   let own = -Infinity; // when it last made a noise itself
   ear.port.onmessage = ({ data: strength }) => {
     const now = performance.now();
@@ -26,11 +38,8 @@ export async function start() {
     const moves = state?.body === "card" && (state.phase === "moving" || state.phase === "returning");
     if (moves || lips.open(performance.now()) !== null) own = performance.now();
   });
-  context.createMediaStreamSource(sound).connect(ear);
-  await context.resume();
   return () => {
     leave();
-    sound.getTracks().forEach((track) => track.stop());
-    context.close();
+    stop();
   };
 }

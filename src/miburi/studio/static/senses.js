@@ -5,20 +5,25 @@ const MODULES = {
 };
 const SECURE = ["motion", "ears", "eyes"]; // browsers give these to secure pages alone
 const KEPT = ["voice"]; // what a reload leaves on; microphone and camera are off after each
-const running = new Map();
+const running = new Map(), wishes = new Map();
 
 const kept = (name) => `miburi_${name} ${location.pathname}`;
 
 async function set(form, name, on) {
   const told = JSON.parse(form.dataset.senses), box = form.querySelector(`[data-sense="${name}"]`);
-  const out = form.querySelector("output");
+  const out = form.querySelector("output"), wish = Symbol();
+  wishes.set(name, wish);
   out.textContent = "";
   if (KEPT.includes(name)) localStorage.setItem(kept(name), on ? "on" : "off");
   running.get(name)?.();
   running.delete(name);
   try {
-    if (on) running.set(name, await (await import(MODULES[name])).start(told));
+    const stop = on && (await (await import(MODULES[name])).start(told));
+    // A browser may have asked for leave meanwhile: the latest wish counts.
+    if (wishes.get(name) !== wish) return stop && stop();
+    if (stop) running.set(name, stop);
   } catch (error) {
+    if (wishes.get(name) !== wish) return;
     out.textContent = told.refused[error.message] ?? error.message;
   }
   box.checked = running.has(name);

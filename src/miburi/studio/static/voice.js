@@ -3,7 +3,7 @@
 import { lips } from "/static/face.js";
 import { listen } from "/static/live.js";
 
-const LOUDNESS = 0.22, BETWEEN = 2000, SYLLABLES = 5; // of 1; ms between two chirps; a second
+const LOUDNESS = 0.22, BETWEEN = 2000, SYLLABLES = 5, SLOWEST = 5; // of 1; ms between two chirps; a second; letters a second
 
 export function playChirp(context, to, notes, begin) {
   // Play [Hz, s] notes from a time on the context's clock, each sliding to the next; return the end.
@@ -38,7 +38,8 @@ export async function start({ voices }) {
   const heights = new Float32Array((meter.fftSize = 512));
   meter.connect(context.destination);
   await context.resume();
-  let spoken, felt, chirps = 0, last = -Infinity, syllables = null, later;
+  let spoken, felt, chirps = 0, last = -Infinity, syllables = null, later, words;
+  window.speechSynthesis?.getVoices(); // some browsers load them when they are first asked for
 
   function chirp(feeling) {
     const { chirp: notes } = voices.feelings[feeling] ?? voices.rest;
@@ -51,9 +52,15 @@ export async function start({ voices }) {
     hush();
     const wait = chirp(feeling), voice = "speechSynthesis" in window && localVoice(language);
     if (!voice) return;
-    const words = new SpeechSynthesisUtterance(text), { rate, pitch } = voices.feelings[feeling] ?? voices.rest;
+    const { rate, pitch } = voices.feelings[feeling] ?? voices.rest;
+    words = new SpeechSynthesisUtterance(text); // kept, or a browser may forget it before its end
     Object.assign(words, { voice, lang: voice.lang, rate, pitch });
-    words.onstart = words.onboundary = () => (syllables = { since: performance.now(), rate });
+    const longest = (1500 + (1000 * text.length) / SLOWEST) / rate; // where the device tells no end
+    words.onstart = () => {
+      const now = performance.now();
+      syllables = { since: now, rate, until: now + longest };
+    };
+    words.onboundary = () => syllables && (syllables.since = performance.now());
     words.onend = words.onerror = () => (syllables = null);
     later = setTimeout(() => speechSynthesis.speak(words), wait);
   }
@@ -66,6 +73,7 @@ export async function start({ voices }) {
 
   lips.open = (now) => {
     // Our own sound is measured. What the device speaks cannot be: there the mouth opens for each syllable.
+    if (syllables?.until < now) syllables = null;
     if (syllables) return Math.abs(Math.sin(((now - syllables.since) / 1000) * Math.PI * SYLLABLES * syllables.rate));
     if (context.currentTime > chirps) return null;
     meter.getFloatTimeDomainData(heights);

@@ -1,0 +1,108 @@
+"""``miburi fleet``: all partners at a broker, in the terminal and on a page; stop one or all."""
+
+import asyncio
+from collections.abc import Callable
+from socket import socket
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from miburi.cli.options import BrokerCertificates
+from miburi.errors import BodyError
+
+if TYPE_CHECKING:
+    import uvicorn
+    from rich.table import Table
+
+    from miburi.interface.broker import Broker
+    from miburi.interface.fleet import Fleet, FleetOut
+
+__all__ = ["fleet"]
+
+#: s between two looks.
+_PERIOD = 1.0
+
+
+def fleet(
+    broker: Annotated[str, typer.Option(help="[mqtt://|mqtts://][USER@]HOST[:PORT].")],
+    broker_ca: BrokerCertificates = None,
+    port: Annotated[int, typer.Option(help="The page's port; 0 takes a free one.")] = 8090,
+    stop: Annotated[
+        str | None,
+        typer.Option(help="Stop this partner, or all, and say who stopped.", show_default=False),
+    ] = None,
+) -> None:
+    """Show all partners at a broker: what they feel, who is stopped and why, who is lost."""
+    from miburi.interface.broker import find_broker
+    from miburi.interface.fleet import Fleet, stop_and_look
+
+    found = find_broker(broker, broker_ca)
+    if stop is not None:
+        stopped, not_stopped = asyncio.run(stop_and_look(found, stop))
+        for name in stopped:
+            print(f"{name} is stopped.")
+        if not_stopped:
+            raise BodyError(
+                f"{', '.join(not_stopped)} did not say so; look there, and use the power switch."
+            )
+        return
+    _watch(Fleet(found), found, port)
+
+
+def _watch(fleet: "Fleet", broker: "Broker", port: int) -> None:
+    import uvicorn
+    from rich.live import Live
+
+    from miburi.interface.access import Gate
+    from miburi.interface.http import configure
+    from miburi.studio.fleet_page import make_fleet_app
+    from miburi.studio.server import listening
+
+    with listening("127.0.0.1", port) as listener:
+        url = f"http://127.0.0.1:{listener.getsockname()[1]}"
+        print(
+            f"The fleet at {broker.host}:{broker.port}. Page: {url}   (end with Ctrl-C)", flush=True
+        )
+        server = uvicorn.Server(configure(Gate(make_fleet_app(fleet))))
+        with Live(_table(fleet.news), auto_refresh=False) as live:
+
+            def show() -> None:
+                live.update(_table(fleet.news), refresh=True)
+
+            asyncio.run(_serve(server, [listener], show))
+
+
+async def _serve(server: "uvicorn.Server", sockets: list[socket], show: Callable[[], None]) -> None:
+    async def showing() -> None:
+        while True:
+            await asyncio.sleep(_PERIOD)
+            show()
+
+    task = asyncio.create_task(showing())
+    try:
+        await server.serve(sockets)
+    finally:
+        task.cancel()
+
+
+def _table(news: "FleetOut") -> "Table":
+    from rich.table import Table
+
+    heads = ("partner", "feels", "body", "stopped because", "stops today", "hottest")
+    table = Table(*heads, caption=None if news.connected else "No connection to the broker.")
+    for partner in news.partners:
+        report, row = partner.report, [partner.name]
+        if report is not None:
+            why = [] if report.stopped is None else [report.stopped.spoken, report.motor or ""]
+            row += [
+                f"{report.feeling} {report.mood} %",
+                "paused" if report.paused else report.body,
+                " ".join(why).strip(),
+                f"{report.stops_today}",
+                "" if partner.hottest is None else f"{partner.hottest:.0f} °C",
+            ]
+        if partner.lost:
+            row[1:3] = ["", "lost"]
+        stopped = report is not None and report.stopped is not None
+        table.add_row(*row, style="dim" if partner.lost else "red" if stopped else "")
+    return table

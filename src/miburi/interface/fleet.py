@@ -1,0 +1,181 @@
+"""A fleet: all partners at one broker, as they report themselves, and Stop for one or all.
+
+The broker is the engine: it keeps each partner's last report, and says ``offline`` for a partner
+that is gone. This module only listens. It needs the extra ``mqtt``.
+"""
+
+import asyncio
+import re
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+
+from pydantic import BaseModel, Field, ValidationError
+
+from miburi.errors import InputError, needs_extra
+from miburi.interface.broker import Broker, check_name, stay_at
+from miburi.interface.report import ALL, HomeReport, Topics
+from miburi.live.view import UnreachableError
+
+try:
+    from aiomqtt import Client, MqttError
+except ModuleNotFoundError as error:
+    raise needs_extra("mqtt", error) from error
+
+__all__ = ["LARGEST", "Fleet", "FleetOut", "PartnerOut", "listening_to", "stop_and_look"]
+
+#: Partners in a fleet; more are left out (ours).
+LARGEST = 1000
+#: s in which retained messages have come, and s in which a body must have stopped (ours).
+_GREETING, _PATIENCE = 1.0, 5.0
+_LOOK = 0.05
+_TOPIC = re.compile(r"miburi/([^/]+)/(available|report)")
+
+
+class PartnerOut(BaseModel):
+    """One partner; the report is null until it has sent one."""
+
+    name: str
+    lost: bool = Field(description="Whether it is gone, or its broker is.")
+    report: HomeReport | None
+    hottest: float | None = Field(description="The highest temperature of its motors, °C.")
+
+
+class FleetOut(BaseModel):
+    """All partners, by name."""
+
+    connected: bool = Field(description="Whether the broker can be reached.")
+    partners: list[PartnerOut]
+
+
+class Fleet:
+    """What is known of the partners at a broker.
+
+    Parameters
+    ----------
+    broker
+        The broker.
+    """
+
+    def __init__(self, broker: Broker) -> None:
+        self._broker = broker
+        self._client: Client | None = None
+        self._online: dict[str, bool] = {}
+        self._reports: dict[str, HomeReport] = {}
+
+    async def listen(self) -> None:
+        """Listen until cancelled; find the broker again when it was away."""
+        await stay_at(self._broker, None, self._live)
+
+    @property
+    def news(self) -> FleetOut:
+        """All partners, as they are now."""
+        connected = self._client is not None
+        partners = [
+            PartnerOut(
+                name=name,
+                lost=not (connected and self._online[name]),
+                report=(report := self._reports.get(name)),
+                hottest=max(report.temperatures.values(), default=None) if report else None,
+            )
+            for name in sorted(self._online)
+        ]
+        return FleetOut(connected=connected, partners=partners)
+
+    async def stop(self, name: str = ALL) -> None:
+        """Stop one partner, or all; returns when the broker has the word.
+
+        Raises
+        ------
+        InputError
+            There is no such partner.
+        UnreachableError
+            The broker cannot be reached.
+        """
+        if self._client is not None and name != ALL and name not in self._online:
+            known = ", ".join(sorted(self._online)) or "none"
+            raise InputError(f"there is no partner {name!r} at this broker; there are: {known}.")
+        try:
+            if self._client is None:
+                raise MqttError("no connection")
+            await self._client.publish(Topics(name).stop, qos=1)
+        except MqttError as error:
+            raise UnreachableError(
+                f"the broker at {self._broker.host}:{self._broker.port} cannot be reached; stop "
+                "the robots at their switches."
+            ) from error
+
+    async def _live(self, client: Client) -> None:
+        await client.subscribe([(Topics("+").available, 1), (Topics("+").report, 1)])
+        self._client = client
+        try:
+            async for message in client.messages:
+                if isinstance(message.payload, bytes):
+                    self._take(str(message.topic), message.payload)
+        finally:
+            self._client = None
+            # Who is there will be said anew; who has gone meanwhile must not look alive.
+            self._online = dict.fromkeys(self._online, False)
+
+    def _take(self, topic: str, payload: bytes) -> None:
+        """Take in a message, if it makes sense."""
+        match = _TOPIC.fullmatch(topic)
+        if match is None:
+            return
+        name, kind = match.groups()
+        try:
+            check_name(name)
+            report = HomeReport.model_validate_json(payload) if kind == "report" else None
+        except (InputError, ValidationError):
+            return
+        if kind == "available" and not payload:  # somebody has cleared what the broker kept
+            self._online.pop(name, None)
+            self._reports.pop(name, None)
+        elif name in self._online or len(self._online) < LARGEST:
+            if report is not None:
+                self._reports[name] = report
+                self._online.setdefault(name, False)
+            else:
+                self._online[name] = payload == b"online"
+
+
+@asynccontextmanager
+async def listening_to(fleet: Fleet) -> AsyncIterator[None]:
+    """Let a fleet listen meanwhile."""
+    task = asyncio.create_task(fleet.listen())
+    try:
+        yield
+    finally:
+        task.cancel()
+        await asyncio.gather(task, return_exceptions=True)
+
+
+async def stop_and_look(broker: Broker, name: str = ALL) -> tuple[list[str], list[str]]:
+    """Stop one partner or all, and see whether they have stopped.
+
+    Returns
+    -------
+    The names of those that say so, and of those that do not, or are lost.
+
+    Raises
+    ------
+    InputError
+        There is no such partner.
+    UnreachableError
+        The broker cannot be reached.
+    """
+    fleet = Fleet(broker)
+    async with listening_to(fleet):
+        await asyncio.sleep(_GREETING)
+        await fleet.stop(name)
+        stopped: list[str] = []
+        for _ in range(round(_PATIENCE / _LOOK)):
+            partners = [one for one in fleet.news.partners if name in (ALL, one.name)]
+            stopped = [one.name for one in partners if not one.lost and _is_stopped(one)]
+            if len(stopped) == sum(not one.lost for one in partners):
+                break
+            await asyncio.sleep(_LOOK)
+    return stopped, [one.name for one in partners if one.name not in stopped]
+
+
+def _is_stopped(partner: PartnerOut) -> bool:
+    return partner.report is not None and partner.report.stopped is not None

@@ -1,0 +1,62 @@
+"""The fleet's page: all partners at one broker, and Stop for one or all."""
+
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import Annotated
+
+from fastapi import FastAPI, Request
+from fastapi.responses import HTMLResponse
+from pydantic import Field
+
+from miburi.ground.templates import render
+from miburi.interface.access import STOP
+from miburi.interface.api import refuse_in_words
+from miburi.interface.asker import beside
+from miburi.interface.fleet import Fleet, FleetOut, listening_to
+from miburi.interface.report import ALL
+from miburi.interface.wire import Message
+from miburi.studio.preferences import Preferences
+from miburi.studio.words import words
+
+__all__ = ["StopIn", "make_fleet_app"]
+
+_PAGE = Path(__file__).with_suffix(".html")
+
+
+class StopIn(Message):
+    """Whom to stop."""
+
+    name: Annotated[str, Field(max_length=40)] = ALL
+
+
+def make_fleet_app(fleet: Fleet) -> FastAPI:
+    """Return the page of a fleet and what it asks; the fleet listens while it is served."""
+    app = FastAPI(openapi_url=None)
+    refuse_in_words(app)
+
+    @asynccontextmanager
+    async def listening() -> AsyncIterator[None]:
+        async with listening_to(fleet):
+            yield
+
+    beside(app, listening)
+
+    @app.get("/")
+    async def page(request: Request) -> HTMLResponse:
+        language = Preferences.of(request).language
+        say = words(language)
+        content = {name: say[name] for name in ("fleet", "feeling", "phase", "reason", "joint")}
+        return HTMLResponse(render(_PAGE, language=language, words=content))
+
+    @app.get("/api/v1/fleet")
+    async def news() -> FleetOut:
+        """Return all partners."""
+        return fleet.news
+
+    @app.post(STOP, status_code=204)
+    async def stop(wish: StopIn) -> None:
+        """Stop one partner, or all."""
+        await fleet.stop(wish.name)
+
+    return app
