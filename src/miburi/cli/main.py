@@ -32,6 +32,7 @@ from miburi.cli.options import (
 )
 from miburi.cli.run import run
 from miburi.cli.senses import say, words
+from miburi.cli.study import study_app
 from miburi.cli.templates import template
 from miburi.cli.trials import calibrate, safety_page, trials, tune
 from miburi.errors import InputError, MiburiError
@@ -291,6 +292,7 @@ def ik(
 
 app.add_typer(card_app, name="card")
 app.add_typer(gesture_app, name="gesture")
+app.add_typer(study_app, name="study")
 app.command()(gallery)
 app.command()(run)
 app.command()(words)

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from miburi.robot import Robot
     from miburi.studies.trials.runs import Plan
 
-__all__ = ["Seed", "Workers", "calibrate", "safety_page", "trials", "tune"]
+__all__ = ["Seed", "Workers", "calibrate", "safety_page", "show_progress", "trials", "tune"]
 
 Workers = Annotated[
     int | None, typer.Option(help="Processes on this machine; default: one for each core.", min=1)
@@ -73,7 +73,7 @@ def trials(
     plan = _plan(body, repertoire, calibration, rule, servos, seed, free, blocked, workers)
     counts: list[int] = []
     began = perf_counter()
-    with _progress() as show:
+    with show_progress() as show:
 
         def progress(done: int, total: int) -> None:
             counts.append(done)
@@ -145,7 +145,7 @@ def tune(
 
     body = robot_of(robot, servo)
     runs = record(body, seed, free, blocked)
-    with _progress() as show:
+    with show_progress() as show:
         found = search(body, runs, bound, seed, lambda tried: show(tried, 150))
     papers = FreeRule.of(body)
     traces = free_traces(papers, [run for run in runs if run.person is None])
@@ -227,7 +227,7 @@ def _plan(
     watched = []
     if servos:
         built = [one.robot for one in specimens(body, seed, servos)]
-        with ProcessPoolExecutor(workers) as pool, _progress("calibrations") as show:
+        with ProcessPoolExecutor(workers) as pool, show_progress("calibrations") as show:
             for done in pool.map(calibrate_servos, repeat(body), repeat(seed), built):
                 watched.append(Subject(done.robot, done.rule, done.true))
                 show(len(watched), servos)
@@ -240,7 +240,7 @@ def _plan(
 
 
 @contextmanager
-def _progress(what: str = "trials") -> Iterator[Callable[[int, int], None]]:
+def show_progress(what: str = "trials") -> Iterator[Callable[[int, int], None]]:
     """Show the progress of a run on standard error, if it is a terminal."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn

@@ -1,0 +1,86 @@
+"""``miburi study …``: parse the arguments, call, print."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from miburi.cli.options import GesturesFolder, RobotFile, repertoire_of, robot_of
+from miburi.cli.trials import show_progress
+from miburi.errors import InputError
+
+__all__ = ["Folder", "new", "report", "run", "study_app"]
+
+study_app = typer.Typer(help="Ask people what they see in the robot.", no_args_is_help=True)
+
+Folder = Annotated[Path, typer.Argument(help="The study's folder.", show_default=False)]
+
+
+@study_app.command()
+def new(folder: Folder) -> None:
+    """Begin a study: write study.toml, about the eight feelings, into a folder."""
+    from miburi.ground.files import whole_files
+    from miburi.studies.study.plan import FILE, TEMPLATE
+
+    if (folder / FILE).exists():
+        raise InputError(f"{folder / FILE} is there already; choose another folder.")
+    with whole_files(folder) as draft:
+        (draft / FILE).write_text(TEMPLATE.read_text(encoding="utf-8"), encoding="utf-8")
+    print(
+        f"{folder / FILE}: say there who you are and what you ask. Then: miburi study run {folder}"
+    )
+
+
+@study_app.command()
+def run(
+    folder: Folder,
+    host: Annotated[
+        str, typer.Option(help="The address to listen on; 0.0.0.0 lets every device in.")
+    ] = "127.0.0.1",
+    port: Annotated[int, typer.Option(help="The port to listen on; 0 takes a free one.")] = 8090,
+    robot: RobotFile = None,
+    gestures: GesturesFolder = None,
+) -> None:
+    """Draw the films that are missing, and serve the study's pages until Ctrl-C."""
+    from miburi.studies.study.films import draw_missing, find_films
+    from miburi.studies.study.plan import load_study
+    from miburi.studies.study.report import ANSWERS
+    from miburi.studies.study.server import serve_study
+    from miburi.studies.study.store import open_store
+
+    study = load_study(folder)
+    store = open_store(folder / ANSWERS, study)
+    films = find_films(study, folder)
+    if len(films) < len(study.films):
+        body = robot_of(robot)
+        with show_progress("films") as show:
+            films = draw_missing(study, folder, body, repertoire_of(body, gestures), show)
+
+    def say(chosen: int) -> None:
+        for name in _names(host):
+            print(f"http://{name}:{chosen}/study/{study.name}", flush=True)
+        print("(end with Ctrl-C)", flush=True)
+
+    serve_study(study, store, films, host, port, say)
+    print(f"The answers are in {folder / ANSWERS}. Next: miburi study report {folder}")
+
+
+@study_app.command()
+def report(
+    folder: Folder,
+    out: Annotated[Path | None, typer.Option(help="Default: report in the study's folder.")] = None,
+) -> None:
+    """Sum up the answers: a page with figures, JSON, CSV and Parquet."""
+    from miburi.studies.study.plan import load_study
+    from miburi.studies.study.report import write_report
+
+    print(write_report(load_study(folder), folder, out or folder / "report"))
+
+
+def _names(host: str) -> list[str]:
+    """Return the names under which participants reach an address."""
+    if host != "0.0.0.0":  # noqa: S104  (to compare with, not to listen on)
+        return [host]
+    from miburi.studio.addresses import own_addresses
+
+    return own_addresses() or ["127.0.0.1"]

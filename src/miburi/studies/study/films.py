@@ -1,0 +1,73 @@
+"""The films of a study: in its folder ``films``; those that are missing are drawn."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from miburi.errors import InputError
+from miburi.feelings import Expression
+from miburi.gestures import Repertoire, key_poses
+from miburi.ground.files import whole_files
+from miburi.robot import Robot
+from miburi.studies.face import face
+from miburi.studies.gestures.pictures import film as write_film
+from miburi.studies.gestures.rehearsal import rehearse
+from miburi.studies.study.plan import Film, Study
+
+__all__ = ["FILMS", "draw_missing", "find_films"]
+
+#: The folder of films in a study's folder.
+FILMS = "films"
+#: How a drawn film ends: without ffmpeg a film is a sheet of pictures.
+_ENDINGS = (".mp4", ".sheet.png")
+
+
+def find_films(study: Study, folder: Path) -> dict[str, Path]:
+    """Return the files of a study's films that are there, by the films' names."""
+    files = {
+        film.name: [
+            folder / FILMS / name
+            for name in ([film.file] if film.file else [film.name + end for end in _ENDINGS])
+        ]
+        for film in study.films
+    }
+    there = {name: [file for file in each if file.is_file()] for name, each in files.items()}
+    return {name: each[0] for name, each in there.items() if each}
+
+
+def draw_missing(
+    study: Study,
+    folder: Path,
+    robot: Robot,
+    repertoire: Repertoire,
+    progress: Callable[[int, int], None] = lambda _done, _of: None,
+) -> dict[str, Path]:
+    """Draw the films that are missing, one after another; each is whole or not there.
+
+    Returns
+    -------
+    The file of every film, by the films' names.
+
+    Raises
+    ------
+    InputError
+        A film of the study's own is not in its folder.
+    OutputError
+        The folder cannot be written to, or this machine cannot draw.
+    """
+    there = find_films(study, folder)
+    missing = [film for film in study.films if film.name not in there]
+    if own := [film.file for film in missing if film.file is not None]:
+        raise InputError(f"{folder / FILMS} has no {', '.join(own)}; put it there.")
+    for number, film in enumerate(missing):
+        progress(number, len(missing))
+        _draw(film, folder / FILMS, robot, repertoire)
+    progress(len(missing), len(missing))
+    return find_films(study, folder)
+
+
+def _draw(film: Film, folder: Path, robot: Robot, repertoire: Repertoire) -> None:
+    function = repertoire.of(film.feeling)[0]
+    performance = rehearse(robot, key_poses(robot, function, film.mood))
+    screen = face(Expression(film.feeling, film.mood)) if film.face else None
+    with whole_files(folder) as draft:
+        write_film(robot, performance, draft / f"{film.name}.mp4", screen)

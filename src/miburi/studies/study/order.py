@@ -1,0 +1,49 @@
+"""In which order a participant sees the films: a balanced Latin square, labelled by the seed.
+
+In a balanced square every film stands once at every place, and follows every other film once
+(Williams 1949, "Experimental designs balanced for the estimation of residual effects of
+treatments", Australian Journal of Scientific Research 2): n rows for an even number of films, 2n
+for an odd one. Participant k takes row k; when the rows are used up, the next block of
+participants gets the same square with its films exchanged at random.
+"""
+
+import numpy as np
+
+__all__ = ["balanced_square", "film_order", "option_order"]
+
+
+def balanced_square(count: int) -> list[tuple[int, ...]]:
+    """Return Williams's square for ``count`` films: rows of 0 … ``count`` - 1."""
+    # 0, 1, n - 1, 2, n - 2, …: each difference of neighbours is there once.
+    first = [(k + 1) // 2 if k % 2 else (count - k // 2) % count for k in range(count)]
+    rows = [tuple((film + row) % count for film in first) for row in range(count)]
+    return rows if count % 2 == 0 else [*rows, *(row[::-1] for row in rows)]
+
+
+def film_order(count: int, trials: int, participant: int, seed: int) -> tuple[int, ...]:
+    """Return which film a participant sees in each trial.
+
+    Parameters
+    ----------
+    count
+        Number of films.
+    trials
+        How many the participant sees. Fewer than ``count``: the beginning of a row; more: the
+        next rows follow.
+    participant
+        1 or more.
+    seed
+        The study's.
+    """
+    rows = balanced_square(count)
+    block, row = divmod(participant - 1, len(rows))
+    labels = np.random.default_rng([seed, block]).permutation(count)
+    turns = range(-(-trials // count))
+    shown = [film for turn in turns for film in rows[(row + turn) % len(rows)]]
+    return tuple(int(labels[film]) for film in shown[:trials])
+
+
+def option_order(options: tuple[str, ...], participant: int, seed: int) -> tuple[str, ...]:
+    """Return the options as a participant sees them on every page, in an order of their own."""
+    order = np.random.default_rng([seed, participant, 1]).permutation(len(options))
+    return tuple(options[index] for index in order)

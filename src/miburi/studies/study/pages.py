@@ -1,0 +1,347 @@
+"""The pages that a participant sees: information and consent, one question a page, thanks.
+
+Plain HTML forms, without JavaScript. The participant's code is in a cookie, so that a reload goes
+on where it was. An answer counts once, and only on the page that comes next: two tabs, or the
+browser's Back, mix nothing.
+"""
+
+import hashlib
+import secrets
+import tomllib
+import unicodedata
+from collections.abc import Awaitable, Callable, Mapping
+from functools import cache
+from pathlib import Path
+from urllib.parse import parse_qs, urlsplit
+
+from starlette.applications import Starlette
+from starlette.concurrency import run_in_threadpool
+from starlette.requests import Request
+from starlette.responses import FileResponse, HTMLResponse, RedirectResponse, Response
+from starlette.routing import Route
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from miburi.errors import OutputError
+from miburi.ground.templates import render
+from miburi.interface.access import Allowance, is_loopback
+from miburi.studies.study.order import film_order, option_order
+from miburi.studies.study.plan import Question, Study, pick
+from miburi.studies.study.store import Participant, Store
+
+__all__ = ["COOKIE", "make_app", "make_code", "preferred"]
+
+Form = Mapping[str, str]
+
+COOKIE = "miburi_study"
+_PAGES = Path(__file__).parent / "pages"
+#: Letters and digits that nobody confuses on paper.
+_LETTERS = "23456789ABCDEFGHJKMNPQRSTUVWXYZ"
+#: The longest word that is kept, and the largest form, bytes (ours).
+_LONGEST, _LARGEST = 80, 16_384
+#: New participants, and tries to withdraw, a second and at once from one address (ours).
+_RATE, _BURST = 0.5, 60.0
+_DAYS = 30
+_HEADERS = (
+    (b"x-content-type-options", b"nosniff"),
+    (b"referrer-policy", b"same-origin"),
+    (
+        b"content-security-policy",
+        b"default-src 'none'; style-src 'self'; img-src 'self'; media-src 'self'; "
+        b"form-action 'self'; base-uri 'none'; frame-ancestors 'none'",
+    ),
+)
+
+
+def make_code() -> str:
+    """Return a code that nobody can guess: eight letters and digits, as in ``K7QM-2XHD``."""
+    letters = "".join(secrets.choice(_LETTERS) for _ in range(8))
+    return f"{letters[:4]}-{letters[4:]}"
+
+
+def make_app(
+    study: Study,
+    store: Store,
+    films: Mapping[str, Path],
+    *,
+    local: bool = True,
+    code: Callable[[], str] = make_code,
+) -> ASGIApp:
+    """Return the application with a study's pages, at ``/study/NAME``.
+
+    Parameters
+    ----------
+    study, store
+        What is asked, and where answers go.
+    films
+        The file of every film, by the films' names.
+    local
+        Whether only this computer may ask; a page elsewhere could make its own name point here.
+    code
+        Makes a new participant's code.
+    """
+    pages = _Pages(study, store, films, code)
+    home = pages.home
+    routes = [
+        Route("/", lambda _: RedirectResponse(home)),
+        Route(home, pages.welcome),
+        Route(home, _posted(pages.enter), methods=["POST"]),
+        Route(f"{home}/page", pages.page),
+        Route(f"{home}/page", _posted(pages.answer), methods=["POST"]),
+        Route(f"{home}/next", _posted(pages.leave), methods=["POST"]),
+        Route(f"{home}/withdraw", pages.ask_to_withdraw),
+        Route(f"{home}/withdraw", _posted(pages.withdraw), methods=["POST"]),
+        Route(f"{home}/film/{{key}}", pages.film),
+        Route(f"{home}/style.css", lambda _: FileResponse(_PAGES / "style.css")),
+    ]
+    app = Starlette(routes=routes, exception_handlers={OutputError: pages.refuse_for_now})
+    return _Door(app, local)
+
+
+class _Pages:
+    """The handlers of a study's pages."""
+
+    def __init__(
+        self,
+        study: Study,
+        store: Store,
+        films: Mapping[str, Path],
+        code: Callable[[], str],
+    ) -> None:
+        self.home = f"/study/{study.name}"
+        self._study, self._store, self._code = study, store, code
+        # An address must not tell what a film is meant to show.
+        self._keys = {name: _key(study, name) for name in films}
+        self._films = {self._keys[name]: path for name, path in films.items()}
+        self._allowance = Allowance(_RATE, _BURST)
+
+    def welcome(self, request: Request) -> Response:
+        """Information and consent; who has begun goes on."""
+        if self._who(request) is not None:
+            return RedirectResponse(f"{self.home}/page", 303)
+        return self._show("welcome.html", self._language(request), missing=False)
+
+    def enter(self, request: Request, form: Form) -> Response:
+        """Take somebody in who agrees."""
+        language = self._language(request, form.get("language"))
+        if form.get("agree") != "yes":
+            return self._show("welcome.html", language, 422, missing=True)
+        if not self._allowance.take(_asker(request)):
+            return self._show("notice.html", language, 429, notice="busy")
+        code = self._code()
+        self._store.enter(code, language)
+        response = RedirectResponse(f"{self.home}/page", 303)
+        response.set_cookie(
+            COOKIE, code, _DAYS * 86_400, path=self.home, httponly=True, samesite="lax"
+        )
+        return response
+
+    def page(self, request: Request) -> Response:
+        """Show the question that comes next, or thanks."""
+        who = self._who(request)
+        return RedirectResponse(self.home, 303) if who is None else self._ask(request, who)
+
+    def answer(self, request: Request, form: Form) -> Response:
+        """Keep an answer, and go on."""
+        who = self._who(request)
+        if who is None:
+            return RedirectResponse(self.home, 303)
+        if form.get("step") == str(who.step) and who.step < len(self._study.steps):
+            question = self._study.steps[who.step].question
+            values = _values(self._study, question, form)
+            if values is None:
+                return self._ask(request, who, form)
+            code = request.cookies[COOKIE]
+            self._store.keep(code, who.step, self._film(who), question.name, values)
+        return RedirectResponse(f"{self.home}/page", 303)
+
+    def leave(self, _request: Request, _form: Form) -> Response:
+        """Forget who sits here: the next person may begin."""
+        response = RedirectResponse(self.home, 303)
+        response.delete_cookie(COOKIE, self.home)
+        return response
+
+    def ask_to_withdraw(self, request: Request) -> Response:
+        """Ask for the code."""
+        code = request.cookies.get(COOKIE, "") if self._who(request) else ""
+        return self._show("withdraw.html", self._language(request), code=code, wrong=False)
+
+    def withdraw(self, request: Request, form: Form) -> Response:
+        """Delete the answers of a code."""
+        language = self._language(request)
+        code = form.get("code", "").strip().upper()
+        if not self._allowance.take(_asker(request)):
+            return self._show("notice.html", language, 429, notice="busy")
+        if not self._store.withdraw(code):
+            return self._show("withdraw.html", language, 422, code=code, wrong=True)
+        response = self._show("notice.html", language, notice="withdrawn")
+        if request.cookies.get(COOKIE) == code:
+            response.delete_cookie(COOKIE, self.home)
+        return response
+
+    def film(self, request: Request) -> Response:
+        """Send a film; its address does not tell what it is meant to show."""
+        path = self._films.get(request.path_params["key"])
+        if path is None:
+            return Response(status_code=404)
+        return FileResponse(path, headers={"cache-control": "private, max-age=3600"})
+
+    def refuse_for_now(self, request: Request, _error: Exception) -> Response:
+        """Say that nothing could be kept now; what was kept before is safe."""
+        language = preferred(self._study, request.headers.get("accept-language", ""))
+        return self._show("notice.html", language, 503, notice="full")
+
+    def _who(self, request: Request) -> Participant | None:
+        code = request.cookies.get(COOKIE)
+        return self._store.find(code) if code else None
+
+    def _language(self, request: Request, wish: str | None = None) -> str:
+        who = self._who(request)
+        if who is not None:
+            return who.language
+        wish = wish or request.query_params.get("language")
+        return preferred(self._study, wish or request.headers.get("accept-language", ""))
+
+    def _film(self, who: Participant) -> str | None:
+        trial = self._study.steps[who.step].trial
+        if trial is None:
+            return None
+        films, trials = self._study.films, self._study.trials or len(self._study.films)
+        order = film_order(len(films), trials, who.number, self._study.seed)
+        return films[order[trial]].name
+
+    def _ask(
+        self, request: Request, who: Participant, given: Mapping[str, str] | None = None
+    ) -> Response:
+        """Show a question; ``given`` is an answer that is not whole."""
+        study, code = self._study, request.cookies[COOKIE]
+        if who.step >= len(study.steps):
+            return self._show("thanks.html", who.language, code=code)
+        question = study.steps[who.step].question
+        film = self._film(who)
+        options = option_order(study.options(question), who.number, study.seed)
+        path = self._films[self._keys[film]] if film else None
+        return self._show(
+            "question.html",
+            who.language,
+            200 if given is None else 422,
+            code=code,
+            step=who.step,
+            steps=len(study.steps),
+            question=question,
+            options=[(option, study.words(question, option, who.language)) for option in options],
+            film=f"{self.home}/film/{self._keys[film]}" if film else None,
+            moving=path is not None and path.suffix in (".mp4", ".webm"),
+            given=given or {},
+            missing=given is not None,
+            longest=_LONGEST,
+        )
+
+    def _show(self, page: str, language: str, status: int = 200, **values: object) -> Response:
+        study = self._study
+        content = render(
+            _PAGES / page,
+            home=self.home,
+            study=study,
+            language=language,
+            languages=[(each, _words()[each]["own_name"]) for each in study.languages],
+            title=pick(study.title, language),
+            paragraphs=pick(study.information, language).strip().split("\n\n"),
+            words=_words()[language],
+            text=lambda words: pick(words, language),
+            **values,
+        )
+        # A page is one person's: a tablet may go on to the next.
+        return HTMLResponse(content, status, {"cache-control": "no-store"})
+
+
+def preferred(study: Study, wishes: str) -> str:
+    """Return the first language in a visitor's wishes that a study has, or the study's first."""
+    for part in wishes[:200].split(","):
+        wish = part.split(";")[0].strip().lower().split("-")[0]
+        if wish in study.languages:
+            return wish
+    return study.languages[0]
+
+
+def _values(study: Study, question: Question, form: Mapping[str, str]) -> dict[str, str] | None:
+    """Return the values of an answer by item; None if it is not whole, or none of the allowed."""
+    if question.kind == "rating":
+        allowed = [str(point) for point in range(1, question.points + 1)]
+        values = {item.name: form.get(item.name, "") for item in question.items}
+        return values if all(value in allowed for value in values.values()) else None
+    value = form.get("answer", "")
+    if question.kind == "choice":
+        return {"": value} if value in study.options(question) else None
+    # One form for what looks the same, and no characters that nobody sees.
+    plain = unicodedata.normalize("NFKC", value)
+    shown = "".join(letter for letter in plain if letter.isprintable()).strip()
+    return {"": shown} if 0 < len(shown) <= _LONGEST else None
+
+
+def _posted(
+    handle: Callable[[Request, Form], Response],
+) -> Callable[[Request], Awaitable[Response]]:
+    """Return an endpoint that reads a form; what handles it may wait for the disk."""
+
+    async def endpoint(request: Request) -> Response:
+        body = b""
+        async for part in request.stream():
+            body += part
+            if len(body) > _LARGEST:
+                return Response(status_code=413)
+        try:
+            fields = parse_qs(body.decode("utf-8", "replace"), max_num_fields=50)
+        except ValueError:  # more than 50
+            return Response(status_code=413)
+        form = {name: values[0] for name, values in fields.items()}
+        return await run_in_threadpool(handle, request, form)
+
+    return endpoint
+
+
+def _key(study: Study, film: str) -> str:
+    return hashlib.sha256(f"{study.digest} {film}".encode()).hexdigest()[:20]
+
+
+def _asker(request: Request) -> str:
+    return request.client.host if request.client else "?"
+
+
+@cache
+def _words() -> dict[str, dict[str, str]]:
+    return tomllib.loads((_PAGES / "words.toml").read_text(encoding="utf-8"))
+
+
+class _Door:
+    """Lets in who may ask; sends the headers of every page."""
+
+    def __init__(self, app: ASGIApp, local: bool) -> None:
+        self._app, self._local = app, local
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] != "http":
+            await self._app(scope, receive, send)
+            return
+
+        async def guarded(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                message = {**message, "headers": [*message["headers"], *_HEADERS]}
+            await send(message)
+
+        if (status := self._refusal(Request(scope))) is not None:
+            await Response(status_code=status)(scope, receive, guarded)
+            return
+        await self._app(scope, receive, guarded)
+
+    def _refusal(self, request: Request) -> int | None:
+        host = request.headers.get("host", "")
+        try:
+            name = urlsplit(f"//{host}").hostname or ""
+            origin = urlsplit(request.headers.get("origin", f"//{host}")).netloc
+        except ValueError:
+            return 400
+        if self._local and not is_loopback(name):
+            return 403
+        if request.method == "POST" and origin != host:  # another site's page sends it
+            return 403
+        return None

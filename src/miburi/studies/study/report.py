@@ -1,0 +1,157 @@
+"""Report on a study: a page with figures, the findings as JSON, the answers as CSV and Parquet."""
+
+import csv
+import json
+from dataclasses import asdict, astuple, dataclass
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from miburi.errors import InputError, need
+from miburi.feelings.catalogue import CATALOGUE
+from miburi.ground.files import whole_files
+from miburi.ground.templates import render
+from miburi.studies.study.findings import ChoiceFindings, RatingFindings, find
+from miburi.studies.study.plan import Film, Study
+from miburi.studies.study.store import StudyAnswer, open_store
+
+__all__ = ["ANSWERS", "AnswerRow", "write_report"]
+
+#: The answers' file in a study's folder.
+ANSWERS = "answers.sqlite"
+_PAGE = Path(__file__).with_suffix(".html")
+
+
+@dataclass(frozen=True)
+class AnswerRow:
+    """One value of one answer, with the film that it is about; a participant is only a number."""
+
+    participant: int
+    language: str
+    step: int
+    film: str | None
+    feeling: str | None
+    mood: float | None
+    face: bool | None
+    question: str
+    item: str
+    value: str
+
+
+def write_report(study: Study, folder: Path, out: Path) -> Path:
+    """Write the report of the answers in a study's folder.
+
+    Returns
+    -------
+    The page, ``index.html``, with ``findings.json``, ``answers.csv``, ``answers.parquet`` and
+    figures beside it. The same answers give the same page, JSON and CSV, byte for byte.
+
+    Raises
+    ------
+    InputError
+        There are no answers yet.
+    OutputError
+        The answers belong to another study, or the folder cannot be written to.
+    MiburiError
+        PyArrow or SciPy is not installed.
+    """
+    for library in ("pyarrow", "scipy"):
+        need(library, "studies")
+    if not (folder / ANSWERS).is_file():
+        raise InputError(f"{folder} has no {ANSWERS}: nobody has answered yet.")
+    store = open_store(folder / ANSWERS, study)
+    answers = store.answers()
+    findings = find(study, answers, store.counts(len(study.steps)))
+    with whole_files(out) as draft:
+        _write_rows([_row(answer, study.films) for answer in answers], draft)
+        for choice in findings.choices:
+            _confusion_figure(choice, draft / f"{choice.question}.png")
+        for rating in findings.ratings:
+            if rating.means:
+                _mood_figure(rating, draft / f"{rating.question}.png")
+        numbers = json.dumps(asdict(findings), indent=2, ensure_ascii=False)
+        (draft / "findings.json").write_text(numbers + "\n", encoding="utf-8")
+        page = render(_PAGE, study=study, language=study.languages[0], findings=findings)
+        (draft / "index.html").write_text(page, encoding="utf-8")
+    return out / "index.html"
+
+
+def _row(answer: StudyAnswer, films: tuple[Film, ...]) -> AnswerRow:
+    film = next((film for film in films if film.name == answer.film), None)
+    return AnswerRow(
+        answer.participant,
+        answer.language,
+        answer.step,
+        answer.film,
+        film.feeling if film else None,
+        film.mood if film else None,
+        film.face if film else None,
+        answer.question,
+        answer.item,
+        answer.value,
+    )
+
+
+def _write_rows(rows: list[AnswerRow], folder: Path) -> None:
+    import pyarrow
+    import pyarrow.parquet
+
+    names = list(AnswerRow.__dataclass_fields__)
+    with (folder / "answers.csv").open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(names)
+        writer.writerows(_safe(astuple(row)) for row in rows)
+    text, whole = pyarrow.string(), pyarrow.int32()
+    types = [whole, text, whole, text, text, pyarrow.float64(), pyarrow.bool_(), text, text, text]
+    columns = zip(*map(astuple, rows), strict=True) if rows else [[] for _ in names]
+    table = pyarrow.table(
+        [pyarrow.array(list(column), kind) for column, kind in zip(columns, types, strict=True)],
+        names=names,
+    )
+    pyarrow.parquet.write_table(table, folder / "answers.parquet", compression="zstd")
+
+
+def _safe(cells: tuple[object, ...]) -> list[object]:
+    """Keep a spreadsheet from reading somebody's word as a formula."""
+    return [
+        f"'{cell}" if isinstance(cell, str) and cell[:1] in ("=", "+", "-", "@") else cell
+        for cell in cells
+    ]
+
+
+def _confusion_figure(choice: ChoiceFindings, path: Path) -> None:
+    rows = [k for k, label in enumerate(choice.labels) if label in choice.by_feeling]
+    table = np.array(choice.confusion, dtype=np.float64)[rows]
+    shares = table / np.maximum(table.sum(axis=1, keepdims=True), 1)
+    side = 1.8 + 0.62 * len(choice.labels)
+    with plt.rc_context({"font.size": 9}):
+        figure, ax = plt.subplots(figsize=(side, 1.5 + 0.5 * len(rows)), layout="constrained")
+        ax.imshow(shares, vmin=0, vmax=1, cmap="Oranges", aspect="auto")
+        for (row, column), count in np.ndenumerate(table.astype(int)):
+            if count:
+                dark = shares[row, column] > 0.6
+                ax.text(column, row, str(count), ha="center", va="center",
+                        color="white" if dark else "black")  # fmt: skip
+        ax.set_xticks(range(len(choice.labels)), choice.labels, rotation=45, ha="right")
+        ax.set_yticks(range(len(rows)), [choice.labels[k] for k in rows])
+        ax.set(xlabel="chosen", ylabel="intended")
+        figure.savefig(path, dpi=130, metadata={"Software": None})
+        plt.close(figure)
+
+
+def _mood_figure(rating: RatingFindings, path: Path) -> None:
+    colours = {feeling.name: feeling.colour.paper for feeling in CATALOGUE.feeling}
+    with plt.rc_context({"font.size": 9, "axes.spines.top": False, "axes.spines.right": False}):
+        figure, ax = plt.subplots(figsize=(6.4, 3.4), layout="constrained")
+        for feeling, row in rating.means.items():
+            ax.plot([float(mood) for mood in row], list(row.values()), "o-",
+                    color=colours[feeling], label=feeling)  # fmt: skip
+        ax.set(xlabel="mood μ", ylabel=f"mean rating, {rating.question}", ylim=(1, rating.points))
+        figure.legend(loc="outside right upper", frameon=False)
+        figure.savefig(path, dpi=130, metadata={"Software": None})
+        plt.close(figure)

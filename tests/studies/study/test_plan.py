@@ -1,0 +1,44 @@
+"""The study that ships works as it is; a wrong file is refused in words."""
+
+from pathlib import Path
+
+import pytest
+from tests.fixtures.study import TWO_FILMS
+
+from miburi.errors import DescriptionError
+from miburi.studies.study.plan import FILE, TEMPLATE, load_study
+
+
+def refuse(tmp_path: Path, text: str, words: str) -> None:
+    (tmp_path / FILE).write_text(text, encoding="utf-8")
+    with pytest.raises(DescriptionError, match=words):
+        load_study(tmp_path)
+
+
+def test_the_study_that_ships_asks_about_eight_feelings_at_three_moods(tmp_path: Path) -> None:
+    (tmp_path / FILE).write_text(TEMPLATE.read_text(encoding="utf-8"), encoding="utf-8")
+    study = load_study(tmp_path)
+    assert len(study.films) == 24
+    assert len(study.steps) == 24 * 3 + 1
+    assert len(study.options(study.question[0])) == 9
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('["fear", "fright"]', '["fear", "joy"]', "joy"),
+        ('["fear", "fright"]', '["fear", "fear"]', "fear-0.9 is there twice among the films"),
+        ("moods = [0.9]", "moods = [1.1]", "moods"),
+        ("moods = [0.9]", 'moods = [0.9]\nfile = "a.mp4"', "a film of your own shows one feeling"),
+        ("moods = [0.9]", 'moods = [0.9]\nfile = "../a.mp4"', "file"),
+        ('kind = "word"', 'kind = "rating"', "has items, at least one"),
+        ('kind = "word"', 'kind = "word"\noptions = ["fear"]', "are for a choice"),
+        ('kind = "choice"', 'kind = "choice"\nafter = "all"', "belongs to a film"),
+        (', ja = "一言で？"', "", "'In a word.' is missing in ja"),
+        ('name = "word"', 'name = "feeling"', "feeling is there twice among the questions"),
+        ('name = "two"', 'name = "two"\ntrails = 3', "allowed are .*trials"),
+    ],
+)
+def test_a_wrong_study_is_refused(tmp_path: Path, old: str, new: str, words: str) -> None:
+    assert old in TWO_FILMS
+    refuse(tmp_path, TWO_FILMS.replace(old, new), words)

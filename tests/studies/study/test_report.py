@@ -1,0 +1,207 @@
+"""Twenty simulated participants of known behaviour: the report finds what was put in."""
+
+import csv
+import json
+from pathlib import Path
+
+import pyarrow.parquet
+import pytest
+from tests.fixtures.study import TWO_FILMS, Lab, Person
+
+from miburi.errors import InputError
+from miburi.studies.study.plan import FILE, load_study
+from miburi.studies.study.report import ANSWERS, write_report
+
+STUDY = """
+name = "four"
+seed = 3
+languages = ["en"]
+title = { en = "Four feelings" }
+information = { en = "Hello." }
+
+[[show]]
+feelings = ["happiness", "fear", "fright", "anger"]
+moods = [0.3, 0.6, 0.9]
+
+[[question]]
+name = "feeling"
+kind = "choice"
+ask = { en = "What does it feel?" }
+none = { en = "none of these" }
+
+[[question]]
+name = "strength"
+kind = "rating"
+ask = { en = "How strong is it?" }
+items = [{ name = "strength", low = { en = "weak" }, high = { en = "strong" } }]
+
+[[question]]
+name = "service"
+kind = "rating"
+after = "all"
+points = 5
+ask = { en = "How was it?" }
+items = [
+  { name = "q1", low = { en = "bad" }, high = { en = "good" } },
+  { name = "q2", low = { en = "bad" }, high = { en = "good" } },
+  { name = "q3", low = { en = "good" }, high = { en = "bad" }, reversed = true },
+]
+"""
+#: Statology's restaurant guests: the package pingouin prints an alpha of 0.7734375 for them.
+GUESTS = [
+    (1, 1, 1), (2, 1, 1), (2, 1, 2), (3, 2, 1), (2, 3, 2),
+    (2, 3, 3), (3, 2, 3), (3, 3, 3), (2, 3, 2), (3, 3, 3),
+]  # fmt: skip
+
+
+def person(lab: Lab, number: int) -> Person:
+    """Take fear for fright, and the rest for what it is; to 1, 3, … small anger looks strong."""
+
+    def behave(question: str, film: str | None) -> dict[str, str]:
+        if film is None:
+            q1, q2, q3 = GUESTS[number % 10]
+            return {"q1": f"{q1}", "q2": f"{q2}", "q3": f"{6 - q3}"}
+        feeling, _, mood = film.partition("-")
+        if question == "feeling":
+            return {"answer": "fright" if feeling == "fear" else feeling}
+        strength = round(float(mood) / 0.3) * 2
+        return {"strength": f"{8 - strength if feeling == 'anger' and number % 2 else strength}"}
+
+    return Person(lab, behave)
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory: pytest.TempPathFactory) -> Lab:
+    """Twenty people, all at once: each answers a page, then the next one does."""
+    lab = Lab(tmp_path_factory.mktemp("study"), STUDY)
+    people = [person(lab, number) for number in range(20)]
+    while people:
+        people = [one for one in people if one.answer()]
+    return lab
+
+
+@pytest.fixture(scope="module")
+def out(lab: Lab, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("report")
+    assert write_report(lab.study, lab.folder, folder) == folder / "index.html"
+    return folder
+
+
+@pytest.fixture(scope="module")
+def found(out: Path) -> dict:
+    return json.loads((out / "findings.json").read_text(encoding="utf-8"))
+
+
+def test_everybody_is_counted(found: dict) -> None:
+    assert found["counts"] == {"began": 20, "finished": 20, "withdrawn": 0}
+
+
+def test_the_confusion_is_the_one_that_was_put_in(found: dict) -> None:
+    (choice,) = found["choices"]
+    assert choice["labels"] == ["happiness", "fright", "fear", "anger", "none"]
+    assert choice["confusion"] == [
+        [60, 0, 0, 0, 0],
+        [0, 60, 0, 0, 0],
+        [0, 60, 0, 0, 0],
+        [0, 0, 0, 60, 0],
+        [0, 0, 0, 0, 0],
+    ]
+    assert (choice["right"]["hits"], choice["right"]["of"]) == (180, 240)
+    # Wilson (1927) by hand: (0.75 + a) / (1 + 2a) -+ z sqrt(0.1875 / 240 + a / 480) / (1 + 2a),
+    # where z = 1.96 and a = z² / 480 = 0.008003.
+    assert choice["right"]["low"] == pytest.approx(0.6915, abs=1e-4)
+    assert choice["right"]["high"] == pytest.approx(0.8006, abs=1e-4)
+    assert {mood: share["hits"] for mood, share in choice["by_mood"].items()} == {
+        "0.3": 60, "0.6": 60, "0.9": 60,
+    }  # fmt: skip
+    assert choice["by_feeling"]["fear"]["hits"] == 0
+
+
+def test_kappas_are_those_of_the_confusion(found: dict) -> None:
+    (choice,) = found["choices"]
+    assert choice["kappa"] == pytest.approx((0.75 - 0.25) / (1 - 0.25))
+    assert choice["fleiss"] == pytest.approx(1)  # all saw the same in each film
+
+
+def test_the_order_of_intensities(found: dict) -> None:
+    strength = found["ratings"][0]
+    assert strength["order"] == {"right": 240 - 30, "pairs": 240}
+    assert strength["by_feeling"]["anger"] == {"right": 30, "pairs": 60}
+    assert strength["means"]["fear"] == {"0.3": 2, "0.6": 4, "0.9": 6}
+    assert strength["alpha"] is None  # one item
+
+
+def test_alpha_with_a_reversed_item(found: dict) -> None:
+    service = found["ratings"][1]
+    assert service["alpha"] == pytest.approx(0.7734375)
+    assert service["items"]["q3"] == pytest.approx(sum(row[2] for row in GUESTS) / 10)
+    assert service["means"] == {}
+
+
+def test_csv_and_parquet_hold_every_answer_and_no_code(lab: Lab, out: Path) -> None:
+    with (out / "answers.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    table = pyarrow.parquet.read_table(out / "answers.parquet").to_pylist()
+    assert len(rows) == len(table) == 20 * (12 * 2 + 3)
+    assert [row["value"] for row in rows] == [row["value"] for row in table]
+    fear = [row for row in table if row["film"] == "fear-0.6" and row["question"] == "feeling"]
+    assert {(row["feeling"], row["mood"], row["face"], row["value"]) for row in fear} == {
+        ("fear", 0.6, False, "fright")
+    }
+    assert set(rows[0]) == {
+        "participant", "language", "step", "film", "feeling", "mood", "face", "question", "item",
+        "value",
+    }  # fmt: skip
+
+
+def test_orders_are_counterbalanced(lab: Lab) -> None:
+    first = {a.participant: a.film for a in lab.store.answers() if a.step == 0}
+    assert len({first[number] for number in range(1, 13)}) == 12  # each film once
+
+
+def test_the_same_answers_give_the_same_report(lab: Lab, out: Path, tmp_path: Path) -> None:
+    write_report(lab.study, lab.folder, tmp_path)
+    for name in ("index.html", "findings.json", "answers.csv", "feeling.png", "strength.png"):
+        assert (tmp_path / name).read_bytes() == (out / name).read_bytes(), name
+
+
+def test_the_page_says_how_many_and_shows_the_figures(out: Path) -> None:
+    page = (out / "index.html").read_text(encoding="utf-8")
+    for words in (
+        "20 people began, 20 finished, 0 withdrew", "180 of 240, 75 % (69 to 80 %)",
+        "κ of the choice against the intended feeling is 0.67", "88 % are rated in the order",
+        "α of its 3 items is 0.77", 'src="feeling.png"', 'src="strength.png"',
+    ):  # fmt: skip
+        assert words in page
+
+
+def test_a_report_in_the_middle_counts_what_is_there(tmp_path: Path) -> None:
+    lab = Lab(tmp_path, TWO_FILMS)
+    words = iter(["=2+2", "Shaky", "shaky"])
+    people = [
+        Person(lab, lambda q, _: {"answer": "fear" if q == "feeling" else next(words)})
+        for _ in range(2)
+    ]
+    for one in (*people, *people, people[0], people[0]):
+        one.answer()
+    write_report(lab.study, tmp_path, tmp_path / "report")
+    found = json.loads((tmp_path / "report" / "findings.json").read_text(encoding="utf-8"))
+    assert found["counts"] == {"began": 2, "finished": 1, "withdrawn": 0}
+    assert found["choices"][0]["right"]["of"] == 3
+    assert found["choices"][0]["fleiss"] is None
+    written = [pair for words in found["words"][0]["words"].values() for pair in words]
+    assert sorted(count for word, count in written if word == "shaky") in ([1, 1], [2])
+    # A spreadsheet must not take somebody's word for a formula.
+    assert "'=2+2" in (tmp_path / "report" / "answers.csv").read_text(encoding="utf-8")
+
+
+def test_a_study_without_answers_has_a_report_of_nothing(tmp_path: Path) -> None:
+    Lab(tmp_path, STUDY)
+    write_report(load_study(tmp_path), tmp_path, tmp_path / "report")
+    assert "0 people began" in (tmp_path / "report" / "index.html").read_text(encoding="utf-8")
+
+
+def test_nobody_has_answered_yet(tmp_path: Path) -> None:
+    (tmp_path / FILE).write_text(STUDY, encoding="utf-8")
+    with pytest.raises(InputError, match=f"no {ANSWERS}"):
+        write_report(load_study(tmp_path), tmp_path, tmp_path / "report")

@@ -1,0 +1,59 @@
+"""The statistics agree with examples that others have published."""
+
+import pytest
+
+from miburi.studies.study.statistics import (
+    cohen_kappa,
+    cronbach_alpha,
+    fleiss_kappa,
+    right_order,
+)
+
+
+@pytest.mark.parametrize(
+    ("table", "kappa"),
+    [
+        ([[20, 5], [10, 15]], 0.4),  # Wikipedia, Cohen's kappa: 50 grant proposals
+        ([[45, 15], [25, 15]], 0.1304),  # there, too: the same agreement, other margins
+        ([[25, 35], [5, 35]], 0.2593),
+        ([[2, 0, 0], [0, 0, 1], [1, 0, 2]], 0.4286),  # scikit-learn's example
+    ],
+)
+def test_cohens_kappa(table: list[list[int]], kappa: float) -> None:
+    assert cohen_kappa(table) == pytest.approx(kappa, abs=1e-4)
+
+
+def test_fleisss_kappa_of_14_psychiatrists() -> None:
+    """Wikipedia and R's irr print 0.210 for this table."""
+    table = [
+        [0, 0, 0, 0, 14], [0, 2, 6, 4, 2], [0, 0, 3, 5, 6], [0, 3, 9, 2, 0], [2, 2, 8, 1, 1],
+        [7, 7, 0, 0, 0], [3, 2, 6, 3, 0], [2, 5, 3, 2, 2], [6, 5, 2, 1, 0], [0, 2, 2, 3, 7],
+    ]  # fmt: skip
+    assert fleiss_kappa(table) == pytest.approx(0.210, abs=5e-4)
+
+
+def test_cronbachs_alpha_of_a_restaurants_guests() -> None:
+    """Statology's example; the package pingouin prints 0.7734375."""
+    items = [
+        [1, 2, 2, 3, 2, 2, 3, 3, 2, 3],
+        [1, 1, 1, 2, 3, 3, 2, 3, 3, 3],
+        [1, 1, 2, 1, 2, 3, 3, 3, 2, 3],
+    ]
+    assert cronbach_alpha([*zip(*items, strict=True)]) == pytest.approx(0.7734375)
+
+
+def test_what_is_not_defined_is_none() -> None:
+    assert cohen_kappa([[0, 0], [0, 0]]) is None
+    assert cohen_kappa([[9, 0], [0, 0]]) is None  # all in one place: chance agrees as well
+    assert fleiss_kappa([]) is None
+    assert fleiss_kappa([[1, 0], [0, 1]]) is None  # one person
+    assert fleiss_kappa([[2, 0], [2, 1]]) is None  # not the same number of people
+    assert cronbach_alpha([]) is None
+    assert cronbach_alpha([[1, 2, 3]]) is None
+    assert cronbach_alpha([[1, 2], [1, 2]]) is None  # nobody differs
+
+
+def test_pairs_in_order_with_a_tie() -> None:
+    assert right_order([0.3, 0.6, 0.9], [1, 4, 4]) == (2.5, 3)
+    assert right_order([0.9, 0.3], [1, 7]) == (0, 1)
+    assert right_order([0.6, 0.6], [1, 7]) == (0, 0)
