@@ -7,7 +7,8 @@ from pydantic import ValidationError
 
 from miburi.feelings import FEELINGS, Expression
 from miburi.senses import Impression
-from miburi.senses.answers import Answerer, Answers, language_of, shipped_answers
+from miburi.senses.answers import Answerer, Answers, shipped_answers
+from miburi.senses.language import language_of
 
 LANGUAGES = ("en", "ja")
 CASES = [

@@ -14,7 +14,8 @@ from miburi.gestures import key_poses, load
 from miburi.live.runner import Runner
 from miburi.robot import forward, iphonoid
 from miburi.senses import stimuli
-from miburi.senses.answers import language_of, shipped_answers
+from miburi.senses.answers import shipped_answers
+from miburi.senses.language import language_of
 from miburi.senses.words import hear
 
 HAPPY = (

@@ -46,8 +46,8 @@ from miburi.robot import JOINTS
 from miburi.robot.mjcf import HAND_AWAY, HAND_SIZE
 from miburi.robot.shape import COLOURS, links, parts
 from miburi.safety.stop import StopReason
-from miburi.senses.answers import language_of
 from miburi.senses.happenings import notice
+from miburi.senses.language import language_of
 from miburi.version import __version__
 
 __all__ = [

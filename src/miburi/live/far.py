@@ -21,7 +21,7 @@ from miburi.live.state import Entry, MotorsOut, Sample, Snapshot
 from miburi.live.view import Taken, UnreachableError
 from miburi.robot import Array
 from miburi.senses import Impression
-from miburi.senses.answers import Language
+from miburi.senses.language import Language
 
 __all__ = ["SILENCE", "FarPartner"]
 

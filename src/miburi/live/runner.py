@@ -32,7 +32,8 @@ from miburi.partner import Event, GestureStarted, Partner, Released, Stopped
 from miburi.robot import Array, Robot, forward
 from miburi.safety.contact import Rule
 from miburi.senses import Impression, stimuli
-from miburi.senses.answers import Language, language_of, shipped_answers
+from miburi.senses.answers import shipped_answers
+from miburi.senses.language import Language
 
 __all__ = ["SAMPLED", "STEP", "Runner"]
 
@@ -196,10 +197,8 @@ class Runner:
 
     def speak(self, text: str) -> Future[str]:
         """Let the partner say something aloud, coloured by what it feels; the latest wish wins."""
-        speaker, language = self._speaker, language_of(text)
-        return self._commands.ask(
-            lambda: self._tell(speaker.say(text, language, self._feelings.express()))
-        )
+        say, felt = self._speaker.say, self._feelings.express
+        return self._commands.ask(lambda: self._tell(say(text, felt())))
 
     def perform(
         self, expression: Expression | None, poses: list[KeyPose] | None = None

@@ -3,7 +3,8 @@
 from miburi.feelings import Expression
 from miburi.live.state import Spoken
 from miburi.senses import Impression
-from miburi.senses.answers import Answerer, Language, shipped_answers
+from miburi.senses.answers import Answerer, shipped_answers
+from miburi.senses.language import Language, language_of
 
 __all__ = ["Speaker"]
 
@@ -22,14 +23,15 @@ class Speaker:
         #: The latest sentence.
         self.spoken: Spoken | None = None
 
-    def say(self, text: str, language: Language, felt: Expression | None) -> Spoken:
+    def say(self, text: str, felt: Expression | None) -> Spoken:
         """Say a text in the voice of a feeling."""
         number = self.spoken.number + 1 if self.spoken else 1
         feeling = None if felt is None else felt.feeling
+        language = language_of(text)
         self.spoken = Spoken(number=number, text=text, language=language, feeling=feeling)
         return self.spoken
 
     def answer(self, heard: Impression, language: Language, felt: Expression | None) -> Spoken:
         """Answer what was heard."""
         text = self._answerer.answer(heard, felt, shipped_answers(language))
-        return self.say(text, language, felt)
+        return self.say(text, felt)

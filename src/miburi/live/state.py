@@ -10,7 +10,7 @@ from miburi.feelings.catalogue import FEELINGS, FeelingName
 from miburi.live.archive import EndReason
 from miburi.robot.guards import Guards
 from miburi.safety.stop import StopReason
-from miburi.senses.answers import Language
+from miburi.senses.language import Language
 
 __all__ = [
     "Eight",

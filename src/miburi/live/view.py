@@ -15,7 +15,7 @@ from miburi.live.archive import Kept
 from miburi.live.state import Entry, MotorsOut, Sample, Snapshot
 from miburi.robot import Array, Robot
 from miburi.senses import Impression
-from miburi.senses.answers import Language
+from miburi.senses.language import Language
 
 __all__ = ["LivePartner", "Recordings", "Taken", "UnreachableError"]
 

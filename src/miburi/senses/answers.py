@@ -16,11 +16,10 @@ from pydantic import Field, RootModel, model_validator
 from miburi.feelings import Expression
 from miburi.feelings.catalogue import FeelingName
 from miburi.senses.impression import Impression
-from miburi.senses.phrases import japanese
+from miburi.senses.language import Language
 
-__all__ = ["Answerer", "Answers", "Language", "language_of", "shipped_answers"]
+__all__ = ["Answerer", "Answers", "shipped_answers"]
 
-Language = Literal["en", "ja"]
 _Lines = Annotated[list[Annotated[str, Field(min_length=1, max_length=120)]], Field(min_length=2)]
 
 
@@ -54,11 +53,6 @@ def shipped_answers(language: Language) -> Answers:
     """Return the answers of a language; they are read once."""
     file = resources.files(__package__) / f"answers-{language}.toml"
     return Answers.model_validate(tomllib.loads(file.read_text(encoding="utf-8")))
-
-
-def language_of(text: str) -> Language:
-    """Return the language of a text, by its letters."""
-    return "ja" if japanese(text) else "en"
 
 
 class Answerer:

@@ -20,9 +20,8 @@ from miburi.feelings.temperament import Share
 from miburi.ground.tables import Table
 from miburi.senses.impression import Brought, Impression
 
-__all__ = ["Alarms", "Stems", "alarm_in", "japanese", "stems_in"]
+__all__ = ["Alarms", "Stems", "alarm_in", "stems_in"]
 
-_JAPANESE = re.compile(r"[\u3040-\u30ff\u4e00-\u9fff]")
 _DENIED = re.compile(r"\b(not|never|no)( \S+){0,3}$")
 
 
@@ -67,11 +66,6 @@ def alarm_in(words: list[str]) -> Impression | None:
             why = Brought(match.group().strip(), round(_odds(strength), 2))
             return Impression("fright", strength, "speech", (why,))
     return None
-
-
-def japanese(text: str) -> bool:
-    """Return whether a text holds Japanese letters."""
-    return _JAPANESE.search(text) is not None
 
 
 def stems_in(text: str) -> Impression:

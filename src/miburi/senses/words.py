@@ -21,7 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from miburi.senses.impression import Brought, Impression
-from miburi.senses.phrases import alarm_in, japanese, stems_in
+from miburi.senses.language import language_of
+from miburi.senses.phrases import alarm_in, stems_in
 from miburi.senses.text import letters, numbers_of, tokens
 
 __all__ = [
@@ -155,7 +156,7 @@ def hear(text: str) -> Impression:
         What they said, in English or Japanese. Only the first ``LONGEST`` characters count.
     """
     text = text[:LONGEST].encode(errors="ignore").decode()  # half a character is none
-    if japanese(text):
+    if language_of(text) == "ja":
         return stems_in(text)
     words = tokens(text)
     alarm = alarm_in(words)
