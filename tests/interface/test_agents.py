@@ -17,6 +17,8 @@ from tests.fixtures.live import Server, address, interface, own_environment, ser
 
 from miburi.feelings import FEELINGS, Expression
 from miburi.interface.access import AGENTS, Gate
+from miburi.interface.access import BURST as GATE_BURST
+from miburi.interface.access import RATE as GATE_RATE
 from miburi.interface.agents import BURST, add_agents
 from miburi.interface.client import connect
 from miburi.live.runner import Runner
@@ -228,9 +230,9 @@ def test_a_paused_partner_says_so(door: Server) -> None:
 
 def test_of_two_agents_at_once_one_gets_its_gesture_and_the_other_is_told(door: Server) -> None:
     async def work(agent: Agent) -> None:
-        partner.express(Expression("thrill", 0.9))
-        await agent.until(lambda state: state["shows"] == {"feeling": "thrill", "mood": 0.9})
         async with over_http(door.url) as client:
+            partner.express(Expression("thrill", 0.9))  # both have to wait for its end
+            await agent.until(lambda state: state["shows"] == {"feeling": "thrill", "mood": 0.9})
             told = await asyncio.gather(
                 agent.call("gesture", feeling="fear"),
                 Agent(client).call("gesture", feeling="surprise"),
@@ -313,3 +315,13 @@ def test_agents_come_in_only_where_they_are_let_in(start: Callable[..., Any]) ->
         run(over_stdio(address(said)), work)
     with start("--forget", "--agents") as said:
         run(over_http(address(said)), work)
+
+
+def test_calls_in_a_row_over_the_bridge_wait_for_the_gate(live: Runner) -> None:
+    async def work(agent: Agent) -> None:
+        for _ in range(int(1.4 * GATE_BURST)):
+            assert "latest_event" in await agent.state()
+
+    ticks = itertools.count()  # a quarter of a request comes back with each
+    with serving(Gate(interface(live), clock=lambda: next(ticks) / GATE_RATE / 4)) as url:
+        run(over_stdio(url), work)

@@ -4,6 +4,7 @@ An :class:`Asker` sends the requests of ``/api/v1``, either within the server, p
 a server elsewhere. So a door that asks by it can do what HTTP can, and nothing else.
 """
 
+import asyncio
 from collections.abc import AsyncIterator, Callable
 from contextlib import AbstractAsyncContextManager, asynccontextmanager
 from typing import Self
@@ -19,6 +20,8 @@ from miburi.live.state import Entry, MotorsOut, State
 
 __all__ = ["Asker", "beside"]
 
+#: When there are too many requests at once: how often we ask, and s between (ours).
+_TOO_MANY, _TRIES, _BREATH = 429, 20, 0.1
 _ENTRIES = TypeAdapter(list[Entry])
 _GESTURES = TypeAdapter(list[GestureOut])
 
@@ -82,9 +85,13 @@ class Asker:
     async def _ask(self, method: str, path: str, content: str | None = None) -> bytes:
         headers = {} if content is None else {"Content-Type": "application/json"}
         try:
-            response = await self._http.request(
-                method, path, content=content, headers=headers, timeout=PATIENCE
-            )
+            for _ in range(_TRIES):
+                response = await self._http.request(
+                    method, path, content=content, headers=headers, timeout=PATIENCE
+                )
+                if response.status_code != _TOO_MANY:
+                    break
+                await asyncio.sleep(_BREATH)
         except httpx.HTTPError as error:
             raise ConnectionLostError(
                 f"{self._url} does not answer; is `miburi run` running there?"
