@@ -20,7 +20,6 @@ from miburi.robot.guards import Guards
 from miburi.robot.mjcf import TIMESTEP
 from miburi.safety.contact import Rule, Watch
 from miburi.safety.free import FreeRule
-from miburi.servos import load_servo
 from miburi.studies.trials.plant import TrialPlant
 from miburi.studies.trials.replay import DeafRule, judge
 from miburi.studies.trials.trial import TrialKind, enact, sustained_force
@@ -53,7 +52,7 @@ class _SaggingWatch(Watch):
 
 
 def servo(headroom: float, friction: float, resistance: float):
-    own = load_servo("xl330-m288-t").varied(friction=friction)
+    own = iphonoid().servo.model.varied(friction=friction)
     motor = own.motor.model_copy(update={"resistance": own.motor.resistance * resistance})
     drive = own.drive.model_copy(update={"headroom": headroom})
     return own.model_copy(update={"motor": motor, "drive": drive})

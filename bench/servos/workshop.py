@@ -15,7 +15,6 @@ import numpy as np
 from miburi.errors import BodyError
 from miburi.robot import iphonoid
 from miburi.robot.specimens import specimens
-from miburi.servos import load_servo
 from miburi.studies.trials.plant import TrialPlant
 from miburi.studies.trials.trial import TrialKind, trial
 from miburi.studies.trials.workshop import calibrate_servos
@@ -36,7 +35,7 @@ def main() -> None:
 
 
 def one(number: int, robots: int, seed: int, free: int, blocked: int) -> str:
-    robot = iphonoid().with_servo(load_servo("xl330-m288-t"))
+    robot = iphonoid()
     true = specimens(robot, seed, robots)[number].robot
     own, described = true.servo.model, robot.servo.model
     head = (
