@@ -267,6 +267,28 @@ class Body {
     return Result::ok;
   }
 
+  // Reads some of a servo's registers for the host; never while the rule looks.
+  Result peek(uint8_t motor, uint8_t address, uint8_t count, Writer& out) {
+    if (controller_.phase == Phase::moving || controller_.phase == Phase::returning) {
+      return wrong_phase(out);
+    }
+    if (!table_.complete()) {
+      return Result::settings;
+    }
+    if (motor >= MOTORS || !within(count, 1, Servos::MOST_PEEKED)) {
+      out.put(motor >= MOTORS ? 0 : 2, 1);
+      return Result::range;
+    }
+    const uint8_t* registers = servos_.peek(table_.joints[motor].id, address, count);
+    if (registers == nullptr) {
+      return unready(motor, Reason::silent, out);
+    }
+    for (uint8_t i = 0; i < count; i++) {
+      out.put(registers[i], 1);
+    }
+    return Result::ok;
+  }
+
   void report(Writer& out) const {
     const Stop& latched = controller_.latched;
     const bool stopped = controller_.phase == Phase::stopped;

@@ -105,6 +105,8 @@ class Card {
         return frame.count == 2 ? identify(in, out) : Result::length;
       case Kind::loads:
         return frame.count == LOAD_SIZE * MOTORS ? set_loads(in, out) : Result::length;
+      case Kind::peek:
+        return frame.count == 3 ? peek(in, out) : Result::length;
       default:
         return Result::unknown;
     }
@@ -150,6 +152,12 @@ class Card {
   Result identify(Reader& in, Writer& out) {
     const uint8_t old_id = in.u8();
     return body_.identify(old_id, in.u8(), out);
+  }
+
+  Result peek(Reader& in, Writer& out) {
+    const uint8_t motor = in.u8();
+    const uint8_t address = in.u8();
+    return body_.peek(motor, address, in.u8(), out);
   }
 
   Result set_reports(uint16_t period_ms) {

@@ -27,6 +27,7 @@ enum class Kind : uint8_t {
   relax = 10,      // torque off; only while stopped
   identify = 11,   // old id, new id: the only servo on the bus gets a new id and our bus speed
   loads = 12,      // 8 loads of the next move or release; apart, as a UART holds 63 bytes
+  peek = 13,       // motor, address, count → registers; not in motion
   refused = 0x7f,  // answer to a frame that could not be read
   report = 0x40    // unasked: the status
 };

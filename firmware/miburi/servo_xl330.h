@@ -45,6 +45,7 @@ class Xl330 {
  public:
   static const uint32_t BUS_SPEED = 1000000;
   static const uint32_t FACTORY_SPEED = 57600;
+  static const uint8_t MOST_PEEKED = 12;  // registers at a time
 
   // The servo counts speed in 0.229 turns/min and acceleration in 214.577 turns/min²: what it
   // really does when asked for these steps/s (at least 1 unit; 0 would mean no limit). Its speed
@@ -211,6 +212,11 @@ class Xl330 {
     protocol2::Instruction packet(id, protocol2::REBOOT);
     send(packet);
     answered(id, 0);
+  }
+
+  // Some of a servo's registers; null where it does not answer, or has none there.
+  const uint8_t* peek(uint8_t id, uint8_t address, uint8_t count) {
+    return read(id, address, count) ? answer_.parameters : nullptr;
   }
 
   // Gives the only servo on the bus, new or not, an id and our bus speed. It may have one of them

@@ -28,7 +28,7 @@ class Orders:
 
         def written(address: int, data: bytes, time: float) -> int:
             error = write(address, data, time)
-            if address <= 116 < address + len(data) and servo.segment is not None:
+            if error == 0 and address <= 116 < address + len(data) and servo.segment is not None:
                 goal, speed = servo.get("goal_position"), servo.segment.speed
                 angle = (goal - joint.zero) * joint.direction
                 if not joint.min <= angle <= joint.max:

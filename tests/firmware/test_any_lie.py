@@ -101,6 +101,7 @@ def test_no_lie_throws_an_arm(
         reason = NAMES.get(kind, StopReason.SERVO_ASTRAY)
         named = stop is not None and (stop.reason, stop.motor) == (reason, JOINTS[motor])
         assert named or JOINTS[motor] in refused, (stop, refused)
+    rig.run(0.3)  # time to notice, and to stop
     assert rig.settle() in (Phase.IDLE, Phase.STOPPED)
     assert rig.at_rest()
     servo.dead, servo.alias, servo.lie = False, None, lambda place: place

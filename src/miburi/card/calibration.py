@@ -17,6 +17,7 @@ from miburi.calibration.identify import (
     expecting,
     fitted,
     free_rule,
+    granted,
     identify,
     in_words,
     proposed_gain,
@@ -125,7 +126,9 @@ def _measure(card: Card, tell: Callable[[str], None]) -> Measurement:
     settings = settings.with_servos(robot, fits)
     _check(settings)
     card.configure(settings)
-    _test(card, tell)
+    settings = settings.with_rule(granted(settings.rule, _test(card, tell)))
+    _check(settings)
+    card.configure(settings)
     count += len(moves)
     return Measurement(robot, found, settings, tuple(words), count, card.state.time - began)
 
@@ -149,12 +152,15 @@ def _trace(
     return traces
 
 
-def _test(card: Card, tell: Callable[[str], None]) -> None:
+def _test(card: Card, tell: Callable[[str], None]) -> list[Trace]:
+    """Make gestures under the new rule; return their traces."""
     card.wake()
+    traces = list[Trace]()
     for feeling, moves in gestures(card.robot):
         tell(f"testing: {feeling}")
-        record(card, moves)
+        traces += record(card, moves)
     card.stop()
+    return traces
 
 
 def _check(settings: CardSettings) -> None:

@@ -64,7 +64,6 @@ _REPORT_PERIOD = 10
 _LOOK = 0.1
 #: Number of reports over which velocities are measured: 60 ms.
 _VELOCITY_REPORTS = 4
-_SETTINGS_PIECE = len(JOINTS)
 #: How a card says that its settings are stored, or others, which it cannot read (``memory.h``).
 _STORED, _OTHER_LAYOUT = 1, 2
 
@@ -182,8 +181,11 @@ class Card:
         """Start a move; see :meth:`miburi.bodies.Body.move`."""
         check_move(self._robot, self.state.phase, move)
         here, origin = np.array(self.report.positions), np.array(self.goals)
-        order = Order.of(self._robot, self._settings, here, origin, move)
-        self._begin(order, origin, FrameKind.MOVE, order.pack())
+        self.start(Order.of(self._robot, self._settings, here, origin, move))
+
+    def start(self, order: Order) -> None:
+        """Start a move that may have other loads or ceilings; BodyError where it is refused."""
+        self._begin(order, np.array(self.goals), FrameKind.MOVE, order.pack())
 
     def _begin(self, order: Order, origin: Steps, kind: FrameKind, payload: bytes = b"") -> None:
         self._share = granted_share(order.profile(self._settings, origin)[0])
@@ -412,12 +414,9 @@ class Card:
         of_robot = CardSettings.of(self._robot)
         if not complete:
             return of_robot
-        joints = [JointSettings.unpack(self._read_piece(i)) for i in range(len(JOINTS))]
-        general = General.unpack(self._read_piece(_SETTINGS_PIECE))
-        return of_robot.with_calibration(CardSettings(general, tuple(joints)))
-
-    def _read_piece(self, piece: int) -> bytes:
-        return self.ask(FrameKind.READ, bytes((piece,)))
+        pieces = [self.ask(FrameKind.READ, bytes((piece,))) for piece in range(len(JOINTS) + 1)]
+        joints = tuple(JointSettings.unpack(piece) for piece in pieces[:-1])
+        return of_robot.with_calibration(CardSettings(General.unpack(pieces[-1]), joints))
 
     def _listen(self, until: float) -> None:
         """Read what the card sends next, and keep reports and answers. May raise OSError."""

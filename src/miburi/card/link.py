@@ -46,6 +46,7 @@ class FrameKind(IntEnum):
     RELAX = 10
     IDENTIFY = 11
     LOADS = 12
+    PEEK = 13
     REPORT = 0x40
     REFUSED = 0x7F
 

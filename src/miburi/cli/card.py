@@ -19,7 +19,18 @@ if TYPE_CHECKING:
     from miburi.card.card import Card
     from miburi.robot import Robot
 
-__all__ = ["Port", "app", "calibrate", "emulate", "info", "list_ports", "load", "monitor", "upload"]
+__all__ = [
+    "Port",
+    "app",
+    "calibrate",
+    "emulate",
+    "info",
+    "list_ports",
+    "load",
+    "measure_servos",
+    "monitor",
+    "upload",
+]
 
 app = typer.Typer(help="The robot's card: an Arduino with the firmware.", no_args_is_help=True)
 
@@ -147,6 +158,47 @@ def calibrate(
         print("storing …")
         card.save()
     print(f"Stored on the card, and in {out}.")
+
+
+@app.command("measure")
+def measure_servos(
+    port: Port,
+    out: Annotated[Path, typer.Option(help="The report; if it is there, it is continued.")] = Path(
+        "measured.toml"
+    ),
+    gestures: Annotated[
+        int, typer.Option(help="Gestures in which stops are counted; half of them warm the servos.")
+    ] = 200,
+    robot: RobotFile = None,
+) -> None:
+    """Measure what nobody has measured on real servos; write a report that you can send in."""
+    from miburi.card.bench import STEPS, Bench, read_report, write_report
+
+    description = robot_of(robot)
+    report = read_report(description, out)
+    with _open_card(port, description) as card:
+        if not card.stored:
+            print(_NOT_STORED)
+        for number, step in enumerate(STEPS, 1):
+            print(f"{number} of {len(STEPS)}: {step.what}")
+            if step.name in report.measured:
+                print("It is in the report already.")
+                continue
+            answer = typer.prompt("Enter to begin, s to skip, q to stop", "", show_default=False)
+            if answer == "q":
+                break
+            if answer == "s":
+                continue
+            try:
+                found = step.conduct(Bench(card, wait_for_enter, gestures))
+            except BodyError as error:
+                print(f"{error} Left out; the next `miburi card measure` asks for it again.")
+                continue
+            for name, value in found.measured.items():
+                print(f"  {name}: {value}")
+            report = report.after(step.name, found)
+            write_report(report, out)
+    print(f"The report is in {out}." if out.exists() else "Nothing was measured.")
 
 
 @app.command()

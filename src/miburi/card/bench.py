@@ -1,0 +1,486 @@
+"""Measure what nobody has measured yet: the servos of the first robot that somebody builds.
+
+In goes a :class:`Bench`, a card with a person beside it; out comes a report in TOML that can be
+sent in. :data:`STEPS` are the seven measurements. Each can be left out, and each is written down
+when it is done: what was broken off is taken up again. ``constants`` of a report are in the form of
+a servo's TOML file.
+"""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from pydantic import Field
+
+from miburi import ik
+from miburi.calibration.identify import Identified, identify, stiffness
+from miburi.card.card import Card
+from miburi.card.free_moves import free_moves, record
+from miburi.card.link import FrameKind, Report
+from miburi.card.order import Order
+from miburi.card.settings import FULL_PWM, real_speed
+from miburi.errors import BodyError
+from miburi.feelings import FEELINGS
+from miburi.gestures import key_poses, load
+from miburi.ground.files import write_whole
+from miburi.ground.tables import Table, load_table
+from miburi.robot import JOINTS, Array, Robot
+from miburi.robot.loads import GRAVITY, loads
+from miburi.safety.free import FreeRule
+from miburi.safety.move import Move, plan_move
+from miburi.safety.profile import FINE, SECOND
+from miburi.safety.stop import Phase
+
+__all__ = [
+    "LEVER",
+    "STEPS",
+    "WEIGHT",
+    "Bench",
+    "BenchFindings",
+    "BenchReport",
+    "BenchStep",
+    "peek",
+    "read_report",
+    "write_report",
+]
+
+#: The weight that the person hangs on the arm, kg, and how far from the elbow's axle, m.
+WEIGHT, LEVER = 0.1, 0.1
+#: P gains at which the stiffness and the hunting are measured.
+_STIFF, _HUNTING = (800, 3200), (1600, 3200, 6400)
+#: The waist's way, rad, at most duties, of 885; and its speed, rad/s.
+_PUSH, _DUTIES, _FAST = 0.8, (FULL_PWM, 110), 4.0
+#: A way of the waist, rad, that takes long, at this speed, rad/s: it shows the servo's clock.
+_LONG, _SLOW = 1.2, 0.1
+#: Registers: present PWM and current, 2 bytes each, input voltage.
+_PWM, _CURRENT, _VOLTAGE = 124, 126, 144
+#: Speed of the moves that lead to a pose, rad/s; s until a pose is at rest, and of looking at it.
+_GENTLY, _REST, _LOOK = 0.8, 1.5, 0.5
+#: The joint at which weights pull; how far it stays from its limits, rad; poses to choose from.
+_ELBOW, _CLEAR, _GRID = JOINTS.index("right_elbow"), 0.35, 40
+#: From how far to both sides a weighed joint comes, rad, and how fast, rad/s.
+_ASIDE, _SIDEWAYS = 0.15, 0.3
+#: A weight takes more error than a card may be told: it is told of a third, and counts three times.
+_DEEPER = 3
+
+Value = float | str | list[float] | list[str]
+
+
+class BenchFindings(NamedTuple):
+    """What a step has found: figures for people, and constants by the servo's tables."""
+
+    measured: dict[str, Value]
+    constants: dict[str, dict[str, float]]
+
+
+class BenchReport(Table):
+    """A report: what each step measured, and constants as a servo's TOML file has them."""
+
+    robot: str
+    servo: str
+    measured: dict[str, dict[str, Value]] = Field(default_factory=dict)
+    constants: dict[str, dict[str, float]] = Field(default_factory=dict)
+
+    def after(self, step: str, found: BenchFindings) -> "BenchReport":
+        """Return the report with what a step has found."""
+        constants = dict(self.constants)
+        for table, values in found.constants.items():
+            constants[table] = constants.get(table, {}) | values
+        measured = self.measured | {step: found.measured}
+        return self.model_copy(update={"measured": measured, "constants": constants})
+
+
+def read_report(robot: Robot, path: Path) -> BenchReport:
+    """Read the report of this robot in a file, or return an empty one where there is none.
+
+    Raises
+    ------
+    DescriptionError
+        The file is no report.
+    BodyError
+        It is another robot's report.
+    """
+    new = BenchReport(robot=robot.name, servo=robot.servo.model.name)
+    if not path.exists():
+        return new
+    old = load_table(BenchReport, path)
+    if (old.robot, old.servo) != (new.robot, new.servo):
+        raise BodyError(
+            f"{path} is the report of another robot ({old.robot} with {old.servo}); name another "
+            "file with --out."
+        )
+    return old
+
+
+def write_report(report: BenchReport, path: Path) -> None:
+    """Write a report as TOML; the file is whole or unchanged."""
+    lines = ["# Measured by `miburi card measure`; constants as in a servo's TOML file, SI units."]
+    lines += [f'robot = "{report.robot}"', f'servo = "{report.servo}"']
+    tables = {f"measured.{name}": values for name, values in report.measured.items()}
+    for name, values in (*tables.items(), *_constants(report)):
+        lines += ["", f"[{name}]", *(f"{key} = {_toml(value)}" for key, value in values.items())]
+    write_whole(path, "\n".join(lines) + "\n")
+
+
+def _constants(report: BenchReport) -> Iterator[tuple[str, dict[str, Value]]]:
+    for name, values in report.constants.items():
+        yield f"constants.{name}", dict(values)
+
+
+def _toml(value: Value) -> str:
+    if isinstance(value, list):
+        return f"[{', '.join(_toml(one) for one in value)}]"
+    return f'"{value}"' if isinstance(value, str) else f"{float(f'{value:.5g}')}"
+
+
+@dataclass(frozen=True)
+class Bench:
+    """Where it is measured.
+
+    Attributes
+    ----------
+    card
+        With a calibrated robot.
+    ask
+        Asks the person at the robot for something, and returns when it is done.
+    gestures
+        How many are performed while stops are counted; half as many warm the servos.
+    """
+
+    card: Card
+    ask: Callable[[str], None]
+    gestures: int = 200
+
+
+@dataclass(frozen=True)
+class BenchStep:
+    """One measurement: its name, what it does and asks of the person, and what makes it."""
+
+    name: str
+    what: str
+    run: Callable[[Bench], BenchFindings]
+
+    def conduct(self, bench: Bench) -> BenchFindings:
+        """Make the measurement; afterwards the card is stopped, with the settings that it had.
+
+        Raises
+        ------
+        BodyError
+            Something was in the way, or a servo failed.
+        """
+        card = bench.card
+        before = card.settings
+        try:
+            return self.run(bench)
+        finally:
+            with suppress(BodyError):
+                card.stop()
+                card.configure(before)
+
+
+def peek(card: Card, motor: int, address: int, count: int) -> int:
+    """Return the number that 1 to 12 of a servo's registers hold; not during a motion.
+
+    Raises
+    ------
+    BodyError
+        The body moves, or the servo does not answer, or has no such registers.
+    """
+    held = card.ask(FrameKind.PEEK, bytes((motor, address, count)))
+    return int.from_bytes(held, "little", signed=True)
+
+
+def _with_gain(card: Card, gain: float, deeper: int = 1) -> Robot:
+    """Set another P gain, with wide guards; the body is then awake at neutral.
+
+    What the card is told of the elbow's load counts ``deeper`` times.
+    """
+    servo = card.robot.servo.model
+    drive = servo.drive.model_copy(update={"gain": gain})
+    robot = card.robot.with_servo(servo.model_copy(update={"drive": drive}))
+    card.stop()
+    settings = card.settings.with_servos(robot, FreeRule.of(robot)).generous
+    joints = list(settings.joints)
+    joints[_ELBOW] = replace(joints[_ELBOW], sag=deeper * FINE)
+    card.configure(replace(settings, joints=tuple(joints)))
+    card.wake()
+    return robot
+
+
+def _go(
+    card: Card,
+    angles: Array,
+    speed: float = _GENTLY,
+    duty: int | None = None,
+    hung: int | None = None,
+) -> list[Report]:
+    """Make one move; return the reports from its start on, however it ends.
+
+    ``duty`` is another ceiling than the move's own, of ``FULL_PWM``; ``hung`` the quarters of a
+    step by which a weight takes the elbow down, whose load counts ``_DEEPER`` times.
+    """
+    move = Move(angles, np.full(len(JOINTS), speed))
+    here, origin = np.array(card.report.positions), np.array(card.goals)
+    order = Order.of(card.robot, card.settings, here, origin, move)
+    if duty is not None:
+        order = order._replace(pwm=np.full(len(JOINTS), duty))
+    if hung is not None:
+        for told in (order.begin, order.end):
+            told[_ELBOW] = (told[_ELBOW] + hung) // _DEEPER
+    with _reports(card) as reports:
+        card.start(order)
+        while card.step(0.02).phase is Phase.MOVING:
+            pass
+    return reports
+
+
+@contextmanager
+def _reports(card: Card) -> Iterator[list[Report]]:
+    reports = list[Report]()
+    before, card.on_report = card.on_report, reports.append
+    try:
+        yield reports
+    finally:
+        card.on_report = before
+
+
+def _positions(reports: list[Report]) -> Array:
+    return np.array([report.positions for report in reports], dtype=np.float64)
+
+
+def _rest(card: Card) -> Array:
+    """Return the angles of the resting joints, (8,) rad, over half a second."""
+    card.step(_REST)
+    with _reports(card) as reports:
+        card.step(_LOOK)
+    rest: Array = _positions(reports).mean(axis=0) * card.robot.servo.step
+    return rest
+
+
+def _level_arm(robot: Robot) -> Array:
+    """Return neutral with the right arm as its weight pulls most at the elbow: forearm level."""
+    angles = np.repeat(np.array(robot.neutral)[None], _GRID**2, axis=0)
+    lower, upper = robot.lower + _CLEAR, robot.upper - _CLEAR
+    shoulder, elbow = (np.linspace(lower[i], upper[i], _GRID) for i in (_ELBOW - 1, _ELBOW))
+    angles[:, _ELBOW - 1], angles[:, _ELBOW] = np.repeat(shoulder, _GRID), np.tile(elbow, _GRID)
+    angles[:, _ELBOW + 1] = 0.0
+    pulls = np.abs(loads(robot, angles).gravity[:, _ELBOW])
+    level: Array = angles[int(pulls.argmax())]
+    return level
+
+
+def _measure_stiffness(bench: Bench) -> BenchFindings:
+    """Let a weight pull at the elbow: by how much does it sink.
+
+    It is read coming from above and from below: dry friction, which holds it up or keeps it down,
+    is then out of the mean. Of what the gears take of the motor's torque, a part stays.
+    """
+    card, found = bench.card, list[float]()
+    for gain in _STIFF:
+        robot = _with_gain(card, gain, _DEEPER)
+        pose, places = _level_arm(robot), list[float]()
+        pull = np.sign(loads(robot, pose).gravity[_ELBOW])
+        deeper = WEIGHT * GRAVITY * LEVER / robot.servo.model.stiffness / robot.servo.step
+        for weight in (0.0, pull * deeper * 4):
+            if weight:
+                grams, far = 1000 * WEIGHT, 100 * LEVER
+                bench.ask(f"Hang {grams:.0f} g on the right forearm, {far:.0f} cm from the elbow")
+            sides = []
+            for side in (-_ASIDE, _ASIDE):
+                aside = pose + side * (np.arange(len(JOINTS)) == _ELBOW)
+                _go(card, aside, _GENTLY, FULL_PWM, round(weight))
+                _go(card, pose, _SIDEWAYS, FULL_PWM, round(weight))
+                sides.append(_rest(card)[_ELBOW])
+            places.append(float(np.mean(sides)))
+        bench.ask("Take off the weight")
+        _go(card, robot.neutral, _GENTLY, FULL_PWM, 0)
+        sank = max(abs(places[1] - places[0]), robot.servo.step / 4)
+        lost = robot.servo.model.friction.motor_load
+        torque = WEIGHT * GRAVITY * LEVER * (1 / (1 + lost) + 1 / (1 - lost)) / 2
+        found.append(torque / sank)
+    servo = card.robot.servo.model
+    described = np.array([servo.stiffness * gain / servo.drive.gain for gain in _STIFF])
+    return BenchFindings(
+        {"gain": [float(gain) for gain in _STIFF], "stiffness": found},
+        {"divisor": {"p_divisor": servo.divisor.p_divisor * float(np.median(described / found))}},
+    )
+
+
+def _measure_hunting(bench: Bench) -> BenchFindings:
+    """Look by how many steps resting joints go to and fro, for each gain."""
+    card = bench.card
+    worst = []
+    for gain in _HUNTING:
+        robot = _with_gain(card, gain)
+        most = np.zeros(len(JOINTS))
+        for side in (0.15, -0.15):
+            _go(card, np.clip(robot.neutral + side, robot.lower, robot.upper))
+            card.step(_REST)
+            with _reports(card) as reports:
+                card.step(2 * _REST)
+            most = np.maximum(most, np.ptp(_positions(reports), axis=0))
+        worst.append(float(most.max()))
+    return BenchFindings({"gain": [float(gain) for gain in _HUNTING], "steps": worst}, {})
+
+
+def _measure_ceiling(bench: Bench) -> BenchFindings:
+    """See how fast the waist gets with all its duty, and with an eighth: a servo may not obey."""
+    card = bench.card
+    robot, speeds = _with_gain(card, card.settings.general.p_gain), []
+    for duty in _DUTIES:
+        reports = _go(card, robot.neutral + _PUSH * (np.arange(8) == 0), _FAST, duty)
+        times = np.array([report.time for report in reports]) / SECOND
+        ways = np.diff(_positions(reports)[::3, 0]) / np.diff(times[::3])
+        speeds.append(float(ways.max() * robot.servo.step))
+        if card.state.phase is Phase.STOPPED:  # the rule, too, may have found it slow
+            card.step(_REST)
+            card.wake()
+        _go(card, robot.neutral)
+    obeys = "yes" if speeds[1] < 0.6 * speeds[0] else "no"
+    duties = [float(duty) for duty in _DUTIES]
+    return BenchFindings({"pwm": duties, "speed": speeds, "obeys": obeys}, {})
+
+
+def _measure_clock(bench: Bench) -> BenchFindings:
+    """Time how late servos begin, and how fast their clock is: a slow way, beside the card's."""
+    card = bench.card
+    found = _identify(card)
+    robot = card.robot
+    card.wake()
+    _go(card, robot.neutral - _LONG / 2 * (np.arange(8) == 0))
+    reports = _go(card, robot.neutral + _LONG / 2 * (np.arange(8) == 0), _SLOW)
+    way = _positions(reports)[:, 0]
+    middle = slice(len(way) // 10, -len(way) // 10)
+    times = np.array([report.time for report in reports])[middle] / SECOND
+    told = real_speed(round(_SLOW / robot.servo.step)) / FINE
+    fast = float(np.polyfit(times, way[middle], 1)[0]) / told
+    late = max(found.delay / SECOND - robot.guards.lag[0], 0.0)
+    return BenchFindings(
+        {"delay": found.delay / SECOND, "clock": fast},
+        {"loop": {"start_delay": late, "clock_error": abs(fast - 1)}},
+    )
+
+
+def _measure_stall(bench: Bench) -> BenchFindings:
+    """Read which PWM and current a servo tells that is held away from its goal."""
+    card = bench.card
+    robot = _with_gain(card, card.settings.general.p_gain)
+    _go(card, _level_arm(robot), duty=FULL_PWM // 2)
+    before = _rest(card)[_ELBOW]
+    bench.ask("Press the right hand down by a few degrees, and keep it so until the next question")
+    card.step(_LOOK)
+    off = float(card.state.angles[_ELBOW] - before)
+    pwm, current = peek(card, _ELBOW, _PWM, 2), peek(card, _ELBOW, _CURRENT, 2)
+    volts = peek(card, _ELBOW, _VOLTAGE, 2) / 10
+    bench.ask("Let the hand go")
+    duty, amperes = abs(pwm) / FULL_PWM, abs(current) / 1000
+    # The current is the one from the supply: that of the motor, times the duty.
+    constants = {"motor": {"resistance": duty**2 * volts / amperes}} if amperes else {}
+    measured: dict[str, Value] = {"angle": off, "pwm": float(pwm)}
+    return BenchFindings(measured | {"current": amperes, "voltage": volts}, constants)
+
+
+def _measure_friction(bench: Bench) -> BenchFindings:
+    """Identify the servos cold, and again warm."""
+    card = bench.card
+    measured: dict[str, Value] = {}
+    bench.ask("The servos should be cold: let them rest for half an hour")
+    for state in ("cold", "warm"):
+        if state == "warm":
+            card.wake()
+            _perform(card, bench.gestures // 2)
+        found = _identify(card)
+        measured[f"friction_{state}"] = found.friction.tolist()
+        measured[f"stiffness_{state}"] = stiffness(card.robot, found).tolist()
+        measured[f"temperature_{state}"] = [float(hot) for hot in card.report.temperatures]
+        if state == "cold":
+            own = card.robot.servo.model.friction
+            share = float(np.median(found.friction))
+            constants = {"friction": {"dry": own.dry * share, "stiction": own.stiction * share}}
+    return BenchFindings(measured, constants)
+
+
+def _measure_false_stops(bench: Bench) -> BenchFindings:
+    """Count how often free motion is stopped, with the rule that the card has."""
+    card = bench.card
+    card.stop()
+    card.wake()
+    stops, moves = list[str](), 0
+    for _name, move in free_moves(card.robot):
+        moves += 1
+        stops += _stops_of(card, move)
+    made, stopped = _perform(card, bench.gestures)
+    return BenchFindings({"moves": float(moves + made), "stops": stops + stopped}, {})
+
+
+def _identify(card: Card) -> Identified:
+    """Identify the servos from the free moves of all joints, as the description has them."""
+    _with_gain(card, card.robot.servo.model.drive.gain)
+    moves = [move for name, move in free_moves(card.robot) if name not in JOINTS]
+    traces = record(card, moves)
+    card.stop()
+    return identify(card.robot, traces)
+
+
+def _perform(card: Card, count: int) -> tuple[int, list[str]]:
+    """Perform gestures in turn, each in another variation; return the moves made, and the stops."""
+    robot, moves, stops = card.robot, 0, list[str]()
+    for number in range(count):
+        feeling = FEELINGS[number % len(FEELINGS)]
+        mood = 0.2 + 0.8 * (number * 7 % 10) / 9
+        angles = [np.array(robot.neutral)]
+        poses = key_poses(robot, load(feeling), mood, variation=number)
+        for pose in poses:
+            angles.append(ik.solve(robot, pose.target, start=angles[-1]).angles)
+        for (here, there), pose in zip(pairwise(angles), poses, strict=True):
+            moves += 1
+            stopped = _stops_of(card, plan_move(robot, here, there, pose.duration))
+            stops += stopped
+            if stopped:
+                break
+    return moves, stops
+
+
+def _stops_of(card: Card, move: Move) -> list[str]:
+    """Make a move; wake the body again where it is stopped, and return by which joint."""
+    card.move(move)
+    while card.step(0.02).phase is Phase.MOVING:
+        pass
+    stop = card.state.stop
+    if stop is None:
+        return []
+    if stop.sign is None:
+        raise BodyError(f"Stopped: {stop.reason.spoken} ({stop.motor}). Mend that, then go on.")
+    card.step(_REST)
+    card.wake()
+    return [f"{stop.motor}, {stop.sign}"]
+
+
+#: The measurements, in the order in which they teach most.
+STEPS = (
+    BenchStep(
+        "stiffness",
+        f"How stiff are the servos? Needs two weights of {1000 * WEIGHT:.0f} g on strings.",
+        _measure_stiffness,
+    ),
+    BenchStep("hunting", "Do servos at rest go to and fro at higher gains?", _measure_hunting),
+    BenchStep("ceiling", "Does Goal PWM limit a motion? The waist turns fast.", _measure_ceiling),
+    BenchStep(
+        "clock", "How late do the servos begin, and how fast is their clock?", _measure_clock
+    ),
+    BenchStep(
+        "stall",
+        "Which PWM and current does a servo tell that you hold? You press the right hand down.",
+        _measure_stall,
+    ),
+    BenchStep("friction", "How much do the servos rub, cold and warm?", _measure_friction),
+    BenchStep(
+        "false_stops",
+        "How often is free motion stopped? The robot makes sixty moves, then gestures.",
+        _measure_false_stops,
+    ),
+)
