@@ -58,9 +58,7 @@ def test_a_smile_makes_it_happy_its_arms_rise_and_it_looks_there(
     page.get_by_role("switch", name="Eyes").click()
     expect(page.get_by_text("Watching", exact=True)).to_be_visible()
     page.wait_for_function("document.documentElement.dataset.faces === '1'")
-    there = until(page, lambda now: True)["time"]
-    happy = until(page, lambda now: now["emotion"][0] > 0.4)
-    assert happy["time"] - there < 3
+    until(page, lambda now: now["emotion"][0] > 0.4)
     until(page, lambda now: (now["expressed"] or {}).get("feeling") == "happiness")
     until(page, lambda now: now["extent"] > 0.05)
     assert {one["kind"] for one in sent} == {"smile"}
@@ -81,12 +79,14 @@ def test_a_smile_makes_it_happy_its_arms_rise_and_it_looks_there(
         ([(1.5, 0.1, {"sad": 1.0})], []),
         ([(5, 0.6, {"happy": 1.0})], ["smile", "smile"]),
         ([(0.3, 0, {"happy": 1.0}), (3, 0, {"neutral": 1.0})], []),
+        ([(1, 0, {"happy": 1.0})], ["smile"]),
         ([(2, 0, {"happy": 1.0}), (2, 0, {"surprise": 1.0})], ["smile", "surprised_face"]),
         ([(5, 0, {"neutral": 1.0})], []),
         ([(61, 0, None), (1, 0, {"neutral": 1.0})], ["greet"]),
         ([(3, 0, {"neutral": 1.0}), (58, 0, None), (1, 0, {"neutral": 1.0})], []),
     ],
     ids=["turned down", "sad", "sad for a moment", "a smile, turned down", "a twitch",
+         "a smile within a second",
          "a smile, then surprise", "nothing", "back after a minute", "back sooner"],
 )  # fmt: skip
 def test_what_a_face_shows_in_time(workbench: Page, parts: object, told: list[str]) -> None:
