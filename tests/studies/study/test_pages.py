@@ -158,6 +158,16 @@ def test_pages_run_no_script_and_are_kept_by_no_browser(lab: Lab) -> None:
     assert "SameSite=lax" in cookie
 
 
+def test_feelings_have_an_order_for_each_and_none_of_these_is_last(tmp_path: Path) -> None:
+    none = 'none = { en = "none of these", ja = "どれでもない" }'
+    lab = Lab(tmp_path, TWO_FILMS.replace('kind = "choice"', f'kind = "choice"\n{none}'))
+    orders = set()
+    for _ in range(12):
+        page = lab.begin().get(f"{lab.home}/page").text
+        orders.add(tuple(re.findall(r'name="answer" value="(\w+)"', page)))
+    assert orders == {("fear", "fright", "none"), ("fright", "fear", "none")}
+
+
 class Forms(HTMLParser):
     """Collects the ids that are there and those that labels are for, and inputs without a label."""
 

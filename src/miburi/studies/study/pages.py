@@ -25,7 +25,7 @@ from miburi.errors import OutputError
 from miburi.ground.templates import render
 from miburi.interface.access import Allowance, is_loopback
 from miburi.studies.study.order import film_order, option_order
-from miburi.studies.study.plan import Question, Study, pick
+from miburi.studies.study.plan import NONE, Question, Study, pick
 from miburi.studies.study.store import Participant, Store
 
 __all__ = ["COOKIE", "make_app", "make_code", "preferred"]
@@ -218,7 +218,9 @@ class _Pages:
             return self._show("thanks.html", who.language, code=code)
         question = study.steps[who.step].question
         film = self._film(who)
-        options = option_order(study.options(question), who.number, study.seed)
+        options = study.options(question)
+        feelings = tuple(option for option in options if option != NONE)
+        options = (*option_order(feelings, who.number, study.seed), *options[len(feelings) :])
         path = self._films[self._keys[film]] if film else None
         return self._show(
             "question.html",
