@@ -23,7 +23,6 @@ from miburi.robot import Robot, iphonoid
 from miburi.robot.specimens import Specimen, specimens
 from miburi.safety.move import plan_move
 from miburi.safety.stop import Phase
-from miburi.servos import load_servo
 
 MOODS = (0.3, 0.6, 1.0)
 
@@ -70,7 +69,7 @@ def conduct(robot: Robot, one: Specimen, seed: int) -> str:
 
 
 def main(seed: int = 1, count: int = 4) -> None:
-    robot = iphonoid().with_servo(load_servo("xl330-m288-t"))
+    robot = iphonoid()
     print("found / true, median (all motors)")
     print("        stiffness          friction           phone's weight  took    false stops")
     for number, one in enumerate(specimens(robot, seed, count)):
