@@ -204,7 +204,10 @@ class _Tools:
         if not self._wishes.take("all"):
             return _TOO_FAST
         await self._partner.tell("/look", LookIn(at=at, seconds=seconds))
-        return told + _hindrance(await self._partner.state())
+        state = await self._partner.state()
+        if state.stop is not None:
+            return f"{_why(state, state.stop)} The look waits; a newer wish replaces it."
+        return told
 
     async def _follow(self, since: int, feeling: str, intensity: float) -> str:
         """Wait until a wished gesture has ended, and say how it ended."""
