@@ -26,7 +26,7 @@ DOORS = ["mcp", "aiomqtt"]
         ["ik", "--right", "0", "-0.1", "0", "--left", "0", "0.1", "0", "--head", "0", "0", "0.2"],
         ["experiment", "--seconds", "4", "--no-film", "--out", "out"],
         ["gesture", "preview", "surprise", "--mood", "0.1", "--out", "out"],
-        ["calibrate", "--moves", "2", "--out", "out.toml"],
+        ["calibrate", "--out", "out.toml"],
         ["card", "list"],
     ],
     ids=lambda arguments: arguments[0],
