@@ -139,7 +139,7 @@ def _safety(runs: Runs) -> Iterator[Claim]:
         f"{len(stops)} stops, {np.median(latencies):.0f} ms after the first touch (median; at most "
         f"{max(latencies):.0f} ms)",
         command,
-        "compared with the profile that the servo should have followed, at every reading",
+        "compared with what a free servo would have done, at every reading",
     )
     yield Claim(
         "2",
