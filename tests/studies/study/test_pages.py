@@ -224,6 +224,8 @@ def test_withdrawn_answers_are_gone_from_the_disk(lab: Lab) -> None:
     wrong = post(lab, goes.browser, "/withdraw", code="AAAA-AAAA")
     assert wrong.status_code == 422
     assert len(lab.store.answers()) == 8
+    other = sqlite3.connect(lab.folder / ANSWERS)  # of somebody who answers just now
+    other.execute("SELECT COUNT(*) FROM answer").fetchall()
     done = post(lab, lab.visitor(), "/withdraw", code=f" {goes.code.lower()} ")
     assert "have been deleted" in done.text
     assert [answer.value for answer in lab.store.answers() if answer.question == "word"] == [
@@ -233,6 +235,7 @@ def test_withdrawn_answers_are_gone_from_the_disk(lab: Lab) -> None:
     assert b"kept" in on_disk
     assert b"secret" not in on_disk
     assert goes.code.encode() not in on_disk
+    other.close()
     counts = lab.store.counts(len(lab.study.steps))
     assert (counts.began, counts.finished, counts.withdrawn) == (2, 1, 1)
     assert post(lab, goes.browser, step="0", answer="fear").headers["location"] == lab.home
