@@ -1,5 +1,7 @@
 """``miburi study …``: parse the arguments, call, print."""
 
+import os
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated
 
@@ -38,10 +40,14 @@ def run(
         str, typer.Option(help="The address to listen on; 0.0.0.0 lets every device in.")
     ] = "127.0.0.1",
     port: Annotated[int, typer.Option(help="The port to listen on; 0 takes a free one.")] = 8090,
+    partner: Annotated[
+        str, typer.Option(help="Where the robot lives that makes a study's live gestures.")
+    ] = "http://127.0.0.1:8080",
     robot: RobotFile = None,
     gestures: GesturesFolder = None,
 ) -> None:
     """Draw the films that are missing, and serve the study's pages until Ctrl-C."""
+    from miburi.interface.client import connect
     from miburi.studies.study.films import draw_missing, find_films
     from miburi.studies.study.plan import load_study
     from miburi.studies.study.report import ANSWERS
@@ -51,7 +57,7 @@ def run(
     study = load_study(folder)
     store = open_store(folder / ANSWERS, study)
     films = find_films(study, folder)
-    if len(films) < len(study.films):
+    if len(films) < sum(not film.live for film in study.films):
         body = robot_of(robot)
         with show_progress("films") as show:
             films = draw_missing(study, folder, body, repertoire_of(body, gestures), show)
@@ -61,7 +67,12 @@ def run(
             print(f"http://{name}:{chosen}/study/{study.name}", flush=True)
         print("(end with Ctrl-C)", flush=True)
 
-    serve_study(study, store, films, host, port, say)
+    with ExitStack() as stack:
+        perform = None
+        if any(film.live for film in study.films):
+            token = os.environ.get("MIBURI_TOKEN")
+            perform = stack.enter_context(connect(partner, token)).express
+        serve_study(study, store, films, host, port, say, perform)
     print(f"The answers are in {folder / ANSWERS}. Next: miburi study report {folder}")
 
 

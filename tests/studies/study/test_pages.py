@@ -12,7 +12,8 @@ import pytest
 from starlette.testclient import TestClient
 from tests.fixtures.study import TWO_FILMS, Lab, Person
 
-from miburi.errors import OutputError
+from miburi.errors import BodyError, OutputError
+from miburi.feelings import Expression
 from miburi.studies.study.films import FILMS
 from miburi.studies.study.pages import COOKIE, make_code
 from miburi.studies.study.plan import FILE, load_study
@@ -166,6 +167,38 @@ def test_feelings_have_an_order_for_each_and_none_of_these_is_last(tmp_path: Pat
         page = lab.begin().get(f"{lab.home}/page").text
         orders.add(tuple(re.findall(r'name="answer" value="(\w+)"', page)))
     assert orders == {("fear", "fright", "none"), ("fright", "fear", "none")}
+
+
+def test_a_button_lets_the_robot_in_the_room_make_the_gesture(tmp_path: Path) -> None:
+    shown: list[Expression] = []
+    lab = Lab(
+        tmp_path, TWO_FILMS.replace("moods = [0.9]", "moods = [0.9]\nlive = true"), shown.append
+    )
+    browser = lab.begin()
+    for step, answer in enumerate(["fear", "shaky", "fear", "shaky"]):
+        page = browser.get(f"{lab.home}/page").text
+        assert "<video" not in page
+        assert "Show me the gesture" in page
+        if step % 2 == 0:
+            assert post(lab, browser, "/perform").headers["location"] == f"{lab.home}/page"
+        post(lab, browser, step=str(step), answer=answer)
+    asked = [answer.film for answer in lab.store.answers() if answer.question == "feeling"]
+    assert [f"{each.feeling}-{each.mood:g}-live" for each in shown] == asked
+    post(lab, browser, "/perform")  # after the end
+    post(lab, lab.visitor(), "/perform")  # nobody's
+    assert len(shown) == 2
+
+
+def test_a_robot_that_does_not_answer_loses_no_answer(tmp_path: Path) -> None:
+    def absent(_: Expression) -> None:
+        raise BodyError("nobody is there.")
+
+    lab = Lab(tmp_path, TWO_FILMS.replace("moods = [0.9]", "moods = [0.9]\nlive = true"), absent)
+    browser = lab.begin()
+    post(lab, browser, step="0", answer="fear")
+    done = post(lab, browser, "/perform")
+    assert (done.status_code, "The robot does not answer" in done.text) == (503, True)
+    assert "Question 2 of 4" in browser.get(f"{lab.home}/page").text
 
 
 class Forms(HTMLParser):

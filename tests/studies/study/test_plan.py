@@ -31,6 +31,7 @@ def test_the_study_that_ships_asks_about_eight_feelings_at_three_moods(tmp_path:
         ("moods = [0.9]", "moods = [1.1]", "moods"),
         ("moods = [0.9]", 'moods = [0.9]\nfile = "a.mp4"', "a film of your own shows one feeling"),
         ("moods = [0.9]", 'moods = [0.9]\nfile = "../a.mp4"', "file"),
+        ("moods = [0.9]", "moods = [0.9]\nlive = true\nfaces = [true]", "its phone shows what"),
         ('kind = "word"', 'kind = "rating"', "has items, at least one"),
         ('kind = "word"', 'kind = "word"\noptions = ["fear"]', "are for a choice"),
         ('kind = "choice"', 'kind = "choice"\nafter = "all"', "belongs to a film"),

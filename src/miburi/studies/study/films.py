@@ -29,6 +29,7 @@ def find_films(study: Study, folder: Path) -> dict[str, Path]:
             for name in ([film.file] if film.file else [film.name + end for end in _ENDINGS])
         ]
         for film in study.films
+        if not film.live
     }
     there = {name: [file for file in each if file.is_file()] for name, each in files.items()}
     return {name: each[0] for name, each in there.items() if each}
@@ -55,7 +56,7 @@ def draw_missing(
         The folder cannot be written to, or this machine cannot draw.
     """
     there = find_films(study, folder)
-    missing = [film for film in study.films if film.name not in there]
+    missing = [film for film in study.films if not film.live and film.name not in there]
     if own := [film.file for film in missing if film.file is not None]:
         raise InputError(f"{folder / FILMS} has no {', '.join(own)}; put it there.")
     for number, film in enumerate(missing):

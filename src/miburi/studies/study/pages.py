@@ -21,11 +21,12 @@ from starlette.responses import FileResponse, HTMLResponse, RedirectResponse, Re
 from starlette.routing import Route
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from miburi.errors import OutputError
+from miburi.errors import MiburiError, OutputError
+from miburi.feelings import Expression
 from miburi.ground.templates import render
 from miburi.interface.access import Allowance, is_loopback
 from miburi.studies.study.order import film_order, option_order
-from miburi.studies.study.plan import NONE, Question, Study, pick
+from miburi.studies.study.plan import NONE, Film, Question, Study, pick
 from miburi.studies.study.store import Participant, Store
 
 __all__ = ["COOKIE", "make_app", "make_code", "preferred"]
@@ -65,6 +66,7 @@ def make_app(
     *,
     local: bool = True,
     code: Callable[[], str] = make_code,
+    perform: Callable[[Expression], None] | None = None,
 ) -> ASGIApp:
     """Return the application with a study's pages, at ``/study/NAME``.
 
@@ -78,8 +80,10 @@ def make_app(
         Whether only this computer may ask; a page elsewhere could make its own name point here.
     code
         Makes a new participant's code.
+    perform
+        Lets the robot in the room make a gesture; for a study with live gestures.
     """
-    pages = _Pages(study, store, films, code)
+    pages = _Pages(study, store, films, code, perform)
     home = pages.home
     routes = [
         Route("/", lambda _: RedirectResponse(home)),
@@ -87,6 +91,7 @@ def make_app(
         Route(home, _posted(pages.enter), methods=["POST"]),
         Route(f"{home}/page", pages.page),
         Route(f"{home}/page", _posted(pages.answer), methods=["POST"]),
+        Route(f"{home}/perform", _posted(pages.perform), methods=["POST"]),
         Route(f"{home}/next", _posted(pages.leave), methods=["POST"]),
         Route(f"{home}/withdraw", pages.ask_to_withdraw),
         Route(f"{home}/withdraw", _posted(pages.withdraw), methods=["POST"]),
@@ -106,9 +111,11 @@ class _Pages:
         store: Store,
         films: Mapping[str, Path],
         code: Callable[[], str],
+        perform: Callable[[Expression], None] | None,
     ) -> None:
         self.home = f"/study/{study.name}"
         self._study, self._store, self._code = study, store, code
+        self._perform = perform
         # An address must not tell what a film is meant to show.
         self._keys = {name: _key(study, name) for name in films}
         self._films = {self._keys[name]: path for name, path in films.items()}
@@ -151,7 +158,21 @@ class _Pages:
             if values is None:
                 return self._ask(request, who, form)
             code = request.cookies[COOKIE]
-            self._store.keep(code, who.step, self._film(who), question.name, values)
+            film = self._film(who)
+            about = film.name if film else None
+            self._store.keep(code, who.step, about, question.name, values)
+        return RedirectResponse(f"{self.home}/page", 303)
+
+    def perform(self, request: Request, _form: Form) -> Response:
+        """Let the robot in the room make the gesture that is asked about."""
+        who = self._who(request)
+        film = self._film(who) if who is not None else None
+        if film is None or not film.live or self._perform is None:
+            return RedirectResponse(self.home, 303)
+        try:
+            self._perform(Expression(film.feeling, film.mood))
+        except MiburiError:
+            return self._show("notice.html", self._language(request), 503, notice="absent")
         return RedirectResponse(f"{self.home}/page", 303)
 
     def leave(self, _request: Request, _form: Form) -> Response:
@@ -201,13 +222,15 @@ class _Pages:
         wish = wish or request.query_params.get("language")
         return preferred(self._study, wish or request.headers.get("accept-language", ""))
 
-    def _film(self, who: Participant) -> str | None:
+    def _film(self, who: Participant) -> Film | None:
+        if who.step >= len(self._study.steps):
+            return None
         trial = self._study.steps[who.step].trial
         if trial is None:
             return None
         films, trials = self._study.films, self._study.trials or len(self._study.films)
         order = film_order(len(films), trials, who.number, self._study.seed)
-        return films[order[trial]].name
+        return films[order[trial]]
 
     def _ask(
         self, request: Request, who: Participant, given: Mapping[str, str] | None = None
@@ -221,7 +244,7 @@ class _Pages:
         options = study.options(question)
         feelings = tuple(option for option in options if option != NONE)
         options = (*option_order(feelings, who.number, study.seed), *options[len(feelings) :])
-        path = self._films[self._keys[film]] if film else None
+        key = self._keys[film.name] if film and not film.live else None
         return self._show(
             "question.html",
             who.language,
@@ -231,8 +254,9 @@ class _Pages:
             steps=len(study.steps),
             question=question,
             options=[(option, study.words(question, option, who.language)) for option in options],
-            film=f"{self.home}/film/{self._keys[film]}" if film else None,
-            moving=path is not None and path.suffix in (".mp4", ".webm"),
+            film=f"{self.home}/film/{key}" if key else None,
+            moving=key is not None and self._films[key].suffix in (".mp4", ".webm"),
+            live=film is not None and film.live,
             given=given or {},
             missing=given is not None,
             longest=_LONGEST,

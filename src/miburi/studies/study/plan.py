@@ -51,35 +51,42 @@ Text = Annotated[
 class Film:
     """One film: the feeling and mood that it is meant to show, with the face or a blank screen.
 
-    ``file`` is the study's own film; without one Miburi draws it.
+    ``file`` is the study's own film; without one Miburi draws it. Or it is ``live``: no film, but
+    a gesture of the robot in the room.
     """
 
     feeling: str
     mood: float
     face: bool
     file: str | None = None
+    live: bool = False
 
     @property
     def name(self) -> str:
         """The name in answers and on the disk."""
         if self.file is not None:
             return Path(self.file).stem
-        return f"{self.feeling}-{self.mood:g}{'-face' if self.face else ''}"
+        kind = "-live" if self.live else "-face" if self.face else ""
+        return f"{self.feeling}-{self.mood:g}{kind}"
 
 
 class Show(Table):
-    """Films of every feeling at every mood, without or with the face; or one film of your own."""
+    """Films of every feeling at every mood, without or with the face; or one film of your own.
+
+    With ``live`` the robot in the room makes the gestures, with the face that its phone shows.
+    """
 
     feelings: Annotated[tuple[FeelingName, ...], Field(strict=False, min_length=1)]
     moods: Annotated[tuple[Mood, ...], Field(strict=False, min_length=1)]
     faces: Annotated[tuple[bool, ...], Field(strict=False, min_length=1)] = (False,)
     file: Annotated[str | None, Field(pattern=r"^[a-z0-9][a-z0-9_.-]*\.(mp4|webm|png|jpg)$")] = None
+    live: bool = False
 
     @cached_property
     def films(self) -> tuple[Film, ...]:
         """Every film."""
         return tuple(
-            Film(feeling, mood, face, self.file)
+            Film(feeling, mood, face, self.file, self.live)
             for feeling in self.feelings
             for mood in self.moods
             for face in self.faces
@@ -89,6 +96,8 @@ class Show(Table):
     def _check_file(self) -> Self:
         if self.file is not None and len(self.films) > 1:
             raise ValueError("a film of your own shows one feeling, at one mood, with one face")
+        if self.live and (self.file is not None or self.faces != (False,)):
+            raise ValueError("what is live has no file and no faces; its phone shows what it shows")
         return self
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import uvicorn
 
 from miburi.errors import InputError
+from miburi.feelings import Expression
 from miburi.interface.access import is_loopback
 from miburi.interface.http import configure
 from miburi.studies.study.pages import make_app
@@ -25,8 +26,11 @@ def serve_study(
     host: str,
     port: int,
     ready: Callable[[int], None],
+    perform: Callable[[Expression], None] | None = None,
 ) -> None:
     """Serve a study's pages; ``ready`` is told the port once they can be opened.
+
+    ``perform`` lets the robot in the room make a gesture.
 
     On a loopback address only this computer may ask. On any other, everybody who reaches it may
     take part.
@@ -45,7 +49,7 @@ def serve_study(
         ) from error
     with listener:
         ready(listener.getsockname()[1])
-        app = make_app(study, store, films, local=is_loopback(host))
+        app = make_app(study, store, films, local=is_loopback(host), perform=perform)
         _Server(configure(app)).run(sockets=[listener])
 
 
