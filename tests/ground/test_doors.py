@@ -24,8 +24,8 @@ DOORS: dict[str, Callable[[Path], object]] = {
 CONTENTS = {
     "lists": "x = " + "[" * 100_000,
     "tables": "x = " + "{a = " * 50_000,
-    "dotted": ".".join("a" * 30_000) + " = 1",
-    "header": "[" + ".".join("a" * 30_000) + "]",
+    "dotted": ".".join("a" * 5_000) + " = 1",
+    "header": "[" + ".".join("a" * 5_000) + "]",
     "number": "x = " + "9" * 5000,
     "bytes": "\udcff\udcfe",
 }

@@ -30,6 +30,8 @@ __all__ = ["PATIENCE", "ConnectionLostError", "RemotePartner", "accepted", "conn
 
 #: s to wait for an answer.
 PATIENCE = 10.0
+#: How many requests of a program's threads are open at once; others wait.
+_CONNECTIONS = 100
 
 
 def connect(url: str, token: str | None = None) -> "RemotePartner":
@@ -232,7 +234,11 @@ class RemotePartner:
         self._ask("POST", path, content)
 
     def _open(self) -> httpx.Client:
-        return httpx.Client(base_url=self._url + "/api/v1", headers=self._headers, timeout=PATIENCE)
+        # A pool that closes what it does not keep may close what a thread has just been given.
+        limits = httpx.Limits(max_connections=_CONNECTIONS, max_keepalive_connections=_CONNECTIONS)
+        return httpx.Client(
+            base_url=self._url + "/api/v1", headers=self._headers, timeout=PATIENCE, limits=limits
+        )
 
     def _ask(
         self, method: str, path: str, content: object = None, by: httpx.Client | None = None
