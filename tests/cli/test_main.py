@@ -268,6 +268,28 @@ main()
     assert (done.returncode, done.stderr) == (130, "miburi: interrupted.\n")
 
 
+def test_an_interrupted_compiler_that_fails_in_its_own_way_is_one_line_too() -> None:
+    """Ctrl-C in a library of Numba's ended in 478 lines, of RuntimeError at last."""
+    interrupt = """
+import importlib, os, signal
+cli = importlib.import_module("miburi.cli.main")
+
+def compile():
+    try:
+        os.kill(os.getpid(), signal.SIGINT)
+        signal.pause()
+    finally:
+        raise RuntimeError("no compiled object yet")
+
+cli.app = compile
+cli.main()
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", interrupt], capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (130, "miburi: interrupted.\n")
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_interruption_leaves_no_half_file(tmp_path: Path, number: signal.Signals) -> None:
     out = tmp_path / "out"

@@ -72,6 +72,9 @@ Point = tuple[float, float, float]
 class _Interrupted(BaseException):
     """Ctrl-C or SIGTERM; no handler of errors catches it, so only clean-up code runs."""
 
+    #: The latest signal, if there was one.
+    signum: int | None = None
+
 
 def main() -> None:
     """Run the command line; an error becomes one clear line and an exit code."""
@@ -86,13 +89,17 @@ def main() -> None:
         sys.exit(_report(error, 2))
     except MiburiError as error:
         sys.exit(_report(error, 1))
-    except _Interrupted as interrupted:
+    except BaseException as error:
+        # What was interrupted half-way, such as a compiler, may fail in a way of its own.
+        if _Interrupted.signum is None or isinstance(error, SystemExit):
+            raise
         print("miburi: interrupted.", file=sys.stderr)
-        sys.exit(128 + int(interrupted.args[0]))
+        sys.exit(128 + _Interrupted.signum)
 
 
 def _interrupt(signum: int, _frame: FrameType | None) -> None:
-    raise _Interrupted(signum)
+    _Interrupted.signum = signum
+    raise _Interrupted
 
 
 def _report(error: MiburiError, code: int) -> int:
