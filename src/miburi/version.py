@@ -1,3 +1,3 @@
 """Miburi's version: the build reads it from here, and every module that states it."""
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
