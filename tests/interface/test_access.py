@@ -127,6 +127,65 @@ def test_many_calls_of_agents_wait_instead_of_being_refused() -> None:
     assert next(ticks) > len(answers) + 5  # some have waited
 
 
+def exhausted() -> Gate:
+    """A gate at which this computer's agents have used all their calls, and time stands still."""
+    gate = Gate(behind, TOKEN, clock=lambda: 0.0)
+    allowed = {"authorization": f"Bearer {TOKEN}"}
+    for _ in range(int(BURST)):
+        assert ask(gate, AGENTS, method="POST", **allowed)[0] == 200
+    return gate
+
+
+def waits(gate: Gate, client: str = "127.0.0.1", **headers: str) -> bool:
+    """Whether a call of an agent at ``client`` has to wait."""
+    headers = {"host": "here", "authorization": f"Bearer {TOKEN}", **headers}
+    scope = {
+        "type": "http",
+        "path": AGENTS,
+        "method": "POST",
+        "client": (client, 5000),
+        "headers": [(k.replace("_", "-").encode(), v.encode()) for k, v in headers.items()],
+    }
+
+    async def receive() -> Any:
+        return {"type": "http.request", "body": b""}
+
+    async def send(_: Any) -> None:
+        pass
+
+    async def turns() -> bool:
+        first = asyncio.create_task(gate({**scope, "client": ("127.0.0.1", 1)}, receive, send))
+        call = asyncio.create_task(gate(scope, receive, send))
+        for _ in range(20):
+            await asyncio.sleep(0)
+        done = call.done()
+        if done:
+            call.result()
+        first.cancel()
+        call.cancel()
+        await asyncio.gather(first, call, return_exceptions=True)
+        return not done
+
+    return asyncio.run(turns())
+
+
+def test_an_agents_stop_waits_for_nothing() -> None:
+    stop = {
+        "mcp_protocol_version": "2026-07-28",
+        "mcp_method": "tools/call",
+        "mcp_name": "stop",
+    }
+    assert not waits(exhausted(), **stop)
+    # What the server does not hold against the body of the call opens no lane.
+    for other in ({"mcp_name": "say"}, {"mcp_method": "tools/list"}, {"mcp_protocol_version": ""}):
+        assert waits(exhausted(), **{**stop, **other})
+
+
+def test_an_agent_that_calls_too_often_holds_up_itself_alone() -> None:
+    assert waits(exhausted())
+    assert not waits(exhausted(), client="192.168.1.7")
+
+
 @pytest.mark.parametrize("path", ["/", "/face", "/api/v1/stop", "/static/face.js", "/pair/", "/x"])
 @pytest.mark.parametrize("kind", ["http", "websocket"])
 def test_without_the_token_nothing_answers(path: str, kind: str) -> None:

@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 from ipaddress import ip_address
 from pathlib import Path
 from urllib.parse import SplitResult, urlsplit
+from weakref import WeakValueDictionary
 
 from starlette.responses import RedirectResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -53,6 +54,13 @@ PAIRING = "/pair"
 STOP = "/api/v1/stop"
 #: Where agents come in, if the partner lets them.
 AGENTS = "/mcp"
+#: The headers of an agent's call of its tool `stop`, which the server holds against the call's body
+#: since this revision of MCP. No limit holds it up either; calls of older clients wait their turn.
+_AGENTS_STOP = {
+    b"mcp-protocol-version": "2026-07-28",
+    b"mcp-method": "tools/call",
+    b"mcp-name": "stop",
+}
 #: The largest body of a request, and the largest message on a WebSocket, bytes.
 LARGEST = 65_536
 #: Requests to the interface a second and at once, from one address.
@@ -177,7 +185,7 @@ class Gate:
         self._token = token
         self._requests = Allowance(RATE, BURST, clock)
         self._agents = Allowance(RATE, BURST, clock)
-        self._agents_turn = asyncio.Lock()
+        self._agents_turns: WeakValueDictionary[str, asyncio.Lock] = WeakValueDictionary()
         self._pages = Allowance(PAGE_RATE, PAGE_BURST, clock)
         self._wrong = Allowance(WRONG_RATE, WRONG_BURST, clock)
         self._sockets = 0
@@ -198,11 +206,8 @@ class Gate:
             await _refuse(scope, receive, send, refused)
             return
         if scope["type"] == "http":
-            if scope["path"] == AGENTS:
-                # A refusal would look to an agent like a broken tool; a moment is nothing to it.
-                async with self._agents_turn:
-                    while not self._agents.take(_asker(scope)):
-                        await asyncio.sleep(1 / RATE)
+            if scope["path"] == AGENTS and not _is_agents_stop(scope):
+                await self._agents_turn(_asker(scope))
             serve = self._serve_page if scope["path"] in _PAGES else self._serve
             await serve(scope, receive, send)
             return
@@ -211,6 +216,15 @@ class Gate:
             await self._app(scope, receive, send)
         finally:
             self._sockets -= 1
+
+    async def _agents_turn(self, who: str) -> None:
+        """Let calls of agents wait their turn, those of each address behind each other.
+
+        A refusal would look to an agent like a broken tool; a moment is nothing to it.
+        """
+        async with self._agents_turns.setdefault(who, asyncio.Lock()):
+            while not self._agents.take(who):
+                await asyncio.sleep(1 / RATE)
 
     async def _serve_page(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Make one page at a time, and take a breath after each: what waits may be a Stop."""
@@ -331,6 +345,11 @@ def _split(url: str) -> SplitResult:
         return urlsplit(url)
     except ValueError:
         raise RefusedError(403, "the host or the origin is not a name.") from None
+
+
+def _is_agents_stop(scope: Scope) -> bool:
+    headers = {name: value.decode("latin-1") for name, value in scope["headers"]}
+    return headers | _AGENTS_STOP == headers
 
 
 def _wants_page(scope: Scope) -> bool:
