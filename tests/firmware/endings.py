@@ -1,0 +1,24 @@
+"""How a stop begins and ends, in the tests of the real binary."""
+
+import numpy as np
+from tests.firmware.rig import Rig
+
+from miburi.safety.move import Move
+from miburi.safety.stop import Phase
+
+
+def raise_arms(rig: Rig, speed: float = 1.0) -> None:
+    """Start a move of a second or more, and let half of it pass."""
+    angles = rig.robot.neutral.copy()
+    angles[[1, 4]] += 1.2
+    rig.body.move(Move(angles, np.full(8, speed)))
+    rig.run(0.5)
+    assert rig.body.state.phase is Phase.MOVING
+
+
+def recovers(rig: Rig) -> None:
+    """Only a release brings it back, to neutral."""
+    rig.body.wake()
+    assert np.abs(rig.body.state.angles - rig.robot.neutral).max() < 0.01
+    raise_arms(rig)
+    assert rig.settle() is Phase.IDLE

@@ -1,0 +1,140 @@
+"""What the card writes into its servos' tables, and reads back."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.firmware.endings import raise_arms, recovers
+from tests.firmware.rig import Rig
+
+from miburi.emulation.control_table import REGISTERS
+from miburi.emulation.servos import Servo
+from miburi.errors import BodyError
+from miburi.robot import JOINTS
+from miburi.safety.move import Move
+from miburi.safety.stop import Phase, StopReason
+
+
+def test_faulty_servo_is_restarted_by_a_release(rig: Rig) -> None:
+    raise_arms(rig)
+    rig.servos[2].fail(4)
+    rig.run(0.2)
+    stop = rig.body.state.stop
+    assert (stop.reason, stop.motor) == (StopReason.SERVO_FAULTY, JOINTS[2])
+    with pytest.raises(BodyError, match="hardware error"):
+        rig.body.release()
+    recovers(rig)
+
+
+def test_deaf_servo_is_named(rig: Rig) -> None:
+    rig.servos[4].deaf = True
+    angles = rig.robot.neutral.copy()
+    angles[[1, 4]] += 1.0
+    rig.body.move(Move(angles, np.ones(8)))
+    rig.run(0.1)
+    stop = rig.body.state.stop
+    assert (stop.reason, stop.motor) == (StopReason.SERVO_DEAF, JOINTS[4])
+    assert rig.at_rest()
+    with pytest.raises(BodyError, match="does not take orders"):
+        rig.body.release()
+    rig.servos[4].deaf = False
+    recovers(rig)
+
+
+def test_who_loses_the_cards_gains_is_named_and_gets_them_back(rig: Rig) -> None:
+    general, servo = rig.settings.general, rig.servos[3]
+    gains = ("position_d_gain", "position_i_gain", "position_p_gain")
+    gains += ("feedforward_2nd_gain", "feedforward_1st_gain")
+    ours = [general.d_gain, 0, general.p_gain, 0, 0]
+    assert [[one.get(name) for name in gains] for one in rig.servos] == [ours] * 8
+    for name, other in zip(gains, (10, 20, 400, 30, 40), strict=True):
+        servo.set(name, other)
+        rig.run(0.3)
+        stop = rig.body.state.stop
+        assert stop is not None, name
+        assert (stop.reason, stop.motor) == (StopReason.SERVO_RESTARTED, JOINTS[3])
+        rig.body.wake()
+        assert [servo.get(name) for name in gains] == ours
+
+
+def test_a_servo_that_takes_no_gains_is_refused(rig: Rig) -> None:
+    rig.body.stop()
+    servo, write = rig.servos[6], rig.servos[6].write
+    servo.set("position_p_gain", 400)
+
+    def but_gains(address: int, data: bytes, time: float) -> int:
+        return 0 if address == 80 else write(address, data, time)
+
+    servo.write = but_gains  # type: ignore[method-assign]
+    with pytest.raises(BodyError, match=f"{JOINTS[6]}: servo does not take orders"):
+        rig.body.wake()
+    servo.write = write  # type: ignore[method-assign]
+    recovers(rig)
+
+
+def test_only_what_the_manual_defines_is_read(rig: Rig) -> None:
+    """What a servo says of the addresses between its registers, the manual leaves open."""
+    defined = {
+        at
+        for register in REGISTERS.values()
+        for at in range(register.address, register.address + register.size)
+    }
+    asked = set[int]()
+    for servo in rig.servos:
+
+        def read(address: int, count: int, time: float, one: Servo = servo) -> tuple[int, bytes]:
+            asked.update(range(address, address + count))
+            return Servo.read(one, address, count, time)
+
+        servo.read = read  # type: ignore[method-assign]
+    rig.body.stop()
+    rig.body.wake()
+    raise_arms(rig)
+    assert rig.settle() is Phase.IDLE
+    rig.run(0.6)  # it looks at health and gains meanwhile
+    assert asked >= {80, 85, 88, 91, 146}
+    assert asked <= defined, sorted(asked - defined)
+
+
+@pytest.mark.parametrize("startup", [1, 2, 3])
+def test_a_servo_never_gets_torque_back_by_itself(rig: Rig, startup: int) -> None:
+    """Its Startup Configuration may bring torque and, from a backup, another goal."""
+    rig.body.stop()
+    rig.servos[5].set("startup", startup)
+    rig.body.wake()
+    assert [servo.get("startup") for servo in rig.servos] == [0] * 8
+    rig.servos[5].power_up()
+    assert rig.servos[5].get("torque_enable") == 0
+
+
+def test_a_servo_whose_firmware_has_no_startup_configuration_is_taken(rig: Rig) -> None:
+    """Register 60 came with firmware 46."""
+    rig.body.stop()
+    servo = rig.servos[5]
+
+    def read(address: int, count: int, time: float) -> tuple[int, bytes]:
+        return (7, b"") if address == 60 else Servo.read(servo, address, count, time)
+
+    servo.read = read  # type: ignore[method-assign]
+    recovers(rig)
+
+
+@pytest.mark.parametrize(("number", "baud"), [(1, 1), (7, 1), (1, 3), (7, 3)])
+@pytest.mark.parametrize("late", [0.0, 20_000.0])
+def test_identify_gives_a_new_servo_its_id(
+    firmware: Path, number: int, baud: int, late: float
+) -> None:
+    """As from the factory, or half-done: with the new id or speed already; however late it is."""
+    rig = Rig(firmware, wake=False, twin=False)
+    fresh = Servo.new(number)
+    fresh.set("baud", baud)
+    fresh.delay = late
+    rig.bus.servos[:] = [fresh]
+    rig.body.identify(1, 7)
+    assert (fresh.get("id"), fresh.get("baud"), fresh.get("operating_mode")) == (7, 3, 3)
+    before = rig.body.report.time
+    with pytest.raises(BodyError, match="servo does not answer"):
+        rig.body.identify(3, 4)
+    rig.run(0.1)
+    assert rig.body.report.time > before  # so long a wait did not wake the watchdog
+    rig.close()
