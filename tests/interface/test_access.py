@@ -127,10 +127,10 @@ def test_many_calls_of_agents_wait_instead_of_being_refused() -> None:
     assert next(ticks) > len(answers) + 5  # some have waited
 
 
-def exhausted() -> Gate:
+def exhausted(**headers: str) -> Gate:
     """A gate at which this computer's agents have used all their calls, and time stands still."""
     gate = Gate(behind, TOKEN, clock=lambda: 0.0)
-    allowed = {"authorization": f"Bearer {TOKEN}"}
+    allowed = {"authorization": f"Bearer {TOKEN}", **headers}
     for _ in range(int(BURST)):
         assert ask(gate, AGENTS, method="POST", **allowed)[0] == 200
     return gate
@@ -177,8 +177,16 @@ def test_an_agents_stop_waits_for_nothing() -> None:
     }
     assert not waits(exhausted(), **stop)
     # What the server does not hold against the body of the call opens no lane.
-    for other in ({"mcp_name": "say"}, {"mcp_method": "tools/list"}, {"mcp_protocol_version": ""}):
+    for other in ({"mcp_name": "say"}, {"mcp_method": "tools/get"}, {"mcp_protocol_version": ""}):
         assert waits(exhausted(), **{**stop, **other})
+
+
+def test_a_list_of_tools_waits_for_other_lists_alone() -> None:
+    """A client asks for it before its first Stop."""
+    ask_for = {"mcp_protocol_version": "2026-07-28", "mcp_method": "tools/list"}
+    assert not waits(exhausted(), **ask_for)
+    assert waits(exhausted(**ask_for), **ask_for)
+    assert not waits(exhausted(**ask_for))
 
 
 def test_an_agent_that_calls_too_often_holds_up_itself_alone() -> None:

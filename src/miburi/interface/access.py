@@ -54,13 +54,12 @@ PAIRING = "/pair"
 STOP = "/api/v1/stop"
 #: Where agents come in, if the partner lets them.
 AGENTS = "/mcp"
-#: The headers of an agent's call of its tool `stop`, which the server holds against the call's body
-#: since this revision of MCP. No limit holds it up either; calls of older clients wait their turn.
-_AGENTS_STOP = {
-    b"mcp-protocol-version": "2026-07-28",
-    b"mcp-method": "tools/call",
-    b"mcp-name": "stop",
-}
+#: Since this revision of MCP headers say what an agent asks for, and its server holds them against
+#: the body. Calls of older clients wait their turn, whatever they ask for.
+_REVISION = {b"mcp-protocol-version": b"2026-07-28"}
+#: An agent's call of its tool `stop`: no limit holds it up either.
+_AGENTS_STOP = _REVISION | {b"mcp-method": b"tools/call", b"mcp-name": b"stop"}
+_AGENTS_LIST = _REVISION | {b"mcp-method": b"tools/list"}
 #: The largest body of a request, and the largest message on a WebSocket, bytes.
 LARGEST = 65_536
 #: Requests to the interface a second and at once, from one address.
@@ -206,8 +205,8 @@ class Gate:
             await _refuse(scope, receive, send, refused)
             return
         if scope["type"] == "http":
-            if scope["path"] == AGENTS and not _is_agents_stop(scope):
-                await self._agents_turn(_asker(scope))
+            if scope["path"] == AGENTS and not _has(scope, _AGENTS_STOP):
+                await self._agents_turn(_asker(scope), calls=not _has(scope, _AGENTS_LIST))
             serve = self._serve_page if scope["path"] in _PAGES else self._serve
             await serve(scope, receive, send)
             return
@@ -217,13 +216,15 @@ class Gate:
         finally:
             self._sockets -= 1
 
-    async def _agents_turn(self, who: str) -> None:
+    async def _agents_turn(self, who: str, *, calls: bool) -> None:
         """Let calls of agents wait their turn, those of each address behind each other.
 
-        A refusal would look to an agent like a broken tool; a moment is nothing to it.
+        A refusal would look to an agent like a broken tool; a moment is nothing to it. Lists of
+        tools have turns of their own: a client asks for one before its first Stop.
         """
-        async with self._agents_turns.setdefault(who, asyncio.Lock()):
-            while not self._agents.take(who):
+        lane = f"{who} {calls}"
+        async with self._agents_turns.setdefault(lane, asyncio.Lock()):
+            while not self._agents.take(lane):
                 await asyncio.sleep(1 / RATE)
 
     async def _serve_page(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -347,9 +348,8 @@ def _split(url: str) -> SplitResult:
         raise RefusedError(403, "the host or the origin is not a name.") from None
 
 
-def _is_agents_stop(scope: Scope) -> bool:
-    headers = {name: value.decode("latin-1") for name, value in scope["headers"]}
-    return headers | _AGENTS_STOP == headers
+def _has(scope: Scope, headers: dict[bytes, bytes]) -> bool:
+    return headers.items() <= dict(scope["headers"]).items()
 
 
 def _wants_page(scope: Scope) -> bool:

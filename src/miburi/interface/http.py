@@ -6,13 +6,19 @@ keeps nobody out.
 """
 
 import asyncio
-import itertools
+from collections import defaultdict
+from typing import TYPE_CHECKING
+from weakref import WeakKeyDictionary
 
 import uvicorn
 from starlette.types import ASGIApp
 from uvicorn.protocols.http.h11_impl import H11Protocol
+from uvicorn.server import ServerState
 
 from miburi.interface.access import LARGEST
+
+if TYPE_CHECKING:
+    import h11
 
 __all__ = ["CONNECTIONS", "HEADERS", "HEADER_TIME", "configure"]
 
@@ -21,29 +27,23 @@ HEADERS, HEADER_TIME = 16_384, 10.0
 #: Connections that an address may have open, sockets not counted (ours).
 CONNECTIONS = 200
 _BACKLOG = 2048
-_NUMBERS = itertools.count()
 
 
 class _Connection(H11Protocol):
     """One connection that speaks HTTP."""
 
     _timer: asyncio.TimerHandle | None = None  # runs while no headers have come
-    _number = 0  # counts up; many may come at one time of the loop's clock
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         super().connection_made(transport)
-        self._number = next(_NUMBERS)
-        mine = [
-            other
-            for other in self.connections
-            if isinstance(other, _Connection)
-            and other._address == self._address
-            and not other.transport.is_closing()  # it has given way already
-        ]
-        silent = [other for other in mine if other._timer is not None]
-        if len(mine) > CONNECTIONS:
+        crowd = self._crowds[self._address]
+        if len(crowd) >= CONNECTIONS:
             # Never the new one: it may be a Stop.
-            min(silent or mine, key=lambda other: other._number).transport.abort()
+            silent = (other for other in crowd if other._timer is not None)
+            oldest = next(silent, next(iter(crowd)))
+            oldest.transport.abort()
+            oldest._leave()
+        self._crowds[self._address][self] = None
         self._timer = self.loop.call_later(HEADER_TIME, transport.abort)
 
     def data_received(self, data: bytes) -> None:
@@ -51,18 +51,37 @@ class _Connection(H11Protocol):
         if self.scope is not None:  # its first headers have come
             self._hear()
 
+    def handle_websocket_upgrade(self, event: "h11.Request") -> None:
+        self._leave()
+        super().handle_websocket_upgrade(event)
+
     def connection_lost(self, exc: Exception | None) -> None:
-        self._hear()
+        self._leave()
         super().connection_lost(exc)
 
     @property
     def _address(self) -> str:
         return self.client[0] if self.client else ""
 
+    @property
+    def _crowds(self) -> "defaultdict[str, dict[_Connection, None]]":
+        """The connections that each address has open to this server, the oldest first."""
+        return _CROWDS.setdefault(self.server_state, defaultdict(dict))
+
     def _hear(self) -> None:
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
+
+    def _leave(self) -> None:
+        self._hear()
+        self._crowds[self._address].pop(self, None)
+        if not self._crowds[self._address]:
+            del self._crowds[self._address]
+
+
+_CROWDS: WeakKeyDictionary[ServerState, defaultdict[str, dict[_Connection, None]]]
+_CROWDS = WeakKeyDictionary()
 
 
 def configure(app: ASGIApp, *, lifespan: bool = True) -> uvicorn.Config:

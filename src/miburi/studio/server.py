@@ -24,6 +24,7 @@ from types import FrameType
 from miburi.errors import BodyError, InputError, OutputError
 from miburi.feelings import EmotionalModel, Stimulus, Temperament
 from miburi.gestures import Repertoire
+from miburi.ground.cores import come_first
 from miburi.interface.access import is_loopback, kept_token
 from miburi.interface.doors import Doors
 from miburi.live.answering import answer
@@ -112,6 +113,7 @@ def serve(wish: Wish) -> None:
         The body cannot be reached, or the loop or the server has failed; the body was stopped.
     """
     _check(wish)
+    come_first()  # a Stop must not wait for other programs
     folder = wish.folder or own_folder()
     memory = None if wish.forget else folder / "feelings.json"
     token = None if is_loopback(wish.host) else kept_token(folder / "token")

@@ -11,6 +11,7 @@ from types import FrameType
 
 import uvicorn
 
+from miburi.ground.cores import come_first
 from miburi.interface.access import Gate
 from miburi.interface.doors import Doors
 from miburi.interface.http import configure
@@ -45,6 +46,7 @@ class Pages:
 
 def serve_pages(pages: Pages, ends: Lanes) -> None:
     """Serve until SIGTERM, or until the partner's process has ended."""
+    come_first(apart=True)
     from miburi.studio.app import make_app  # this takes a second, in which the partner wakes
 
     try:
