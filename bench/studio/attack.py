@@ -3,7 +3,8 @@
     python bench/studio/attack.py [--minutes 4] [--stops 1000]
 
 Starts `miburi run` with 1,024 files at most and its folder on a disk of 500 kB. Then programs of
-the lowest priority (a stranger takes no processor time of ours) from the same address
+a lower priority (a stranger takes no processor time of ours; nor of the person's who presses Stop)
+from the same address
 
 - ask for pages, as fast as they come,
 - hold as many slow connections as a process may open, and open those anew that are closed,
@@ -142,8 +143,8 @@ ATTACKS: dict[str, Callable[[str], Awaitable[None]]] = {
 
 def prefer(nice: int) -> None:
     """Set the priority of this process, and of its session, where Linux groups by sessions."""
-    os.nice(nice - os.nice(0))
-    with suppress(OSError):
+    with suppress(OSError):  # only root may
+        os.nice(nice - os.nice(0))
         Path("/proc/self/autogroup").write_text(str(nice))
 
 
@@ -238,12 +239,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--minutes", type=float, default=4.0)
     parser.add_argument("--stops", type=int, default=1000)
-    parser.add_argument("--nice", type=int, default=0)
+    parser.add_argument("--nice", type=int, default=-10)
     parser.add_argument("--attack", nargs=2, help=argparse.SUPPRESS)
     wish = parser.parse_args()
     if wish.attack:
         resource.setrlimit(resource.RLIMIT_NOFILE, (FILES, FILES))
-        prefer(wish.nice)
+        prefer(0)
         asyncio.run(ATTACKS[wish.attack[0]](wish.attack[1]))
     prefer(wish.nice)
     with tempfile.TemporaryDirectory() as folder:
