@@ -4,14 +4,17 @@ import numpy as np
 import pytest
 from tests.fixtures.live import block, run, until
 
+from miburi.bma.settings import Settings
 from miburi.errors import BodyError, InputError
 from miburi.feelings import FEELINGS, EmotionalModel, Expression, Stimulus
+from miburi.ik import Solution
 from miburi.live.archive import Archive
 from miburi.live.commands import WAITING, BusyError
 from miburi.live.recording import read
 from miburi.live.runner import STEP, Runner
 from miburi.live.state import State
-from miburi.robot import JOINTS, Robot
+from miburi.partner import solve_with
+from miburi.robot import JOINTS, Array, Robot, forward
 from miburi.safety.contact import PAPER_RATIO
 
 
@@ -45,6 +48,27 @@ def test_the_same_seed_and_commands_give_the_same_states(robot: Robot, tmp_path:
 
     assert story(1) == story(1)
     assert story(1) != story(2)
+
+
+@pytest.mark.parametrize("settings", [Settings.paper(), None])
+def test_the_inverse_kinematics_can_be_chosen(
+    settings: Settings | None, robot: Robot, tmp_path: Path
+) -> None:
+    """Table 2 as printed leaves the hands where they are only roughly asked to be."""
+    goals: list[tuple[float, ...]] = []
+    solve = solve_with(settings)
+
+    def noting(robot: Robot, target: Array, start: Array) -> Solution:
+        solution = solve(robot, target, start)
+        goals.append(tuple(forward(robot, solution.angles) - target))
+        return solution
+
+    runner = Runner(robot, EmotionalModel(), Archive(tmp_path), solve=noting)
+    runner.perform(Expression("happiness", 0.9))
+    run(runner, 3.0)
+    assert len(goals) >= 3
+    worst = float(np.abs(goals).max())
+    assert worst > 1e-4 if settings else worst < 1e-5
 
 
 def test_a_hand_in_the_way_is_explained(runner: Runner) -> None:

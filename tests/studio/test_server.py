@@ -155,6 +155,7 @@ def test_a_port_that_is_taken_is_said() -> None:
         (("--host", "no.such.host.invalid"), "not an address"),
         (("--body", "marble", "--port", "0"), "one of simulated"),
         (("--temperament", "wild", "--port", "0"), "default, calm"),
+        (("--ik", "best", "--port", "0"), "default, residual, paper"),
         (("--seed", "-1", "--port", "0"), "0 or more"),
         (("--body", "card", "--port", "0"), "give it one with --serial"),
     ],

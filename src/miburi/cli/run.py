@@ -11,12 +11,14 @@ from miburi.cli.options import (
     BrokerCertificates,
     CalibrationFile,
     GesturesFolder,
+    IkWay,
     RobotFile,
     ServoName,
     TemperamentName,
     calibrated,
     repertoire_of,
     robot_of,
+    settings_of,
     temperament_of,
 )
 from miburi.errors import InputError
@@ -56,6 +58,7 @@ def run(
     servo: ServoName = None,
     gestures: GesturesFolder = None,
     calibration: CalibrationFile = None,
+    solver: IkWay = "default",
     folder: Annotated[
         Path | None,
         typer.Option(
@@ -81,6 +84,7 @@ def run(
             repertoire_of(description, gestures),
             temperament_of(temperament),
             rule,
+            settings_of(description, solver),
             body=body,
             port_of_body=serial,
             host=host,

@@ -3,7 +3,8 @@
 from collections import deque
 from typing import Any
 
-from miburi.live.state import Entry
+from miburi.live.state import Entry, StopOut
+from miburi.partner import Event, GestureStarted, Released, Stopped
 
 __all__ = ["LOGGED", "Log"]
 
@@ -37,3 +38,24 @@ class Log:
         self.number += 1
         entry = {"number": self.number, "time": round(time, 2), "kind": kind, **content}
         self._entries.append(Entry.model_validate(entry))
+
+    def take(self, event: Event, time: float, stopped: StopOut | None, limit: float) -> None:
+        """Add what people want to know of the partner's events.
+
+        Parameters
+        ----------
+        event, time
+            What has happened, and the body's time, s.
+        stopped, limit
+            What the body says of its stop, and the running rule's limit, if the event is a stop.
+        """
+        match event:
+            case GestureStarted(_, expression, name):
+                feeling, mood = expression.feeling, expression.mood
+                self.note(time, "gesture", feeling=feeling, mood=mood, name=name)
+            case Stopped(_, stop):
+                self.note(time, "stopped", stop=stopped, name=stop.reason, limit=limit)
+            case Released():
+                self.note(time, "released")
+            case _:
+                pass

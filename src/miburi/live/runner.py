@@ -12,7 +12,6 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from typing import Any
 
-from miburi import ik
 from miburi.bodies import Body
 from miburi.errors import BodyError
 from miburi.feelings import TEMPERAMENTS, Expression, FeelingModel, Stimulus, shipped_temperament
@@ -25,10 +24,10 @@ from miburi.live.log import Log
 from miburi.live.observer import Observer
 from miburi.live.recording import step_messages
 from miburi.live.speaker import Speaker
-from miburi.live.state import Entry, MotorsOut, RecordingEnd, Sample, Snapshot, Spoken, StopOut
+from miburi.live.state import Entry, MotorsOut, RecordingEnd, Sample, Snapshot, Spoken
 from miburi.live.view import Taken
 from miburi.live.watchdog import Watchdog
-from miburi.partner import Event, GestureStarted, Partner, Released, Stopped
+from miburi.partner import Event, Partner, Solve, solve_with
 from miburi.robot import Array, Robot, forward
 from miburi.safety.contact import Rule
 from miburi.senses import Impression, stimuli
@@ -72,6 +71,8 @@ class Runner:
         The contact rule of simulated bodies; by default the robot's own.
     repertoire
         The gestures; by default those that ship with Miburi.
+    solve
+        The inverse kinematics; by default Miburi's own way.
     """
 
     def __init__(
@@ -85,6 +86,7 @@ class Runner:
         seed: int = 0,
         rule: Rule | None = None,
         repertoire: Repertoire | None = None,
+        solve: Solve | None = None,
     ) -> None:
         self.robot = robot
         self.repertoire = repertoire or shipped_repertoire()
@@ -96,6 +98,7 @@ class Runner:
         self._own_temperament = feelings.temperament
         self._seed = seed
         self._rule = rule
+        self._solve = solve or solve_with()
         self._commands = Commands(self._stop)
         self._thread: threading.Thread | None = None
         self._ending, self._over = threading.Event(), threading.Event()
@@ -327,7 +330,7 @@ class Runner:
             stopped = None
             self._excuse(error)
         for event in events:
-            self._take(event, stopped)
+            self._log.take(event, self._partner.body.state.time, stopped, self._motors.rule.ratio)
         self._record(events, sampled)
         try:
             self._look()
@@ -346,7 +349,7 @@ class Runner:
         """
         # A solver that is still to be compiled would hold up the loop, and Stop with it, for 20 s.
         neutral = self.robot.neutral
-        ik.solve(self.robot, forward(self.robot, neutral), start=neutral)
+        self._solve(self.robot, forward(self.robot, neutral), neutral)
         self._on_failure = on_failure
         self._watchdog.beat()
         self._thread = threading.Thread(target=self._pace, name="partner", daemon=True)
@@ -435,7 +438,12 @@ class Runner:
 
     def _use(self, name: str, port: str | None, body: Body) -> None:
         self._partner = Partner(
-            body, self._feelings, repertoire=self.repertoire, period=_PERIOD, life=self._seed
+            body,
+            self._feelings,
+            repertoire=self.repertoire,
+            period=_PERIOD,
+            solve=self._solve,
+            life=self._seed,
         )
         if self._paused:
             self._partner.pause()
@@ -481,19 +489,6 @@ class Runner:
         name = f"{type(error).__name__}: {error}"
         if not self._log.holds(kind, name):
             self._note(kind, name=name)
-
-    def _take(self, event: Event, stopped: StopOut | None) -> None:
-        match event:
-            case GestureStarted(_, expression, name):
-                feeling, mood = expression.feeling, expression.mood
-                self._note("gesture", feeling=feeling, mood=mood, name=name)
-            case Stopped(_, stop):
-                limit = self._motors.rule.ratio
-                self._note("stopped", stop=stopped, name=stop.reason, limit=limit)
-            case Released():
-                self._note("released")
-            case _:
-                pass
 
     def _note(self, kind: str, **content: Any) -> None:
         self._log.note(self._partner.body.state.time, kind, **content)

@@ -9,6 +9,7 @@ from miburi.partner.loop import (
     Released,
     Solve,
     Stopped,
+    solve_with,
 )
 from miburi.partner.recovery import UnsettledError
 
@@ -22,4 +23,5 @@ __all__ = [
     "Solve",
     "Stopped",
     "UnsettledError",
+    "solve_with",
 ]

@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from miburi import gestures, ik
+from miburi.bma.settings import Settings
 from miburi.bodies import Body, BodyState
 from miburi.errors import BodyError, InputError
 from miburi.feelings import FEELINGS, Expression, FeelingModel
@@ -36,6 +37,7 @@ __all__ = [
     "Released",
     "Solve",
     "Stopped",
+    "solve_with",
 ]
 
 #: The shortest time of the last move, back to neutral, s (ours).
@@ -135,7 +137,7 @@ class Partner:
         self.feelings = feelings
         self._repertoire = repertoire or gestures.shipped_repertoire()
         self._period = period
-        self._solve = solve or _solve
+        self._solve = solve or solve_with()
         self._periods = -1  # that have begun
         self._life = None if life is None else np.random.default_rng(life)
         self._choices = np.random.default_rng([life or 0, _CHOICES])
@@ -396,5 +398,6 @@ class Partner:
         return float(self.feelings.mood[FEELINGS.index(expression.feeling)])
 
 
-def _solve(robot: Robot, target: Array, start: Array) -> ik.Solution:
-    return ik.solve(robot, target, start=start)
+def solve_with(settings: Settings | None = None) -> Solve:
+    """Return the inverse kinematics with settings; None for Miburi's own (:func:`ik.solve`)."""
+    return lambda robot, target, start: ik.solve(robot, target, start=start, settings=settings)

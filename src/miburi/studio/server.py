@@ -21,6 +21,7 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 from types import FrameType
 
+from miburi.bma.settings import Settings
 from miburi.errors import BodyError, InputError, OutputError
 from miburi.feelings import EmotionalModel, Stimulus, Temperament
 from miburi.gestures import Repertoire
@@ -33,6 +34,7 @@ from miburi.live.bodies import KINDS
 from miburi.live.crossing import Lanes, lanes
 from miburi.live.memory import keep, remember, remembered
 from miburi.live.runner import Runner
+from miburi.partner import solve_with
 from miburi.robot import Robot
 from miburi.safety.contact import Rule
 from miburi.studio.addresses import own_addresses
@@ -61,6 +63,8 @@ class Wish:
         The body on paper, its gestures, and the character to begin with.
     rule
         The contact rule of simulated bodies; None: the robot's own.
+    settings
+        Those of the inverse kinematics; None: Miburi's own way.
     body, port_of_body
         The kind of body, and a card's serial port.
     host, port
@@ -81,6 +85,7 @@ class Wish:
     repertoire: Repertoire
     temperament: Temperament
     rule: Rule | None = None
+    settings: Settings | None = None
     body: str = "simulated"
     port_of_body: str | None = None
     host: str = "127.0.0.1"
@@ -179,6 +184,7 @@ def _wake(wish: Wish, feelings: EmotionalModel, folder: Path) -> Runner:
         seed=wish.seed,
         rule=wish.rule,
         repertoire=wish.repertoire,
+        solve=solve_with(wish.settings),
     )
     stop = runner.body.state.stop
     if stop is not None:
