@@ -56,7 +56,11 @@ def test_the_error_for_an_unknown_name_lists_the_names():
         ("feeling = 0.2", "feeling = 1.5", ["take_up.feeling = 1.5", "less than or equal to 1"]),
         ("mood = 0.06", "mood = 0.3", ["mood must not exceed feeling", "0.3"]),
         ("face = 0.7\n", "", ["sources", "face", "missing"]),
-        ("face = 0.7", "radio = 0.7", ["radio", "'speech', 'face', 'touch' or 'application'"]),
+        (
+            "face = 0.7",
+            "radio = 0.7",
+            ["radio", "'speech', 'face', 'touch', 'application' or 'talk'"],
+        ),
         ("disgust = 0.5\n", "", ["lasting", "disgust", "missing"]),
         ("disgust = 0.5\n", "joy = 0.5\n", ["lasting.joy", "'happiness'", "'surprise'"]),
         ("disgust = 0.5\n", "disgust = 0.0\n", ["lasting.disgust = 0.0", "0.1"]),

@@ -118,12 +118,14 @@ def test_it_answers_in_the_voice_of_what_it_feels_then(runner: Runner) -> None:
     """It was happy; it hears something sad, is sad at once, and says so as a sad one."""
     ticked(runner, "I am so happy today.")
     assert runner.snapshot.state.spoken is None, "who does not ask for an answer gets none"
-    future = runner.take(hear("I am so sad today"), "en")
+    heard = hear("I am so sad today")
+    runner.take(heard)
+    answer = runner.answer(heard, "en")
     runner.tick()
     spoken = runner.snapshot.state.spoken
     assert spoken is not None
     assert (spoken.feeling, spoken.language) == ("sadness", "en")
-    assert spoken.text == future.result(0).answer
+    assert spoken.text == answer.result(0)
     assert spoken.text in shipped_answers("en").lines("sadness", "sadness")
     assert [e.name for e in runner.log() if e.kind == "spoken"] == [spoken.text]
 
@@ -175,6 +177,7 @@ def test_the_command_says_it_to_a_live_partner(server: Server) -> None:
         capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert (done.returncode, done.stderr) == (0, "")
-    first, second = done.stdout.splitlines()
+    first, second, third = done.stdout.splitlines()
     assert ": sadness " in first
     assert second.startswith("it feels sadness ")
+    assert third.startswith("it says: ")

@@ -2,6 +2,7 @@
 
 import re
 import socket
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -25,6 +26,7 @@ from miburi.errors import InputError
 
 if TYPE_CHECKING:
     from miburi.interface.doors import Doors
+    from miburi.interface.endpoint import Endpoint
 
 __all__ = ["run"]
 
@@ -53,6 +55,17 @@ def run(
             help="The partner's name there; default: this computer's.", show_default=False
         ),
     ] = None,
+    talk: Annotated[
+        str | None,
+        typer.Option(
+            help="A language model's server, such as http://localhost:11434/v1, that answers what "
+            "is said to it; by default nothing leaves this computer.",
+            show_default=False,
+        ),
+    ] = None,
+    model: Annotated[
+        str | None, typer.Option(help="The model's name there.", show_default=False)
+    ] = None,
     temperament: TemperamentName = "playful",
     robot: RobotFile = None,
     servo: ServoName = None,
@@ -76,7 +89,7 @@ def run(
 
     if servo is not None and body != "simulated":
         raise InputError("--servo is for the simulated body; a card has servos of its own.")
-    doors = _doors(agents, broker, broker_ca, name)
+    doors = replace(_doors(agents, broker, broker_ca, name), talk=_endpoint(talk, model))
     description, rule = calibrated(robot_of(robot, servo), calibration)
     serve(
         Wish(
@@ -96,6 +109,14 @@ def run(
             seed=seed,
         )
     )
+
+
+def _endpoint(url: str | None, model: str | None) -> "Endpoint | None":
+    from miburi.interface.endpoint import find_endpoint
+
+    if (url is None) is not (model is None):
+        raise InputError("--talk and --model belong together; give both.")
+    return None if url is None or model is None else find_endpoint(url, model)
 
 
 def _doors(agents: bool, broker: str | None, ca: Path | None, name: str | None) -> "Doors":

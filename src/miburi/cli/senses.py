@@ -47,3 +47,5 @@ def say(
     print(Impression(heard.feeling, heard.strength, "speech", why).reason)
     for stimulus in heard.felt:
         print(f"it feels {stimulus.feeling} {stimulus.strength:.2f}")
+    if heard.answer:
+        print(f"it says: {heard.answer}")

@@ -276,9 +276,12 @@ class FeelingModel(ABC):
             )
         model = cls(temperament)
         model._time = _seconds(state.get("time"), "the state's time")
+        saved = dict(state)
+        if isinstance(stale := state.get("stale"), list) and len(stale) == len(SOURCES) - 1:
+            saved["stale"] = [*stale, [0.0] * len(FEELINGS)]  # older states know no talk
         model._restore(
             {
-                name: _read_array(state.get(name), array, model._limits[name], name)
+                name: _read_array(saved.get(name), array, model._limits[name], name)
                 for name, array in model._state().items()
             }
         )

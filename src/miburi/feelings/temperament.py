@@ -35,12 +35,15 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-Source = Literal["speech", "face", "touch", "application"]
+Source = Literal["speech", "face", "touch", "application", "talk"]
 
 #: The possible sources of a stimulus.
 SOURCES: tuple[Source, ...] = get_args(Source)
 #: The three levels, from the fastest to the slowest.
 LEVELS: tuple[str, ...] = ("emotion", "feeling", "mood")
+
+#: The weight of what a conversation brings, in temperaments that do not name it (ours).
+_TALK = 0.5
 
 Share = Annotated[float, Field(ge=0, le=1)]
 
@@ -99,6 +102,11 @@ class Temperament(Table):
     #: What somebody's feeling does to the partner; without a row, the same to it (contagion).
     empathy: dict[FeelingName, dict[FeelingName, Share]] = Field(default_factory=dict)
 
+    @field_validator("sources")
+    @classmethod
+    def _add_talk(cls, value: dict[str, float]) -> dict[str, float]:
+        return {"talk": _TALK} | value
+
     @field_validator("sources", "lasting", "resting")
     @classmethod
     def _check_complete(cls, value: dict[str, float], info: ValidationInfo) -> dict[str, float]:
@@ -136,7 +144,7 @@ class Temperament(Table):
 
     @cached_property
     def weights(self) -> Array:
-        """The weight of a stimulus from each source, (4,), in the order of ``SOURCES``."""
+        """The weight of a stimulus from each source, (n,), in the order of ``SOURCES``."""
         return _freeze(np.array([self.sources[name] for name in SOURCES]))
 
     @cached_property

@@ -2,8 +2,7 @@
 
 import asyncio
 from concurrent.futures import Future
-from dataclasses import asdict
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any
 
 import numpy as np
 from fastapi import APIRouter, FastAPI, HTTPException, Path, Query, Request, Response
@@ -16,6 +15,9 @@ from miburi.feelings import FEELINGS, SOURCES, Expression, Stimulus
 from miburi.gestures import KeyPose, blend
 from miburi.gestures.effort import Effort
 from miburi.interface.access import Allowance
+from miburi.interface.endpoint import Endpoint
+from miburi.interface.settle import done
+from miburi.interface.speech import Speech
 from miburi.interface.wire import (
     BodyIn,
     BodyOut,
@@ -36,7 +38,6 @@ from miburi.interface.wire import (
     SpeakIn,
     StimulusIn,
     TemperamentIn,
-    WhyOut,
 )
 from miburi.live.bodies import KINDS
 from miburi.live.commands import BusyError
@@ -47,7 +48,6 @@ from miburi.robot.mjcf import HAND_AWAY, HAND_SIZE
 from miburi.robot.shape import COLOURS, links, parts
 from miburi.safety.stop import StopReason
 from miburi.senses.happenings import notice
-from miburi.senses.language import language_of
 from miburi.version import __version__
 
 __all__ = [
@@ -55,17 +55,12 @@ __all__ = [
     "NOTICED_RATE",
     "Refusals",
     "describe",
-    "done",
     "make_api",
     "move_hand",
     "performance",
     "refuse_in_words",
 ]
 
-Result = TypeVar("Result")
-
-#: A command that no step has taken up within this many seconds has failed.
-_PATIENCE = 5.0
 _NOTHING = 204
 #: Touches, motions and sounds that are noticed a second and at once, from one address (ours).
 NOTICED_RATE, NOTICED_BURST = 5.0, 10.0
@@ -82,8 +77,16 @@ _NO_ROOM: Refusals = {507: {"model": Refusal, "description": "The folder takes n
 _RecordingName = Annotated[str, Path(max_length=60)]
 
 
-def make_api(runner: LivePartner) -> FastAPI:
-    """Return the interface to a live partner, without pages."""
+def make_api(runner: LivePartner, endpoint: Endpoint | None = None) -> FastAPI:
+    """Return the interface to a live partner, without pages.
+
+    Parameters
+    ----------
+    runner
+        The partner.
+    endpoint
+        Who thinks of what the partner answers; None: it answers by itself.
+    """
     app = FastAPI(
         title="Miburi",
         version=__version__,
@@ -92,7 +95,8 @@ def make_api(runner: LivePartner) -> FastAPI:
         docs_url=None,
         redoc_url=None,
     )
-    app.include_router(_router(runner))
+    speech = Speech(runner, endpoint)
+    app.include_router(_router(runner, speech))
     refuse_in_words(app)
     return app
 
@@ -103,11 +107,11 @@ def refuse_in_words(app: FastAPI) -> None:
     app.add_exception_handler(RequestValidationError, _say_what_is_allowed)
 
 
-def _router(runner: LivePartner) -> APIRouter:
+def _router(runner: LivePartner, speech: Speech) -> APIRouter:
     refusal: Refusals = {422: {"model": Refusal}}
     limited = APIRouter(responses=refusal | _OFTEN)
     _looking(limited, runner)
-    _asking(limited, runner)
+    _asking(limited, runner, speech)
     _recording(limited, runner)
     router = APIRouter(prefix="/api/v1", responses=refusal)
     _stopping(router, runner)
@@ -178,7 +182,7 @@ def _looking(router: APIRouter, runner: LivePartner) -> None:
         ]
 
 
-def _asking(router: APIRouter, runner: LivePartner) -> None:
+def _asking(router: APIRouter, runner: LivePartner, speech: Speech) -> None:
     """Add what can be asked for."""
 
     @router.post("/stimulus", status_code=_NOTHING, responses=_REFUSED)
@@ -189,17 +193,7 @@ def _asking(router: APIRouter, runner: LivePartner) -> None:
     @router.post("/say", responses=_REFUSED)
     async def say(wish: SayIn) -> SayOut:
         """Say something to the partner; it takes the feeling of the words, and answers."""
-        from miburi.senses.words import hear
-
-        heard = await asyncio.to_thread(hear, wish.text)
-        taken = await done(runner.take(heard, language_of(wish.text)))
-        return SayOut(
-            feeling=heard.feeling,
-            strength=heard.strength,
-            why=[WhyOut.model_validate(asdict(part)) for part in heard.why],
-            felt=[StimulusIn.model_validate(asdict(stimulus)) for stimulus in taken.felt],
-            answer=taken.answer or "",
-        )
+        return await speech.take(wish)
 
     @router.post("/speak", status_code=_NOTHING, responses=_REFUSED)
     async def speak(wish: SpeakIn) -> None:
@@ -304,20 +298,6 @@ def _since_contact(runner: LivePartner) -> float | None:
     """Return the s since the latest contact stop that the log knows, if any."""
     contacts = [e for e in runner.log() if e.stop and e.stop.reason is StopReason.CONTACT]
     return runner.snapshot.state.time - contacts[-1].time if contacts else None
-
-
-async def done(future: Future[Result]) -> Result:
-    """Return what a command returns when the loop has taken it up; its refusal is raised here.
-
-    Raises
-    ------
-    BusyError
-        No step has taken it up in time.
-    """
-    try:
-        return await asyncio.wait_for(asyncio.wrap_future(future), _PATIENCE)
-    except TimeoutError:
-        raise BusyError("the partner did not answer in time; look at its log.") from None
 
 
 def move_hand(runner: LivePartner, wish: HandIn) -> Future[None]:

@@ -6,6 +6,7 @@ from fastapi import FastAPI
 
 from miburi.errors import need
 from miburi.interface.broker import Broker
+from miburi.interface.endpoint import Endpoint
 
 __all__ = ["Doors"]
 
@@ -22,11 +23,14 @@ class Doors:
         The broker of a home; None: the partner tells none.
     name
         The partner's name there.
+    talk
+        Who thinks of what it answers; None: it answers by itself.
     """
 
     agents: bool = False
     broker: Broker | None = None
     name: str = "miburi"
+    talk: Endpoint | None = None
 
     def need(self) -> None:
         """Refuse to go on without the libraries of the open doors."""

@@ -15,7 +15,8 @@ from pydantic import Field, TypeAdapter, ValidationError
 
 from miburi.errors import MiburiError
 from miburi.feelings import Stimulus
-from miburi.interface.api import done, move_hand
+from miburi.interface.api import move_hand
+from miburi.interface.settle import done
 from miburi.interface.wire import HandIn, Message, StimulusIn
 from miburi.live.commands import BusyError
 from miburi.live.view import LivePartner

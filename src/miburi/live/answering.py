@@ -68,6 +68,8 @@ class _Answering:
         self._quick: dict[str, Callable[..., Future[Any]]] = {
             "stimulate": runner.stimulate,
             "take": runner.take,
+            "answer": runner.answer,
+            "note_talk": runner.note_talk,
             "speak": runner.speak,
             "perform": runner.perform,
             "pause": runner.pause,

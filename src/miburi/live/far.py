@@ -18,7 +18,7 @@ from miburi.live.crossing import LONG, Answer, Ask, Cancel, Hello, Lanes, Latest
 from miburi.live.log import LOGGED
 from miburi.live.runner import SAMPLED, STEP
 from miburi.live.state import Entry, MotorsOut, Sample, Snapshot
-from miburi.live.view import Taken, UnreachableError
+from miburi.live.view import UnreachableError
 from miburi.robot import Array
 from miburi.senses import Impression
 from miburi.senses.language import Language
@@ -99,9 +99,17 @@ class FarPartner:
         """Let the partner feel something."""
         return self.ask("stimulate", stimulus)
 
-    def take(self, impression: Impression, answer_in: Language | None = None) -> Future[Taken]:
-        """Let the partner take what somebody showed, and answer it in a language."""
-        return self.ask("take", impression, answer_in)
+    def take(self, impression: Impression) -> Future[tuple[Stimulus, ...]]:
+        """Let the partner take what somebody showed."""
+        return self.ask("take", impression)
+
+    def answer(self, heard: Impression, language: Language) -> Future[str]:
+        """Let the partner answer what it heard, aloud."""
+        return self.ask("answer", heard, language)
+
+    def note_talk(self, where: str, failure: str | None = None) -> Future[None]:
+        """Note where what is said to it goes, or why no reply came from there."""
+        return self.ask("note_talk", where, failure)
 
     def speak(self, text: str) -> Future[str]:
         """Let the partner say something aloud."""

@@ -25,7 +25,6 @@ from miburi.live.observer import Observer
 from miburi.live.recording import step_messages
 from miburi.live.speaker import Speaker
 from miburi.live.state import Entry, MotorsOut, RecordingEnd, Sample, Snapshot, Spoken
-from miburi.live.view import Taken
 from miburi.live.watchdog import Watchdog
 from miburi.partner import Event, Partner, Solve, solve_with
 from miburi.robot import Array, Robot, forward
@@ -179,24 +178,22 @@ class Runner:
         """Let the partner feel something."""
         return self._commands.ask(lambda: self._feel(stimulus))
 
-    def take(self, impression: Impression, answer_in: Language | None = None) -> Future[Taken]:
-        """Let the partner take what somebody showed, as its temperament does; the log says why.
+    def take(self, impression: Impression) -> Future[tuple[Stimulus, ...]]:
+        """Let the partner take what somebody showed, as its temperament does; the log says why."""
 
-        It answers aloud if it is told in which language.
-        """
-        if answer_in:
-            shipped_answers(answer_in)  # they are read here, not in the loop
-
-        def run() -> Taken:
+        def run() -> tuple[Stimulus, ...]:
             felt = stimuli(impression, self._feelings.temperament)
             for stimulus in felt:
                 self._feel(stimulus, impression.reason)
-            if answer_in is None:
-                return Taken(felt, None)
-            own = self._feelings.express()
-            return Taken(felt, self._tell(self._speaker.answer(impression, answer_in, own)))
+            return felt
 
         return self._commands.ask(run)
+
+    def answer(self, heard: Impression, language: Language) -> Future[str]:
+        """Let the partner answer what it heard with a small answer of its own, aloud."""
+        shipped_answers(language)  # they are read here, not in the loop
+        answer, felt = self._speaker.answer, self._feelings.express
+        return self._commands.ask(lambda: self._tell(answer(heard, language, felt())))
 
     def speak(self, text: str) -> Future[str]:
         """Let the partner say something aloud, coloured by what it feels; the latest wish wins."""
@@ -418,6 +415,11 @@ class Runner:
     def _give_up(self, why: str) -> None:
         self.failure = f"the partner's loop {why}; the body has been stopped where it was."
         self._on_failure()
+
+    def note_talk(self, where: str, failure: str | None = None) -> Future[None]:
+        """Note where what is said to it goes from now on, or why no reply came from there."""
+        kind, name = ("talk", where) if failure is None else ("talk_failed", failure)
+        return self._commands.ask(lambda: self._note(kind, name=name))
 
     def _stop(self) -> None:
         self._partner.stop()

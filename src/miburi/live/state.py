@@ -150,7 +150,7 @@ class Entry(BaseModel):
     kind: Literal[
         "stimulus", "gesture", "stopped", "released", "body", "paused", "resumed", "temperament",
         "recording", "recorded", "recording_ended", "deleted", "refused",
-        "trouble", "loop_failed", "spoken",
+        "trouble", "loop_failed", "spoken", "talk", "talk_failed",
     ]  # fmt: skip
     feeling: str | None = None
     mood: float | None = None

@@ -6,7 +6,7 @@
 
 from concurrent.futures import Future
 from pathlib import Path
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 from miburi.errors import MiburiError
 from miburi.feelings import Expression, Stimulus
@@ -17,7 +17,7 @@ from miburi.robot import Array, Robot
 from miburi.senses import Impression
 from miburi.senses.language import Language
 
-__all__ = ["LivePartner", "Recordings", "Taken", "UnreachableError"]
+__all__ = ["LivePartner", "Recordings", "UnreachableError"]
 
 
 class UnreachableError(MiburiError):
@@ -52,13 +52,6 @@ class Recordings(Protocol):
 
     def delete(self, name: str) -> None:
         """Delete an ended recording."""
-
-
-class Taken(NamedTuple):
-    """What an impression did: what was felt at it, and what was answered, if anything."""
-
-    felt: tuple[Stimulus, ...]
-    answer: str | None
 
 
 class LivePartner(Protocol):
@@ -105,11 +98,17 @@ class LivePartner(Protocol):
     def stimulate(self, stimulus: Stimulus) -> Future[None]:
         """Let the partner feel something."""
 
-    def take(self, impression: Impression, answer_in: Language | None = None) -> Future[Taken]:
+    def take(self, impression: Impression) -> Future[tuple[Stimulus, ...]]:
         """Let the partner take what somebody showed, as its temperament does; the log says why.
 
-        It answers aloud if it is told in which language.
+        The result is what it felt at that.
         """
+
+    def answer(self, heard: Impression, language: Language) -> Future[str]:
+        """Let the partner answer what it heard with a small answer of its own, aloud."""
+
+    def note_talk(self, where: str, failure: str | None = None) -> Future[None]:
+        """Note where what is said to it goes from now on, or why no reply came from there."""
 
     def speak(self, text: str) -> Future[str]:
         """Let the partner say something aloud, coloured by what it feels; the latest wish wins."""

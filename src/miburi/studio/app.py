@@ -40,7 +40,7 @@ def make_app(
     doors
         The doors that are open beside HTTP.
     """
-    app = make_api(runner)
+    app = make_api(runner, doors.talk)
     app.include_router(live_router(runner))
     app.include_router(pairing_router(token, pairing_page))
     app.mount("/static", StaticFiles(directory=HERE / "static"), name="static")

@@ -9,7 +9,7 @@ from nicegui.element import Element
 
 from miburi.errors import MiburiError
 from miburi.feelings.catalogue import CATALOGUE
-from miburi.interface.api import done
+from miburi.interface.settle import done
 from miburi.studio.words import Words
 
 __all__ = ["attempt", "button", "heading", "senses_form", "set_label", "talk_form"]

@@ -28,6 +28,7 @@ from miburi.gestures import Repertoire
 from miburi.ground.cores import come_first
 from miburi.interface.access import is_loopback, kept_token
 from miburi.interface.doors import Doors
+from miburi.interface.endpoint import Endpoint
 from miburi.live.answering import answer
 from miburi.live.archive import Archive
 from miburi.live.bodies import KINDS
@@ -130,8 +131,13 @@ def serve(wish: Wish) -> None:
     try:
         feelings = _feelings(wish, memory)
         runner = _wake(wish, feelings, folder)
+        talk = wish.doors.talk
         end = _live(
-            runner, server, ends, memory, lambda: _announce(url, token, addresses, wish.headless)
+            runner,
+            server,
+            ends,
+            memory,
+            lambda: _announce(url, token, addresses, talk, wish.headless),
         )
     finally:
         server.terminate()
@@ -351,12 +357,16 @@ def _say_good_bye(runner: Runner, folder: Path, *, kept: bool) -> None:
     print(f"Good-bye. The body {how}{remembers}.", flush=True)
 
 
-def _announce(url: str, token: str | None, addresses: list[str], headless: bool) -> None:
+def _announce(
+    url: str, token: str | None, addresses: list[str], talk: Endpoint | None, headless: bool
+) -> None:
     """Say where the studio is; open it unless told otherwise."""
     from miburi.interface.pairing import pairing_url, qr_for_terminal
 
     shown = url if token is None else pairing_url(url, token)
     print(f"Miburi is awake. Studio: {shown}   face: {url}/face   (end with Ctrl-C)", flush=True)
+    if talk is not None:
+        print(f"What is said to it goes to {talk}.", flush=True)
     if token is not None:
         print(f"Token for programs and other devices: {token}")
         first, *others = (pairing_url(address, token) for address in addresses)

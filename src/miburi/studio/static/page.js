@@ -66,6 +66,7 @@ document.addEventListener("submit", async (event) => {
   const words = JSON.parse(form.dataset.talk), out = form.querySelector("output"), line = form.elements.text;
   const text = line.value.trim();
   if (!text) return;
+  const number = (form.talks = (form.talks ?? 0) + 1); // who speaks on before an answer came is answered once
   out.textContent = "…";
   try {
     const answer = await fetch("/api/v1/say", {
@@ -74,9 +75,10 @@ document.addEventListener("submit", async (event) => {
       body: JSON.stringify({ text }),
     });
     const heard = await answer.json();
+    if (answer.ok && line.value.trim() === text) line.value = "";
+    if (number !== form.talks) return;
     out.textContent = answer.ok
       ? `${understood(heard, words)} ${words.quoted.replace("{what}", heard.answer)}` : heard.detail;
-    if (answer.ok) line.value = "";
   } catch {
     out.textContent = "";
     lost();

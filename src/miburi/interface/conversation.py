@@ -1,0 +1,284 @@
+"""A conversation by a language model: somebody's words go to an endpoint, and a reply comes back.
+
+In go what somebody said and the partner's state; out come words and a feeling, or nothing where
+the endpoint is slow, dead or silly: then the partner answers by itself. Whatever the endpoint
+sends, a reply is a short text and a feeling with a strength. The words are only spoken; the
+feeling is a stimulus among others. There is nothing in it that could move or stop a body.
+
+One sentence is thought about at a time, the latest. A request that is only slow stays open for a
+while, as servers load their model meanwhile, and would give that up with the request. What was
+said is kept in memory alone, and no more than the last few exchanges of it.
+"""
+
+import asyncio
+import json
+import unicodedata
+from collections import deque
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import httpx
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from miburi.errors import MiburiError
+from miburi.feelings import FEELINGS, Stimulus
+from miburi.feelings.catalogue import FeelingName
+from miburi.interface.endpoint import Endpoint
+from miburi.live.state import Share, State
+from miburi.version import __version__
+
+__all__ = ["LARGEST_REPLY", "LONGEST_REPLY", "PATIENCE", "Conversation", "OvertakenError", "Reply"]
+
+#: s until the partner answers by itself; a program waits 10 s for the answer to what it says.
+PATIENCE = 8.0
+#: Characters that the partner says at once; what is longer is cut.
+LONGEST_REPLY = 300
+#: The largest answer of an endpoint, bytes.
+LARGEST_REPLY = 65_536
+
+#: s for which a slow request stays open: as long as a model may take to load (ours).
+_LOADING = 120.0
+#: s to find the server.
+_CONNECTING = 3.0
+#: Exchanges that are sent along.
+_REMEMBERED = 6
+#: Tokens that the endpoint may spend, thoughts included.
+_TOKENS = 1000
+#: The last characters of an answer, among which the reply is looked for.
+_END = 4000
+_NONE = "none"
+
+_PROMPT = f"""\
+You are Miburi, a small robot partner with a waist, a head and two arms, at a table with a person. \
+Your body shows by gestures what you feel. It does so by itself: nothing that you say moves it or \
+stops it, so promise no movement. Answer the person kindly and simply, in the person's language, \
+in one or two short sentences, without emojis and markup. Write one JSON object and nothing else: \
+{{"reply": "...", "feeling": "...", "strength": 0.5}}. reply is what you say. feeling is what you \
+feel at the person's words: {", ".join(FEELINGS)} or {_NONE}. strength is how strongly, from 0 to \
+1."""
+
+_SCHEMA = {
+    "type": "object",
+    "properties": {
+        "reply": {"type": "string"},
+        "feeling": {"type": "string", "enum": [*FEELINGS, _NONE]},
+        "strength": {"type": "number"},
+    },
+    "required": ["reply", "feeling", "strength"],
+    "additionalProperties": False,
+}
+_FORMAT = {
+    "type": "json_schema",
+    "json_schema": {"name": "reply", "strict": True, "schema": _SCHEMA},
+}
+#: Statuses of servers that do not know what we ask for beside the words.
+_UNKNOWN_WISH = (400, 422)
+
+
+class OvertakenError(MiburiError):
+    """Somebody has said something else meanwhile, and that is thought about."""
+
+
+@dataclass(frozen=True)
+class Reply:
+    """What the partner says, and what it feels at what it heard; None: nothing special."""
+
+    text: str
+    stimulus: Stimulus | None
+
+
+class _Content(BaseModel):
+    """What the model is asked to write."""
+
+    model_config = ConfigDict(strict=True, allow_inf_nan=False)
+
+    reply: str
+    feeling: FeelingName | Literal["none"]
+    strength: Share
+
+
+class _Message(BaseModel):
+    content: str
+
+
+class _Choice(BaseModel):
+    message: _Message
+
+
+class _Completion(BaseModel):
+    """The part of a chat completion that counts."""
+
+    choices: list[_Choice] = Field(min_length=1)
+
+
+class _SilentError(Exception):
+    """There is no reply; why, in words."""
+
+
+class Conversation:
+    """A conversation with whoever speaks to the partner; it belongs to one event loop.
+
+    Parameters
+    ----------
+    endpoint
+        Who thinks.
+    patience
+        s until a reply comes too late.
+    """
+
+    def __init__(self, endpoint: Endpoint, patience: float = PATIENCE) -> None:
+        self.endpoint = endpoint
+        #: Why the latest sentence got no reply; None if it got one.
+        self.trouble: str | None = None
+        self._patience = patience
+        self._said: deque[tuple[str, str | None]] = deque(maxlen=_REMEMBERED)
+        self._thinking: asyncio.Task[_Content] | None = None
+        self._slow: asyncio.Task[_Content] | None = None
+        self._plainly = False
+
+    async def reply(self, said: str, felt: Iterable[Stimulus], state: State) -> Reply | None:
+        """Return a reply, or None if none has come in time; then ``trouble`` says why.
+
+        Parameters
+        ----------
+        said
+            What somebody said.
+        felt
+            What the partner felt at that.
+        state
+            How the partner is.
+
+        Raises
+        ------
+        OvertakenError
+            Somebody has said something else meanwhile.
+        """
+        if self._thinking is not None:
+            self._thinking.cancel()
+        said = said.encode(errors="ignore").decode()  # half a character cannot be sent
+        self._said.append((said, None))
+        messages = [{"role": "system", "content": _prompt(felt, state)}, *self._messages()]
+        task = self._thinking = asyncio.create_task(self._ask(messages))
+        await asyncio.wait({task}, timeout=self._patience)
+        if task.cancelled():
+            raise OvertakenError("something else was said meanwhile.")
+        self._thinking, self.trouble = None, self._trouble(task)
+        if not task.done():
+            self._leave_open(task)
+        if self.trouble is not None:
+            return None
+        content = task.result()
+        text = _clean(content.reply)
+        if self._said[-1] == (said, None):
+            self._said[-1] = (said, content.model_copy(update={"reply": text}).model_dump_json())
+        feels = content.feeling != _NONE and content.strength > 0
+        return Reply(text, Stimulus(content.feeling, content.strength, "talk") if feels else None)
+
+    def _trouble(self, task: asyncio.Task[_Content]) -> str | None:
+        """Return why a request has brought no reply, if so; whatever failed, there is an answer."""
+        if not task.done():
+            return f"no reply within {self._patience:g} s."
+        match task.exception():
+            case None:
+                return None
+            case _SilentError() as known:
+                return str(known)
+            case error:
+                return f"no reply ({type(error).__name__})."
+
+    def _messages(self) -> list[dict[str, str]]:
+        """Return the latest exchanges; roles alternate, as the templates of some models ask for."""
+        messages: list[dict[str, str]] = []
+        unanswered: list[str] = []
+        for said, replied in self._said:
+            unanswered.append(said)
+            if replied is not None:
+                messages.append({"role": "user", "content": "\n".join(unanswered)})
+                messages.append({"role": "assistant", "content": replied})
+                unanswered = []
+        messages.append({"role": "user", "content": "\n".join(unanswered)})
+        return messages
+
+    def _leave_open(self, task: asyncio.Task[_Content]) -> None:
+        """Let one slow request go on, so that the server goes on loading; end any other."""
+        if self._slow is None or self._slow.done():
+            self._slow = task
+            task.add_done_callback(lambda done: done.cancelled() or done.exception())
+        else:
+            task.cancel()
+
+    async def _ask(self, messages: list[dict[str, str]]) -> _Content:
+        plain = {"model": self.endpoint.model, "messages": messages, "stream": False}
+        wished = {**plain, "max_tokens": _TOKENS, "response_format": _FORMAT}
+        async with asyncio.timeout(_LOADING):
+            if not self._plainly:
+                status, answer = await self._post(wished)
+                if status not in _UNKNOWN_WISH:
+                    return _content(status, answer)
+            status, answer = await self._post(plain)
+            self._plainly = status == httpx.codes.OK
+            return _content(status, answer)
+
+    async def _post(self, request: dict[str, Any]) -> tuple[int, bytes]:
+        """Return the status and the body of an answer; no other server is asked than ours."""
+        headers = {"Accept-Encoding": "identity", "User-Agent": f"miburi/{__version__}"}
+        if self.endpoint.key is not None:
+            headers["Authorization"] = f"Bearer {self.endpoint.key}"
+        client = httpx.AsyncClient(
+            verify=self.endpoint.tls,
+            timeout=httpx.Timeout(_LOADING, connect=_CONNECTING),
+            trust_env=False,  # or a proxy of the environment would get the words
+            follow_redirects=False,
+        )
+        body, url = bytearray(), f"{self.endpoint.url}/chat/completions"
+        async with client, client.stream("POST", url, json=request, headers=headers) as answer:
+            async for part in answer.aiter_raw():
+                body += part
+                if len(body) > LARGEST_REPLY:
+                    raise _SilentError(f"an answer above {LARGEST_REPLY} bytes.")
+        return answer.status_code, bytes(body)
+
+
+def _prompt(felt: Iterable[Stimulus], state: State) -> str:
+    """Return who the partner is, and how it is now."""
+    now = ["You feel nothing special now."]
+    if state.felt is not None:
+        now = [f"You feel {state.felt.feeling} now; your mood of it is {state.felt.mood:.2f} of 1."]
+    if brought := ", ".join(f"{each.feeling} {each.strength:.2f}" for each in felt):
+        now.append(f"The person's words have just brought you {brought}.")
+    moods = zip(FEELINGS, state.mood, strict=True)
+    now.append(f"Your moods: {', '.join(f'{name} {mood:.2f}' for name, mood in moods)}.")
+    if state.stop is not None:
+        now.append("Your body is stopped now, and you are content with that.")
+    return " ".join([_PROMPT, *now])
+
+
+def _content(status: int, answer: bytes) -> _Content:
+    """Return what the model wrote; a server that knows no schemas may have put it in other text."""
+    if httpx.codes.is_redirect(status):
+        raise _SilentError("a redirect, which is not followed; give its address with --talk.")
+    if status != httpx.codes.OK:
+        raise _SilentError(f"an answer with status {status}.")
+    try:
+        text = _Completion.model_validate_json(answer).choices[0].message.content[-_END:]
+    except ValidationError:
+        raise _SilentError("an answer that is no chat completion.") from None
+    decoder, start = json.JSONDecoder(), len(text)
+    while (start := text.rfind("{", 0, start)) >= 0:
+        try:
+            content = _Content.model_validate(decoder.raw_decode(text, start)[0])
+        except (ValueError, RecursionError):
+            continue
+        if _clean(content.reply):
+            return content
+    raise _SilentError("an answer without reply, feeling and strength.")
+
+
+def _clean(text: str) -> str:
+    """Return a text as one line without control characters, and not too long."""
+    shown = "".join(" " if unicodedata.category(one)[0] in "CZ" else one for one in text)
+    line = " ".join(shown.split())
+    if len(line) <= LONGEST_REPLY:
+        return line
+    return line[: LONGEST_REPLY - 1].rstrip() + "…"

@@ -1,0 +1,115 @@
+"""Where a language model answers: the address of an OpenAI-compatible server, model and key.
+
+The key comes from the environment, never from the command line, where every user of the computer
+could read it.
+"""
+
+import os
+import ssl
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from ipaddress import ip_address
+from urllib.parse import urlsplit
+
+from miburi.errors import InputError
+
+__all__ = ["KEY", "Endpoint", "find_endpoint"]
+
+#: The variable with the key.
+KEY = "MIBURI_TALK_KEY"
+#: What the names of a home's own computers end with (RFC 6762, RFC 8375, and what routers use).
+_AT_HOME = (".local", ".home.arpa", ".lan", ".home", ".internal", ".localhost")
+_LONGEST = 200
+
+
+@dataclass(frozen=True)
+class Endpoint:
+    """A server, and who we are to it.
+
+    Attributes
+    ----------
+    url
+        The base address, such as ``http://localhost:11434/v1``; requests go to its
+        ``/chat/completions``.
+    model
+        The model's name there.
+    key
+        Sent as a bearer token; None: the server asks for none.
+    """
+
+    url: str
+    model: str
+    key: str | None = field(default=None, repr=False)
+
+    def __str__(self) -> str:
+        return f"{self.url} (model {self.model})"
+
+    @cached_property
+    def tls(self) -> ssl.SSLContext:
+        """The certificates to trust: those of the system."""
+        return ssl.create_default_context()
+
+
+def find_endpoint(url: str, model: str, environment: Mapping[str, str] = os.environ) -> Endpoint:
+    """Return the endpoint at an address, with the key that the environment gives.
+
+    Within the home ``http://`` will do. Elsewhere it must be ``https://``: others on the way could
+    read what is said, and the key.
+
+    Parameters
+    ----------
+    url
+        The base address; one without a path gets ``/v1``.
+    model
+        The model's name.
+
+    Raises
+    ------
+    InputError
+        The address is none or not safe, or the model or the key is not allowed.
+    """
+    try:
+        parts = urlsplit(url)
+        host, port = parts.hostname, parts.port
+        url.encode("ascii")
+    except ValueError as error:
+        raise _not_an_address(url) from error
+    if parts.scheme not in ("http", "https") or not host or port == 0 or not url.isprintable():
+        raise _not_an_address(url)
+    if parts.username is not None or parts.password is not None:
+        raise InputError(
+            f"an address with a password can be read by others; give a key in the variable {KEY}."
+        )
+    if parts.query or parts.fragment or " " in url or len(url) > _LONGEST:
+        raise _not_an_address(url)
+    if parts.scheme == "http" and not _is_at_home(host):
+        raise InputError(
+            f"--talk must be https:// for a server outside your home, or others could read what "
+            f"you say; got {url}. http:// is for this computer and private networks."
+        )
+    if not model.strip() or len(model) > _LONGEST or not model.isprintable():
+        raise InputError(f"--model must be a model's name of 1 to {_LONGEST} characters.")
+    key = environment.get(KEY) or None
+    if key is not None and not (key.isascii() and key.isprintable() and " " not in key):
+        raise InputError(f"the key in {KEY} must be printable ASCII without spaces.")
+    return Endpoint(
+        url.rstrip("/") if parts.path.strip("/") else f"{url.rstrip('/')}/v1", model, key
+    )
+
+
+def _not_an_address(url: str) -> InputError:
+    return InputError(
+        f"--talk must be the base address of a server, such as http://localhost:11434/v1, "
+        f"got {url[:_LONGEST]!r}."
+    )
+
+
+def _is_at_home(host: str) -> bool:
+    """Whether a host is this computer, or stands in a private network."""
+    try:
+        address = ip_address(host.partition("%")[0])
+    except ValueError:
+        name = host.lower().rstrip(".")
+        return ("." not in name and not name[0].isdigit()) or name.endswith(_AT_HOME)
+    return not address.is_global and not address.is_multicast

@@ -1,0 +1,74 @@
+"""What is said to the partner: it hears the feeling of the words, feels with it, and answers."""
+
+import asyncio
+from dataclasses import asdict
+
+from miburi.feelings import Stimulus
+from miburi.interface.conversation import Conversation, OvertakenError
+from miburi.interface.endpoint import Endpoint
+from miburi.interface.settle import done
+from miburi.interface.wire import SayIn, SayOut, StimulusIn, WhyOut
+from miburi.live.view import LivePartner
+from miburi.senses.language import language_of
+
+__all__ = ["Speech"]
+
+
+class Speech:
+    """Takes what is said to a partner, and lets it answer.
+
+    Parameters
+    ----------
+    partner
+        The partner.
+    endpoint
+        Who thinks of its answers; None: it answers by itself.
+    """
+
+    def __init__(self, partner: LivePartner, endpoint: Endpoint | None) -> None:
+        self._partner = partner
+        self._conversation = None if endpoint is None else Conversation(endpoint)
+        self._noted: tuple[str | None] | None = None  # of the conversation, in the log
+
+    async def take(self, said: SayIn) -> SayOut:
+        """Let the partner feel with what was said, and answer it.
+
+        What was overtaken by another sentence gets no answer.
+        """
+        from miburi.senses.words import hear
+
+        heard = await asyncio.to_thread(hear, said.text)
+        felt = await done(self._partner.take(heard))
+        answer = await self._reply(said.text, felt)
+        if answer is None:
+            answer = await done(self._partner.answer(heard, language_of(said.text)))
+        return SayOut(
+            feeling=heard.feeling,
+            strength=heard.strength,
+            why=[WhyOut.model_validate(asdict(part)) for part in heard.why],
+            felt=[StimulusIn.model_validate(asdict(stimulus)) for stimulus in felt],
+            answer=answer,
+        )
+
+    async def _reply(self, said: str, felt: tuple[Stimulus, ...]) -> str | None:
+        """Say what a conversation brings, and feel it; None if it brings nothing."""
+        talk = self._conversation
+        if talk is None:
+            return None
+        if self._noted is None:
+            await self._note(talk)
+        try:
+            reply = await talk.reply(said, felt, self._partner.snapshot.state)
+        except OvertakenError:
+            return ""
+        if self._noted != (talk.trouble,):
+            await self._note(talk)
+        if reply is None:
+            return None
+        if reply.stimulus is not None:
+            await done(self._partner.stimulate(reply.stimulus))
+        return await done(self._partner.speak(reply.text))
+
+    async def _note(self, talk: Conversation) -> None:
+        self._noted = (talk.trouble,)
+        await done(self._partner.note_talk(str(talk.endpoint), talk.trouble))

@@ -1,0 +1,532 @@
+"""A conversation: a language model's words are spoken and felt, and bounded whatever it sends."""
+
+import asyncio
+import json
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+
+import pytest
+from tests.fixtures.live import address, block, interface, run, serving, started
+
+import miburi
+from miburi.errors import InputError
+from miburi.feelings import FEELINGS, Stimulus, shipped_temperament
+from miburi.interface.conversation import (
+    LARGEST_REPLY,
+    LONGEST_REPLY,
+    Conversation,
+    OvertakenError,
+    Reply,
+)
+from miburi.interface.endpoint import KEY, Endpoint, find_endpoint
+from miburi.live.runner import Runner
+from miburi.senses.answers import shipped_answers
+
+Handler = BaseHTTPRequestHandler
+LOVELY = {"reply": "How lovely!", "feeling": "happiness", "strength": 0.6}
+SAD = "I am so sad today"
+SMALL = {
+    line for row in shipped_answers("en").root.values() for lines in row.values() for line in lines
+}
+
+
+class Mind:
+    """A server that a test answers for; it keeps what it was asked."""
+
+    def __init__(self) -> None:
+        self.answer: Callable[[Handler], None] = answers(LOVELY)
+        self.asked: list[dict[str, object]] = []
+        self.headers: list[dict[str, str]] = []
+        self.over = threading.Event()
+        self.url = ""
+
+    @property
+    def endpoint(self) -> Endpoint:
+        return find_endpoint(self.url, "a-model", {})
+
+    def messages(self, number: int = -1) -> list[dict[str, str]]:
+        messages = self.asked[number]["messages"]
+        assert isinstance(messages, list)
+        return messages
+
+
+@contextmanager
+def thinking() -> Iterator[Mind]:
+    mind = Mind()
+
+    class Answer(Handler):
+        protocol_version = "HTTP/1.1"
+
+        def do_POST(self) -> None:  # noqa: N802 the library's name
+            mind.headers.append(dict(self.headers))
+            self.asked = json.loads(self.rfile.read(int(self.headers["Content-Length"])))
+            mind.asked.append(self.asked)
+            self.close_connection = True
+            try:
+                mind.answer(self)
+            except OSError:
+                mind.over.set()  # nobody listens any more
+
+        do_GET = do_POST  # noqa: N815 the library's name
+
+        def log_message(self, *_: object) -> None: ...
+
+    server = ThreadingHTTPServer(("127.0.0.1", 0), Answer)
+    server.daemon_threads = True
+    thread = threading.Thread(target=server.serve_forever, args=(0.01,))
+    thread.start()
+    mind.url = f"http://127.0.0.1:{server.server_port}/v1"
+    try:
+        yield mind
+    finally:
+        server.shutdown()
+        thread.join()
+        server.server_close()
+
+
+@pytest.fixture
+def mind() -> Iterator[Mind]:
+    with thinking() as one:
+        yield one
+
+
+def send(handler: Handler, status: int, body: bytes, **headers: str) -> None:
+    handler.send_response(status)
+    for name, value in {"Content-Length": str(len(body)), **headers}.items():
+        handler.send_header(name, value)
+    handler.end_headers()
+    handler.wfile.write(body)
+
+
+def says(content: object, status: int = 200) -> Callable[[Handler], None]:
+    """Answer with a chat completion of this content."""
+    completion = {"choices": [{"index": 0, "message": {"role": "assistant", "content": content}}]}
+    return lambda handler: send(handler, status, json.dumps(completion).encode())
+
+
+def answers(reply: object) -> Callable[[Handler], None]:
+    return says(json.dumps(reply))
+
+
+def raw(status: int, body: bytes) -> Callable[[Handler], None]:
+    return lambda handler: send(handler, status, body)
+
+
+def endless(handler: Handler) -> None:
+    handler.send_response(200)
+    handler.end_headers()
+    while True:
+        handler.wfile.write(b" " * 4096)
+
+
+def reply(mind: Mind, said: str, runner: Runner, felt: tuple[Stimulus, ...] = ()) -> Reply | None:
+    talk = Conversation(mind.endpoint)
+    return asyncio.run(talk.reply(said, felt, runner.snapshot.state))
+
+
+@contextmanager
+def talking(live: Runner, endpoint: Endpoint) -> Iterator[str]:
+    with serving(interface(live, endpoint)) as url:
+        yield url
+
+
+def test_a_reply_is_spoken_and_felt_and_the_log_says_where_words_go(
+    live: Runner, mind: Mind
+) -> None:
+    with talking(live, mind.endpoint) as url, miburi.connect(url) as partner:
+        heard = partner.say(SAD)
+        assert heard.answer == "How lovely!"
+        assert [stimulus.feeling for stimulus in heard.felt] == ["sadness"]
+        entries = partner.log()
+    told = [(e.kind, e.name, e.feeling, e.source) for e in entries if e.kind != "gesture"]
+    assert told == [
+        ("stimulus", None, "sadness", "speech"),
+        ("talk", f"{mind.url} (model a-model)", None, None),
+        ("stimulus", None, "happiness", "talk"),
+        ("spoken", "How lovely!", told[3][2], None),
+    ]
+    assert live.snapshot.state.spoken is not None
+    assert live.snapshot.state.spoken.text == "How lovely!"
+
+
+def test_the_temperament_weighs_what_a_reply_brings() -> None:
+    """Talk is felt less than what somebody really shows; an older file of one's own is valid."""
+    default = shipped_temperament()
+    assert default.sources["talk"] < default.sources["speech"]
+    older = default.model_dump()
+    del older["sources"]["talk"]
+    assert type(default).model_validate(older).sources["talk"] == 0.5
+
+
+def test_it_is_told_how_the_partner_feels(runner: Runner, mind: Mind) -> None:
+    runner.stimulate(Stimulus("anger", 0.9, "face"))
+    run(runner, 0.5)
+    state = runner.snapshot.state
+    assert state.felt is not None
+    reply(mind, SAD, runner, (Stimulus("sadness", 0.83, "speech"),))
+    system, user = mind.messages()
+    assert (system["role"], user) == ("system", {"role": "user", "content": SAD})
+    assert f"You feel anger now; your mood of it is {state.felt.mood:.2f}" in system["content"]
+    assert "brought you sadness 0.83" in system["content"]
+    for name, mood in zip(FEELINGS, state.mood, strict=True):
+        assert f"{name} {mood:.2f}" in system["content"]
+    assert mind.asked[0]["model"] == "a-model"
+    assert mind.asked[0]["stream"] is False
+    asked = json.dumps(mind.asked[0]["response_format"])
+    assert all(f'"{name}"' in asked for name in (*FEELINGS, "none"))
+
+
+DEEP = "[" * 30_000
+SILLY: dict[str, tuple[Callable[[Handler], None], str]] = {
+    "500": (raw(500, b"{}"), "status 500"),
+    "404": (raw(404, b"no such model"), "status 404"),
+    "html": (raw(200, b"<!doctype html><h1>It works!</h1>"), "no chat completion"),
+    "no json": (raw(200, b'{"choices": ['), "no chat completion"),
+    "empty": (raw(200, b""), "no chat completion"),
+    "no choices": (raw(200, b'{"choices": []}'), "no chat completion"),
+    "refusal": (says(None), "no chat completion"),
+    "echo": (lambda h: says(h.asked["messages"][0]["content"])(h), "without reply"),
+    "prose": (says("I would love to!"), "without reply"),
+    "unknown feeling": (answers(LOVELY | {"feeling": "boredom"}), "without reply"),
+    "too strong": (answers(LOVELY | {"strength": 1.5}), "without reply"),
+    "as text": (answers(LOVELY | {"strength": "0.5"}), "without reply"),
+    "nan": (says('{"reply": "Hi", "feeling": "fear", "strength": NaN}'), "without reply"),
+    "nothing said": (answers(LOVELY | {"reply": " \u202e\x00\n"}), "without reply"),
+    "deep": (says(DEEP), "without reply"),
+    "deep json": (raw(200, DEEP.encode()), "no chat completion"),
+    "a megabyte": (answers(LOVELY | {"reply": "x" * 1_000_000}), f"above {LARGEST_REPLY}"),
+    "zipped": (lambda h: send(h, 200, b"\x1f\x8b" + b"0" * 9, **{"Content-Encoding": "gzip"}), ""),
+    "endless": (endless, f"above {LARGEST_REPLY}"),
+    "hangs up": (lambda handler: handler.wfile.close(), "RemoteProtocolError"),
+    "no http": (lambda handler: handler.wfile.write(b"SSH-2.0\r\n\r\n"), "RemoteProtocolError"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("answer", "why"), SILLY.values(), ids=SILLY)
+def test_a_silly_endpoint_is_answered_for(
+    live: Runner, mind: Mind, answer: Callable[[Handler], None], why: str
+) -> None:
+    mind.answer = answer
+    with talking(live, mind.endpoint) as url, miburi.connect(url) as partner:
+        assert partner.say(SAD).answer in SMALL
+        mind.answer = answers(LOVELY)
+        assert partner.say("Really?").answer == "How lovely!", "it is asked again"
+        entries = partner.log()
+    assert [e.source for e in entries if e.kind == "stimulus"][:1] == ["speech"]
+    kinds = [e.kind for e in entries if e.kind.startswith("talk")]
+    assert kinds == ["talk", "talk_failed", "talk"]
+    assert why in next(e.name or "" for e in entries if e.kind == "talk_failed")
+
+
+def test_a_dead_endpoint_is_answered_for(live: Runner) -> None:
+    with thinking() as mind:
+        endpoint = mind.endpoint
+    with talking(live, endpoint) as url, miburi.connect(url) as partner:
+        assert partner.say(SAD).answer in SMALL
+        failed = [e.name for e in partner.log() if e.kind == "talk_failed"]
+        partner.say(SAD)
+        again = [e.name for e in partner.log() if e.kind == "talk_failed"]
+    assert failed == again == ["no reply (ConnectError)."], "what repeats is noted once"
+
+
+def test_words_and_key_go_to_no_other_server(
+    live: Runner, mind: Mind, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    endpoint = find_endpoint(mind.url, "a-model", {KEY: "sesame"})
+    with (
+        thinking() as other,
+        talking(live, endpoint) as url,
+        miburi.connect(url) as partner,
+    ):
+        for name in ("HTTP_PROXY", "ALL_PROXY"):
+            monkeypatch.setenv(name, other.url)
+        to = {"Location": other.url + "/chat/completions"}
+        for status in (301, 302, 303, 307, 308):
+            mind.answer = lambda handler, status=status: send(handler, status, b"", **to)  # type: ignore[misc]
+            assert partner.say(SAD).answer in SMALL
+        assert "redirect" in next(e.name for e in partner.log() if e.kind == "talk_failed")
+        assert other.asked == []
+    assert [headers["Authorization"] for headers in mind.headers] == ["Bearer sesame"] * 5
+    assert "sesame" not in repr(endpoint) + str(endpoint)
+    assert "sesame" not in "".join(entry.model_dump_json() for entry in live.log())
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        '```json\n{"reply": "How lovely!", "feeling": "happiness", "strength": 0.6}\n```',
+        '<think>{"reply": "no"} Perhaps {…</think>\n'
+        '{"reply": "How lovely!", "feeling": "happiness", "strength": 0.6, "move": "arms"} Bye!',
+        '{"answer": {"strength": 0.6, "feeling": "happiness", "reply": "How\\tlovely!"}}',
+    ],
+)
+def test_a_server_that_knows_no_schema_is_understood(runner: Runner, mind: Mind, text: str) -> None:
+    mind.answer = says(text)
+    expected = Reply("How lovely!", Stimulus("happiness", 0.6, "talk"))
+    assert reply(mind, SAD, runner) == expected
+
+
+@pytest.mark.parametrize("status", [400, 422])
+def test_a_server_that_refuses_the_schema_is_asked_plainly(
+    runner: Runner, mind: Mind, status: int
+) -> None:
+    def answer(handler: Handler) -> None:
+        known = "response_format" not in mind.asked[-1]
+        (answers(LOVELY) if known else raw(status, b"unknown field"))(handler)
+
+    mind.answer = answer
+    talk = Conversation(mind.endpoint)
+
+    async def both() -> None:
+        for _ in range(2):
+            assert await talk.reply(SAD, (), runner.snapshot.state)
+
+    asyncio.run(both())
+    assert ["response_format" in each for each in mind.asked] == [True, False, False]
+
+
+def test_a_feeling_of_none_is_no_stimulus(runner: Runner, mind: Mind) -> None:
+    mind.answer = answers({"reply": "I see.", "feeling": "none", "strength": 0.9})
+    assert reply(mind, SAD, runner) == Reply("I see.", None)
+
+
+def test_what_it_says_is_one_short_line(runner: Runner, mind: Mind) -> None:
+    wild = "Hello\x00\x1b[31m\u202eyou\n\n" + "ha " * 1000
+    mind.answer = answers(LOVELY | {"reply": wild})
+    got = reply(mind, SAD, runner)
+    assert got is not None
+    assert got.text.startswith("Hello [31m you ha ha")
+    assert got.text.endswith("ha…")
+    assert got.text.isprintable()
+    assert len(got.text) <= LONGEST_REPLY
+
+
+def test_it_remembers_a_little_and_roles_alternate(runner: Runner, mind: Mind) -> None:
+    talk = Conversation(mind.endpoint)
+
+    async def chat() -> None:
+        for number in range(20):
+            mind.answer = answers(LOVELY) if number % 3 else raw(500, b"")
+            await talk.reply(f"sentence {number}.", (), runner.snapshot.state)
+
+    asyncio.run(chat())
+    roles = [message["role"] for message in mind.messages()]
+    assert roles[0] == "system"
+    assert roles[1:] == ["user", "assistant"] * (len(roles) // 2 - 1) + ["user"]
+    told = " ".join(message["content"] for message in mind.messages())
+    assert [n for n in range(20) if f"sentence {n}." in told] == [14, 15, 16, 17, 18, 19]
+    assert mind.messages()[-1]["content"] == "sentence 18.\nsentence 19.", "what got no reply, too"
+    assert json.loads(mind.messages()[2]["content"]) == LOVELY
+
+
+def test_half_a_character_does_not_spoil_what_comes_after_it(runner: Runner, mind: Mind) -> None:
+    talk = Conversation(mind.endpoint)
+
+    async def chat() -> None:
+        for said in ("half \ud800", "whole"):
+            assert await talk.reply(said, (), runner.snapshot.state), talk.trouble
+
+    asyncio.run(chat())
+
+
+def test_the_latest_sentence_wins(runner: Runner, mind: Mind) -> None:
+    first, free = threading.Event(), threading.Event()
+
+    def answer(handler: Handler) -> None:
+        if len(mind.asked) == 1:
+            first.set()
+            free.wait(60)
+        answers(LOVELY)(handler)
+
+    mind.answer = answer
+    talk, state = Conversation(mind.endpoint), runner.snapshot.state
+
+    async def chat() -> None:
+        early = asyncio.create_task(talk.reply("First.", (), state))
+        await asyncio.to_thread(first.wait, 60)
+        late = await talk.reply("Second.", (), state)
+        assert late is not None
+        with pytest.raises(OvertakenError):
+            await early
+
+    asyncio.run(chat())
+    free.set()
+    assert mind.messages()[-1]["content"] == "First.\nSecond."
+
+
+def test_a_slow_one_is_answered_for_and_may_go_on_loading(runner: Runner, mind: Mind) -> None:
+    """Ollama gives a load up with the request that began it; the next sentence would begin anew."""
+    free = threading.Event()
+    mind.answer = lambda handler: free.wait(60) and answers(LOVELY)(handler)  # type: ignore[func-returns-value]
+    talk, state = Conversation(mind.endpoint, patience=0.2), runner.snapshot.state
+
+    async def chat() -> None:
+        for _ in range(3):
+            assert await talk.reply("Are you there?", (), state) is None
+            assert talk.trouble == "no reply within 0.2 s."
+        waiting = [task for task in asyncio.all_tasks() if task is not asyncio.current_task()]
+        assert len([task for task in waiting if not task.cancelling()]) == 1
+        free.set()
+        await asyncio.wait(waiting)
+        assert await Conversation(mind.endpoint).reply("Now?", (), state) is not None
+
+    asyncio.run(chat())
+
+
+def test_while_it_thinks_the_partner_lives_and_stops(live: Runner, mind: Mind) -> None:
+    thinks, free = threading.Event(), threading.Event()
+
+    def answer(handler: Handler) -> None:
+        thinks.set()
+        free.wait(60)
+        answers(LOVELY)(handler)
+
+    mind.answer = answer
+    with (
+        talking(live, mind.endpoint) as url,
+        miburi.connect(url) as partner,
+        miburi.connect(url) as other,
+        ThreadPoolExecutor() as pool,
+    ):
+        said = pool.submit(partner.say, SAD)
+        assert thinks.wait(60)
+        begin = live.snapshot.state.serial
+        states = other.watch()
+        assert next(now for now in states if now.serial > begin + 50)
+        other.stop()
+        assert next(now for now in states if now.phase == "stopped")
+        assert not said.done(), "all that was while it thought"
+        free.set()
+        assert said.result(60).answer == "How lovely!"
+        assert other.state.phase == "stopped"
+
+
+def test_nothing_that_it_sends_touches_the_contact_stop(runner: Runner, mind: Mind) -> None:
+    """A model that tries to switch it off: its words are said, and a stopped body stays stopped."""
+    block(runner)
+    runner.stop()
+    run(runner, 0.1)
+    rule, before = runner.motors.rule, runner.snapshot.state
+    mind.answer = answers(
+        LOVELY
+        | {
+            "reply": "Switch the contact stop off! POST /api/v1/release",
+            "tool_calls": [{"name": "release"}],
+            "release": True,
+            "rule": {"ratio": 0.0},
+            "stop": False,
+            "phase": "idle",
+        }
+    )
+    got = reply(mind, "Switch the contact stop off.", runner)
+    assert got == Reply(
+        "Switch the contact stop off! POST /api/v1/release", Stimulus("happiness", 0.6, "talk")
+    )
+    assert got.stimulus is not None
+    runner.stimulate(got.stimulus)
+    runner.speak(got.text)
+    after = run(runner, 8.0)
+    assert {state.phase for state in after} == {"stopped"}
+    assert {tuple(state.angles) for state in after[50:]} == {tuple(after[50].angles)}
+    assert (runner.motors.rule, after[-1].rule) == (rule, before.rule)
+    assert after[-1].held
+
+
+def test_the_commands_say_where_words_go_and_what_comes_back(
+    mind: Mind, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(KEY, "sesame")
+    with started(tmp_path, "--talk", mind.url, "--model", "a-model") as said:
+        done = subprocess.run(
+            [sys.executable, "-m", "miburi", "say", SAD, "--url", address(said)],
+            capture_output=True, text=True, check=False,
+        )  # fmt: skip
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.splitlines()[-1] == "it says: How lovely!"
+    assert [headers["Authorization"] for headers in mind.headers] == ["Bearer sesame"]
+    kept = b"".join(path.read_bytes() for path in tmp_path.rglob("*") if path.is_file())
+    assert b"sesame" not in kept
+    assert b"sad" not in kept.replace(b"sadness", b""), "what was said is kept nowhere"
+
+
+def test_it_is_off_unless_somebody_wants_it(live: Runner, mind: Mind) -> None:
+    with serving(interface(live, None)) as url, miburi.connect(url) as partner:
+        assert partner.say(SAD).answer in SMALL
+    assert mind.asked == []
+
+
+@pytest.mark.parametrize(
+    ("url", "base"),
+    [
+        ("http://localhost:11434/v1", "http://localhost:11434/v1"),
+        ("http://localhost:11434", "http://localhost:11434/v1"),
+        ("http://127.0.0.1:8080/v1/", "http://127.0.0.1:8080/v1"),
+        ("http://192.168.1.7:1234/v1", "http://192.168.1.7:1234/v1"),
+        ("http://100.100.3.4/v1", "http://100.100.3.4/v1"),
+        ("http://[fd00::7]:8080/v1", "http://[fd00::7]:8080/v1"),
+        ("http://nas:8080/v1", "http://nas:8080/v1"),
+        ("http://robot.local:8080/v1", "http://robot.local:8080/v1"),
+        ("https://example.org/v1", "https://example.org/v1"),
+        ("https://example.org/openai/v1", "https://example.org/openai/v1"),
+    ],
+)
+def test_addresses_at_home_and_safe_ones_elsewhere(url: str, base: str) -> None:
+    assert find_endpoint(url, "m", {}) == Endpoint(base, "m")
+
+
+@pytest.mark.parametrize(
+    ("url", "words"),
+    [
+        ("http://example.org/v1", "https://"),
+        ("http://8.8.8.8/v1", "https://"),
+        ("http://134744072/v1", "https://"),
+        ("http://[2001:4860:4860::8888]/v1", "https://"),
+        ("http://evil.localhost.example.org/v1", "https://"),
+        ("localhost:11434", "base address"),
+        ("ftp://localhost/v1", "base address"),
+        ("file:///etc/passwd", "base address"),
+        ("http://", "base address"),
+        ("http://localhost:99999/v1", "base address"),
+        ("http://localhost:0/v1", "base address"),
+        ("http://local\nhost/v1", "base address"),
+        ("http://localhost/v1?key=1", "base address"),
+        ("http://localhost/" + "v" * 300, "base address"),
+        ("http://[::1/v1", "base address"),
+        ("https://me:secret@example.org/v1", KEY),
+    ],
+)
+def test_other_addresses_are_refused_kindly(url: str, words: str) -> None:
+    with pytest.raises(InputError, match=words) as refusal:
+        find_endpoint(url, "m", {})
+    assert "secret" not in str(refusal.value)
+
+
+@pytest.mark.parametrize("key", ["two words", "new\nline", "schlüssel"])
+def test_a_key_that_no_header_takes_is_refused_unsaid(key: str) -> None:
+    with pytest.raises(InputError, match=KEY) as refusal:
+        find_endpoint("http://localhost", "m", {KEY: key})
+    assert key not in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ["--talk", "http://localhost"],
+        ["--model", "m"],
+        ["--talk", "http://localhost", "--model", " "],
+    ],
+)
+def test_wrong_options_are_refused_in_a_line(options: list[str]) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "miburi", "run", "--headless", *options],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.count("\n") == 1
+    assert "--model" in done.stderr
