@@ -17,7 +17,7 @@ def without(libraries: list[str], *arguments: str) -> list[str]:
 
 
 STUDIES = ["pyarrow", "scipy"]
-DOORS = ["mcp", "aiomqtt"]
+DOORS = ["mcp", "aiomqtt", "cryptography"]
 
 
 @pytest.mark.parametrize(
@@ -63,6 +63,7 @@ def test_the_live_partner_needs_no_extra(tmp_path: Path) -> None:
         ("pyarrow", "studies", ["safety-page", "out.parquet", "--recorded", "1"]),
         ("mcp", "mcp", ["mcp"]),
         ("mcp", "mcp", ["run", "--agents", "--port", "0", "--folder", "."]),
+        ("cryptography", "https", ["run", "--https", "--port", "0", "--folder", "."]),
         ("aiomqtt", "mqtt", ["run", "--broker", "localhost", "--port", "0", "--folder", "."]),
         ("aiomqtt", "mqtt", ["fleet", "--broker", "localhost"]),
         ("ray", "cluster", ["trials", "--free", "1", "--blocked", "0", "--ray", "auto"]),

@@ -55,12 +55,16 @@ def ask(
     kind: str = "http",
     method: str = "GET",
     body: Iterable[bytes] = (b"",),
+    scheme: str = "http",
+    at: str = "127.0.0.1",
     **headers: str,
 ) -> tuple[Any, str]:
     """Return the status (or the WebSocket's answer) and the words."""
     headers = {"host": "127.0.0.1:8080", **headers}
     scope = {
         "type": kind,
+        "scheme": scheme if kind == "http" else scheme.replace("http", "ws"),
+        "server": (at, 8080),
         "path": path,
         "method": method,
         "client": ("127.0.0.1", 5000),
@@ -236,9 +240,11 @@ def test_the_pairing_page_needs_none() -> None:
         ("/api/v1/state", "text/html", 401),
     ],
 )
+@pytest.mark.parametrize("https", [False, True])
 def test_a_person_without_a_token_is_led_to_the_pairing_page(
-    path: str, accept: str, status: int
+    path: str, accept: str, status: int, https: bool
 ) -> None:
+    status = 426 if https and status == 401 else status  # it comes by plain http
     sent: list[Any] = []
 
     async def send(message: Any) -> None:
@@ -249,9 +255,62 @@ def test_a_person_without_a_token_is_led_to_the_pairing_page(
 
     headers = [(b"host", b"192.168.1.4:8080"), (b"accept", accept.encode())]
     scope = {"type": "http", "path": path, "method": "GET", "headers": headers}
-    asyncio.run(Gate(behind, TOKEN)(scope, receive, send))
+    asyncio.run(Gate(behind, TOKEN, https=https)(scope, receive, send))
     assert sent[0]["status"] == status
     assert ((b"location", f"/pair#{path}".encode()) in sent[0]["headers"]) == (status == 303)
+
+
+HOME = "192.168.1.4"
+MINE = {"authorization": f"Bearer {TOKEN}"}
+
+
+@pytest.mark.parametrize("kind", ["http", "websocket"])
+def test_by_https_the_token_is_needed_at_every_address(kind: str) -> None:
+    gate = Gate(behind, TOKEN, https=True)
+    for at in (HOME, "127.0.0.1"):
+        refused, _ = ask(gate, kind=kind, scheme="https", at=at, host=f"{at}:8081")
+        assert refused in (401, "websocket.close")
+        passed, _ = ask(gate, kind=kind, scheme="https", at=at, host=f"{at}:8081", **MINE)
+        assert passed in (200, "websocket.accept")
+    assert ask(gate, "/pair", scheme="https", at=HOME)[0] == 200
+    assert ask(gate, "/ca.pem", scheme="https", at=HOME)[0] == 200
+
+
+@pytest.mark.parametrize("kind", ["http", "websocket"])
+def test_beside_https_plain_http_is_for_this_computer_alone(kind: str) -> None:
+    gate = Gate(behind, TOKEN, https=True)
+    assert ask(gate, kind=kind)[0] in (200, "websocket.accept")
+    for host in (HOME, "evil.example"):  # a name that points here, in a browser at this computer
+        assert ask(gate, kind=kind, host=host)[0] in (403, "websocket.close")
+    for path in ("/", "/face", "/api/v1/state", STOP, "/static/live.js"):
+        for method in ("GET", "POST"):
+            for headers in ({}, MINE, {"cookie": f"miburi_token={TOKEN}"}):
+                for host in (HOME, "127.0.0.1:8080"):  # whoever asks writes the host
+                    status, words = ask(
+                        gate, path, kind=kind, method=method, at=HOME, host=host, **headers
+                    )
+                    assert status in (426, "websocket.close")
+                    assert "https" in words
+
+
+def test_by_plain_http_a_device_is_told_of_https_and_gives_no_token_away() -> None:
+    gate = Gate(behind, TOKEN, https=True)
+    for path in ("/pair", "/ca.pem"):
+        assert ask(gate, path, at=HOME, host=HOME)[0] == 200
+        assert ask(gate, path, method="POST", at=HOME, host=HOME, **MINE)[0] == 426
+    assert ask(Gate(behind, TOKEN), "/ca.pem", at=HOME)[0] == 401, "there is no authority"
+
+
+@pytest.mark.parametrize("kind", ["http", "websocket"])
+def test_a_page_of_ours_that_came_by_plain_http_may_not_ask_by_https(kind: str) -> None:
+    """Whoever is on the way could have made it."""
+    gate = Gate(behind, TOKEN, https=True)
+    where = {"kind": kind, "scheme": "https", "at": HOME, "host": f"{HOME}:8081"}
+    status, words = ask(gate, origin=f"http://{HOME}:8081", **where, **MINE)
+    assert status in (403, "websocket.close")
+    assert "other sites" in words
+    ours, _ = ask(gate, origin=f"https://{HOME}:8081", **where, **MINE)
+    assert ours in (200, "websocket.accept")
 
 
 def test_wrong_tokens_are_counted() -> None:
@@ -274,20 +333,20 @@ def test_too_many_requests_are_refused_and_come_back() -> None:
     assert [ask(gate)[0] for _ in range(int(RATE) + 1)] == [200] * int(RATE) + [429]
 
 
-@pytest.mark.parametrize("token", [None, TOKEN])
-def test_stop_is_never_refused_to_who_may_use_the_partner(token: str | None) -> None:
-    gate = Gate(behind, token, Clock())
-    mine = {"authorization": f"Bearer {token}"} if token else {}
+@pytest.mark.parametrize(("token", "scheme"), [(None, "http"), (TOKEN, "http"), (TOKEN, "https")])
+def test_stop_is_never_refused_to_who_may_use_the_partner(token: str | None, scheme: str) -> None:
+    gate = Gate(behind, token, Clock(), https=scheme == "https")
+    mine = {"scheme": scheme, **({"authorization": f"Bearer {token}"} if token else {})}
     while ask(gate, **mine)[0] == 200:
         pass
-    while token and ask(gate, authorization="Bearer wrong")[0] != 429:
+    while token and ask(gate, scheme=scheme, authorization="Bearer wrong")[0] != 429:
         pass
     assert {ask(gate, STOP, method="POST", **mine)[0] for _ in range(1000)} == {200}
     assert ask(gate, STOP, method="POST", content_length=str(LARGEST + 1), **mine)[0] == 200
     assert ask(gate, STOP, **mine)[0] == 429  # a page elsewhere can send no POST of ours, but GETs
     assert ask(gate, STOP, method="POST", origin="https://evil.example", **mine)[0] == 403
     if token:
-        assert ask(gate, STOP, method="POST")[0] == 401
+        assert ask(gate, STOP, method="POST", scheme=scheme)[0] == 401
 
 
 @pytest.mark.parametrize("kind", ["http", "websocket"])

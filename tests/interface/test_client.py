@@ -14,6 +14,8 @@ from miburi.errors import BodyError, InputError, OutputError
 from miburi.feelings import Expression, Stimulus
 from miburi.gestures.effort import Effort
 from miburi.interface.access import Gate
+from miburi.interface.asker import Asker
+from miburi.interface.authority import Certificates
 from miburi.interface.client import ConnectionLostError, RemotePartner
 from miburi.live.runner import Runner
 
@@ -141,3 +143,35 @@ def test_the_token_opens_the_door(live: Runner) -> None:
                 _ = stranger.state
             with pytest.raises(ConnectionLostError):
                 next(iter(stranger.watch()))
+
+
+def test_by_https_it_takes_the_home_authority(live: Runner, certificates: Certificates) -> None:
+    token = "t" * 40
+    gate = Gate(interface(live), token, https=True)
+    with (
+        serving(gate, certificate=certificates.server) as url,
+        miburi.connect(url, token, certificates.authority) as friend,
+    ):
+        assert next(iter(friend.watch())).body == "simulated"
+        friend.stop()
+        assert friend.state.phase == "stopped"
+
+
+def test_without_the_authority_it_says_what_to_do(live: Runner, certificates: Certificates) -> None:
+    gate = Gate(interface(live), "t" * 40, https=True)
+    with serving(gate, certificate=certificates.server) as url:
+        with miburi.connect(url, "t" * 40) as stranger:
+            for attempt in (lambda: stranger.state, stranger.stop, lambda: next(stranger.watch())):
+                with pytest.raises(ConnectionLostError, match="not trusted.*authority=FILE"):
+                    attempt()
+        with pytest.raises(ConnectionLostError, match="not trusted.*MIBURI_AUTHORITY"):
+            asyncio.run(Asker.at(url, "t" * 40).state())
+
+
+@pytest.mark.parametrize("content", [None, "nonsense"])
+def test_a_file_that_is_no_authority_is_said(tmp_path: Path, content: str | None) -> None:
+    path = tmp_path / "ca.pem"
+    if content:
+        path.write_text(content)
+    with pytest.raises(InputError, match="ca.pem: this is no certificate of an authority"):
+        miburi.connect("https://127.0.0.1:8081", authority=path)

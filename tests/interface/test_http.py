@@ -1,6 +1,10 @@
 """The server's own limits: on headers, on connections, and on who is who."""
 
 import socket
+import ssl
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from functools import partial
 from urllib.parse import urlsplit
 
 import httpx
@@ -8,12 +12,26 @@ import pytest
 from tests.fixtures.live import interface, refuses_in_json, serving
 
 from miburi.interface.access import BURST, Gate
+from miburi.interface.authority import Certificates
 from miburi.live.runner import Runner
 
+Serve = Callable[[Gate], AbstractContextManager[str]]
 
-def test_a_header_that_anybody_can_write_lifts_no_limit(runner: Runner) -> None:
+
+@pytest.fixture(params=["http", "https"])
+def served(
+    request: pytest.FixtureRequest, certificates: Certificates, monkeypatch: pytest.MonkeyPatch
+) -> Serve:
+    """Serves a gate, by http and by https: its limits hold for both."""
+    if request.param == "http":
+        return serving
+    monkeypatch.setenv("SSL_CERT_FILE", str(certificates.authority))
+    return partial(serving, certificate=certificates.server)
+
+
+def test_a_header_that_anybody_can_write_lifts_no_limit(runner: Runner, served: Serve) -> None:
     gate = Gate(interface(runner), clock=lambda: 0.0)
-    with serving(gate) as url, httpx.Client(base_url=url) as client:
+    with served(gate) as url, httpx.Client(base_url=url) as client:
         answers = [
             client.get("/api/v1/state", headers={"X-Forwarded-For": f"10.0.0.{i}"}).status_code
             for i in range(int(BURST) + 2)
@@ -23,39 +41,43 @@ def test_a_header_that_anybody_can_write_lifts_no_limit(runner: Runner) -> None:
 
 def raw(url: str, sent: bytes) -> bytes:
     """What the server answers to bytes, until it closes the connection."""
-    with socket.create_connection((urlsplit(url).hostname, urlsplit(url).port or 0), 30) as line:
+    where = urlsplit(url)
+    line = socket.create_connection((where.hostname, where.port or 0), 30)
+    if where.scheme == "https":
+        line = ssl.create_default_context().wrap_socket(line, server_hostname=where.hostname)
+    with line:
         answer = b""
         try:
             line.sendall(sent)
             while more := line.recv(65_536):
                 answer += more
-        except ConnectionError:  # it has closed before it had read everything
+        except (ConnectionError, ssl.SSLEOFError):  # it has closed before it had read everything
             pass
     return answer
 
 
-def test_headers_that_are_too_large_end_the_connection(runner: Runner) -> None:
-    with serving(Gate(interface(runner))) as url:
+def test_headers_that_are_too_large_end_the_connection(runner: Runner, served: Serve) -> None:
+    with served(Gate(interface(runner))) as url:
         start = b"GET /api/v1/state HTTP/1.1\r\nHost: localhost\r\nX: "
         assert b" 200 " not in raw(url, start + b"x" * 10_000_000 + b"\r\n\r\n")
         assert httpx.get(url + "/api/v1/state").status_code == 200
 
 
 def test_who_says_nothing_is_not_waited_for(
-    runner: Runner, monkeypatch: pytest.MonkeyPatch
+    runner: Runner, served: Serve, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("miburi.interface.http.HEADER_TIME", 0.2)
-    with serving(Gate(interface(runner))) as url:
+    with served(Gate(interface(runner))) as url:
         assert raw(url, b"GET /api/v1/state HTTP/1.1\r\nHost: local") == b""
 
 
 def test_an_address_has_only_so_many_connections_and_stop_is_answered_all_the_same(
-    runner: Runner, monkeypatch: pytest.MonkeyPatch
+    runner: Runner, served: Serve, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("miburi.interface.http.CONNECTIONS", 20)
     monkeypatch.setattr("miburi.interface.http.HEADER_TIME", 1000.0)
     runner.start()
-    with serving(Gate(interface(runner))) as url:
+    with served(Gate(interface(runner))) as url:
         where = (urlsplit(url).hostname, urlsplit(url).port or 0)
         slow = [socket.create_connection(where, 15) for _ in range(60)]
         assert httpx.post(url + "/api/v1/stop").status_code == 204
@@ -67,19 +89,21 @@ def test_an_address_has_only_so_many_connections_and_stop_is_answered_all_the_sa
 
 
 @pytest.mark.parametrize("host", ["[", "[::1", "]", "a]b"])
-def test_a_host_that_is_no_name_is_refused(runner: Runner, host: str) -> None:
-    with serving(Gate(interface(runner))) as url:
+def test_a_host_that_is_no_name_is_refused(runner: Runner, served: Serve, host: str) -> None:
+    with served(Gate(interface(runner))) as url:
         for headers in ({"Host": host}, {"Origin": f"http://{host}"}):
             assert httpx.get(url + "/api/v1/state", headers=headers).status_code == 403
 
 
-def test_what_is_not_there_is_said_in_json(runner: Runner) -> None:
-    with serving(Gate(interface(runner))) as url:
+def test_what_is_not_there_is_said_in_json(runner: Runner, served: Serve) -> None:
+    with served(Gate(interface(runner))) as url:
         refuses_in_json(url)
 
 
-def test_a_large_body_in_chunks_is_refused_as_one_in_one_piece(runner: Runner) -> None:
-    with serving(Gate(interface(runner))) as url:
+def test_a_large_body_in_chunks_is_refused_as_one_in_one_piece(
+    runner: Runner, served: Serve
+) -> None:
+    with served(Gate(interface(runner))) as url:
         for path in ("/api/v1/stimulus", "/api/v1/express"):
             answer = httpx.post(url + path, content=iter([b" " * 7_000] * 10))
             assert answer.status_code == 413

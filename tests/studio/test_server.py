@@ -1,19 +1,24 @@
 """The server as a user starts it: how it begins, whom it lets in, and how it ends."""
 
+import json
 import os
 import re
 import signal
 import socket
+import ssl
 import subprocess
 import sys
 from collections.abc import Callable
 from contextlib import AbstractContextManager, suppress
 from pathlib import Path
+from urllib.error import URLError
+from urllib.parse import urlsplit
+from urllib.request import Request, urlopen
 
 import httpx
 import numpy as np
 import pytest
-from tests.fixtures.live import address, own_environment, refuses_in_json
+from tests.fixtures.live import address, own_environment, refuses_in_json, started_by_https
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
@@ -138,6 +143,63 @@ def test_the_code_in_the_terminal_leads_to_an_address_that_a_phone_can_reach(
     assert qr_for_terminal(found[0]).startswith(code)
 
 
+def test_by_https_a_phone_comes_in_and_by_http_only_this_computer(tmp_path: Path) -> None:
+    with started_by_https(tmp_path) as (url, safe):
+        authority, token = tmp_path / "https" / "ca.pem", (tmp_path / "token").read_text().strip()
+        # Python's own client, as it comes: it checks the certificate and its address.
+        mine = Request(safe + "/api/v1/state", headers={"Authorization": f"Bearer {token}"})
+        with urlopen(mine, context=ssl.create_default_context(cafile=authority)) as answer:
+            assert json.load(answer)["body"] == "simulated"
+        with pytest.raises(URLError, match="CERTIFICATE_VERIFY_FAILED"):
+            urlopen(mine)
+        assert httpx.get(url + "/api/v1/state").status_code == 200
+        assert httpx.get(url + "/ca.pem").content == authority.read_bytes()
+        with httpx.Client(base_url=safe, verify=ssl.create_default_context(cafile=authority)) as it:
+            assert it.get("/api/v1/state").status_code == 401
+            assert it.get("/ca.pem").content == authority.read_bytes()
+            assert it.post("/pair", json={"token": token}).status_code == 204
+            (cookie,) = it.cookies.jar
+            assert (cookie.secure, cookie.has_nonstandard_attr("HttpOnly")) == (True, True)
+            assert it.get("/face").status_code == 200
+            assert it.post("/api/v1/stop").status_code == 204
+            evil = {"Origin": "https://evil.example"}
+            assert it.post("/api/v1/stop", headers=evil).status_code == 403
+        with miburi.connect(safe, token, authority) as partner:
+            assert next(partner.watch()).phase == "stopped"
+        door = f"http://{urlsplit(safe).hostname}:{urlsplit(url).port}"
+        if httpx.get(door + "/pair").status_code == 200:
+            assert safe + "/pair" in httpx.get(door + "/pair").text
+            assert httpx.get(door + "/api/v1/state").status_code == 426
+            assert httpx.post(door + "/pair", json={"token": token}).status_code == 426
+        before = {path.name: path.read_bytes() for path in authority.parent.iterdir()}
+    with started_by_https(tmp_path):
+        assert {path.name: path.read_bytes() for path in authority.parent.iterdir()} == before
+
+
+def test_a_broken_authority_is_made_anew_and_said_in_a_line(tmp_path: Path) -> None:
+    (tmp_path / "https").mkdir()
+    (tmp_path / "https" / "authority.pem").write_text("nonsense")
+    process = awake(tmp_path, "--https")
+    assert process.stdout is not None
+    assert "Miburi is awake" in process.stdout.readline()
+    process.send_signal(signal.SIGINT)
+    said, errors = process.communicate(timeout=30)
+    assert process.returncode == 0
+    assert "Good-bye. The body rests at neutral" in said
+    assert errors.count("\n") == 1
+    assert "a new home authority was made" in errors
+
+
+def test_a_port_for_https_that_is_taken_is_said() -> None:
+    with socket.socket() as taken:
+        taken.bind(("0.0.0.0", 0))
+        taken.listen()
+        done = run("--https", "--port", str(taken.getsockname()[1] - 1))
+    assert done.returncode == 1
+    assert "another port with --port" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
 def test_a_port_that_is_taken_is_said() -> None:
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
@@ -158,6 +220,7 @@ def test_a_port_that_is_taken_is_said() -> None:
         (("--ik", "best", "--port", "0"), "default, residual, paper"),
         (("--seed", "-1", "--port", "0"), "0 or more"),
         (("--body", "card", "--port", "0"), "give it one with --serial"),
+        (("--https", "--port", "65535"), "from 0 to 65535"),
     ],
 )
 def test_wrong_options_are_refused_in_words(options: tuple[str, ...], words: str) -> None:

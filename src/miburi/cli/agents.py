@@ -13,10 +13,12 @@ def mcp(
 ) -> None:
     """Give an assistant the partner's tools (MCP) on standard input and output.
 
-    Away from the partner's computer it needs MIBURI_TOKEN. Whether a partner runs is asked at
+    Away from the partner's computer it needs MIBURI_TOKEN, and by https MIBURI_AUTHORITY, a file
+    with the certificate of the partner's home authority. Whether a partner runs is asked at
     every call, so it may be started later.
     """
     from miburi.interface.agents import make_agents
     from miburi.interface.asker import Asker
 
-    make_agents(Asker.at(url, os.environ.get("MIBURI_TOKEN"))).run("stdio")
+    known = os.environ.get("MIBURI_TOKEN"), os.environ.get("MIBURI_AUTHORITY")
+    make_agents(Asker.at(url, *known)).run("stdio")

@@ -55,8 +55,8 @@ def _watch(fleet: "Fleet", broker: "Broker", port: int) -> None:
 
     from miburi.interface.access import Gate
     from miburi.interface.http import configure
+    from miburi.studio.addresses import listening
     from miburi.studio.fleet_page import make_fleet_app
-    from miburi.studio.server import listening
 
     with listening("127.0.0.1", port) as listener:
         url = f"http://127.0.0.1:{listener.getsockname()[1]}"

@@ -36,10 +36,21 @@ def run(
     serial: Annotated[
         str | None, typer.Option(help="A card's serial port.", show_default=False)
     ] = None,
+    https: Annotated[
+        bool,
+        typer.Option("--https", help="Let phones in, with camera, microphone and motion; a token."),
+    ] = False,
     host: Annotated[
-        str, typer.Option(help="The address to listen on; 0.0.0.0 lets phones in, with a token.")
-    ] = "127.0.0.1",
-    port: Annotated[int, typer.Option(help="The port to listen on; 0 takes a free one.")] = 8080,
+        str | None,
+        typer.Option(
+            help="The address to listen on; 0.0.0.0 lets others in, with a token. "
+            "Default: 127.0.0.1, or 0.0.0.0 with --https.",
+            show_default=False,
+        ),
+    ] = None,
+    port: Annotated[
+        int, typer.Option(help="The port for http; the next is for https. 0: any free one.")
+    ] = 8080,
     headless: Annotated[bool, typer.Option("--headless", help="Do not open a browser.")] = False,
     agents: Annotated[bool, typer.Option("--agents", help="Let agents in at /mcp (MCP).")] = False,
     broker: Annotated[
@@ -85,6 +96,7 @@ def run(
     seed: Annotated[int, typer.Option(help="Varies the gestures; 0 or more.")] = 0,
 ) -> None:
     """Wake the live partner and open its studio."""
+    from miburi.studio.addresses import EVERYWHERE
     from miburi.studio.server import Wish, serve
 
     if servo is not None and body != "simulated":
@@ -100,8 +112,9 @@ def run(
             settings_of(description, solver),
             body=body,
             port_of_body=serial,
-            host=host,
+            host=host or (EVERYWHERE[0] if https else "127.0.0.1"),
             port=port,
+            https=https,
             headless=headless,
             doors=doors,
             folder=folder,

@@ -37,11 +37,15 @@ def say(
     text: Annotated[str, typer.Argument(help="In English or Japanese.")],
     url: Annotated[str, typer.Option(help="Where the partner lives.")] = "http://127.0.0.1:8080",
 ) -> None:
-    """Say something to a live partner; away from its computer it needs MIBURI_TOKEN."""
+    """Say something to a live partner.
+
+    Away from its computer it needs MIBURI_TOKEN, and by https MIBURI_AUTHORITY.
+    """
     from miburi.interface.client import connect
     from miburi.senses import Brought, Impression
 
-    with connect(url, os.environ.get("MIBURI_TOKEN")) as partner:
+    known = os.environ.get("MIBURI_TOKEN"), os.environ.get("MIBURI_AUTHORITY")
+    with connect(url, *known) as partner:
         heard = partner.say(text)
     why = tuple(Brought(part.what, part.weight) for part in heard.why)
     print(Impression(heard.feeling, heard.strength, "speech", why).reason)

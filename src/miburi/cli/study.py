@@ -70,8 +70,8 @@ def run(
     with ExitStack() as stack:
         perform = None
         if any(film.live for film in study.films):
-            token = os.environ.get("MIBURI_TOKEN")
-            perform = stack.enter_context(connect(partner, token)).express
+            known = os.environ.get("MIBURI_TOKEN"), os.environ.get("MIBURI_AUTHORITY")
+            perform = stack.enter_context(connect(partner, *known)).express
         serve_study(study, store, films, host, port, say, perform)
     print(f"The answers are in {folder / ANSWERS}. Next: miburi study report {folder}")
 

@@ -1,7 +1,9 @@
 """Who may talk to the server, how much, and how often: one gate in front of every route.
 
 On the loopback address anybody at this computer may; on any other address a token is needed
-everywhere but on the pairing page. Requests from other sites' pages are refused on both.
+everywhere but on the pairing page. Requests from other sites' pages are refused on both. Where the
+server listens by https, too, no token passes unencrypted: plain http is for this computer itself,
+and tells others only where https is.
 """
 
 import asyncio
@@ -26,6 +28,7 @@ from miburi.errors import OutputError
 
 __all__ = [
     "AGENTS",
+    "AUTHORITY",
     "BURST",
     "COOKIE",
     "LARGEST",
@@ -48,8 +51,8 @@ __all__ = [
 ]
 
 COOKIE = "miburi_token"
-#: The only path that answers without a token.
-PAIRING = "/pair"
+#: The only paths that answer without a token: how to come in, and by https, whom to trust.
+PAIRING, AUTHORITY = "/pair", "/ca.pem"
 #: What no limit holds up, for those who may use the partner.
 STOP = "/api/v1/stop"
 #: Where agents come in, if the partner lets them.
@@ -175,13 +178,21 @@ class Gate:
         here).
     clock
         Gives s.
+    https
+        Whether the server listens by https, too.
     """
 
     def __init__(
-        self, app: ASGIApp, token: str | None = None, clock: Callable[[], float] = time.monotonic
+        self,
+        app: ASGIApp,
+        token: str | None = None,
+        clock: Callable[[], float] = time.monotonic,
+        *,
+        https: bool = False,
     ) -> None:
         self._app = app
         self._token = token
+        self._https = https
         self._requests = Allowance(RATE, BURST, clock)
         self._agents = Allowance(RATE, BURST, clock)
         self._agents_turns: WeakValueDictionary[str, asyncio.Lock] = WeakValueDictionary()
@@ -198,7 +209,7 @@ class Gate:
         try:
             self._check(scope)
         except RefusedError as refused:
-            if refused.status == 401 and _wants_page(scope):
+            if refused.status in (401, 426) and _wants_page(scope):
                 pairing = RedirectResponse(f"{PAIRING}#{scope['path']}", 303)
                 await pairing(scope, receive, send)
                 return
@@ -241,16 +252,24 @@ class Gate:
     def _check(self, scope: Scope) -> None:
         headers = {name: value.decode("latin-1") for name, value in scope["headers"]}
         who = _asker(scope)
-        self._check_site(headers)
         path = scope["path"]
-        if self._token is not None and path != PAIRING:
-            self._check_token(headers, who, self._token)
         method = scope.get("method", "GET")
+        encrypted = scope.get("scheme") in ("https", "wss")
+        plain = self._https and not encrypted
+        token = None if plain and _is_own(scope) else self._token
+        _check_site(headers, near=token is None, encrypted=encrypted)
+        unlocked = path == PAIRING or (self._https and path == AUTHORITY)
+        if token is not None and plain and not (unlocked and method in ("GET", "HEAD")):
+            raise RefusedError(
+                426, "no token is taken by plain http; use the https address of this partner."
+            )
+        if token is not None and not unlocked:
+            self._check_token(headers, who, token)
         if path == STOP and method == "POST":
             return
         if method not in _METHODS:
             raise RefusedError(405, f"{method[:20]} is not for this address.")
-        limited = path.startswith("/api") or path == PAIRING
+        limited = path.startswith("/api") or path in (PAIRING, AUTHORITY)
         if limited and not self._requests.take(who):
             raise RefusedError(429, f"too many requests; at most {RATE:g} a second, please.")
         if path in _PAGES and not self._pages.take(who):
@@ -259,19 +278,6 @@ class Gate:
             raise RefusedError(503, f"{SOCKETS} connections are open already; close one.")
         if int_or(headers.get(b"content-length"), 0) > LARGEST:
             raise RefusedError(413, f"a request may have {LARGEST} bytes at most.")
-
-    def _check_site(self, headers: dict[bytes, str]) -> None:
-        """Refuse what a page of another site has sent, and names that only point here."""
-        host = headers.get(b"host", "")
-        if self._token is None and not is_loopback(_split(f"//{host}").hostname or ""):
-            raise RefusedError(
-                403, "this server answers to localhost only; start it with --host to open it."
-            )
-        origin = headers.get(b"origin")
-        # A browser names no origin where a page shows an image or a script of ours, but the site.
-        foreign = headers.get(b"sec-fetch-site", "none") not in ("same-origin", "none")
-        if foreign or (origin is not None and _split(origin).netloc != host):
-            raise RefusedError(403, "requests from other sites' pages are refused.")
 
     def _check_token(self, headers: dict[bytes, str], who: str, token: str) -> None:
         given = _given(headers)
@@ -314,6 +320,28 @@ class Gate:
                 await _refuse(scope, receive, send, refused)
 
 
+def _check_site(headers: dict[bytes, str], *, near: bool, encrypted: bool) -> None:
+    """Refuse what a page of another site has sent, and names that only point here.
+
+    ``near`` is what comes in by this computer's own door, ``encrypted`` what came by https.
+    """
+    host = headers.get(b"host", "")
+    if near and not is_loopback(_split(f"//{host}").hostname or ""):
+        raise RefusedError(
+            403,
+            "this server answers to localhost only; start it with --https or --host to open it.",
+        )
+    origin = headers.get(b"origin")
+    # A browser names no origin where a page shows an image or a script of ours, but the site.
+    foreign = headers.get(b"sec-fetch-site", "none") not in ("same-origin", "none")
+    if origin is not None:
+        page = _split(origin)
+        # Anybody on the way can make a page of ours by plain http.
+        foreign |= page.netloc != host or (encrypted and page.scheme != "https")
+    if foreign:
+        raise RefusedError(403, "requests from other sites' pages are refused.")
+
+
 def same(given: str, token: str) -> bool:
     """Compare two tokens in a time that tells nothing about them."""
     return hmac.compare_digest(given.encode("utf-8", "replace"), token.encode())
@@ -327,6 +355,11 @@ def int_or(text: str | None, otherwise: int) -> int:
 def _asker(scope: Scope) -> str:
     """Return the address that a request comes from."""
     return str((scope.get("client") or ("?", 0))[0])
+
+
+def _is_own(scope: Scope) -> bool:
+    """Whether a connection was made to the address that only this computer reaches."""
+    return is_loopback(str((scope.get("server") or ("",))[0]))
 
 
 def _given(headers: dict[bytes, str]) -> list[str]:

@@ -7,14 +7,14 @@ a server elsewhere. So a door that asks by it can do what HTTP can, and nothing 
 import asyncio
 from collections.abc import AsyncIterator, Callable
 from contextlib import AbstractAsyncContextManager, asynccontextmanager
+from pathlib import Path
 from typing import Self
 
 import httpx
 from fastapi import FastAPI
 from pydantic import BaseModel, TypeAdapter
 
-from miburi.errors import InputError
-from miburi.interface.client import PATIENCE, ConnectionLostError, accepted
+from miburi.interface.client import PATIENCE, ConnectionLostError, accepted, distrust, trust
 from miburi.interface.wire import GestureOut
 from miburi.live.state import Entry, MotorsOut, State
 
@@ -48,19 +48,12 @@ class Asker:
         return cls("the partner", http)
 
     @classmethod
-    def at(cls, url: str, token: str | None = None) -> Self:
-        """Return one that asks a server; it needs the token if that listens on another host.
-
-        Raises
-        ------
-        InputError
-            The address does not start with ``http://`` or ``https://``.
-        """
-        if not url.startswith(("http://", "https://")):
-            raise InputError(f"a partner's address starts with http:// or https://, got {url!r}.")
+    def at(cls, url: str, token: str | None = None, authority: Path | str | None = None) -> Self:
+        """Return one that asks a server; see :func:`miburi.interface.client.connect`."""
+        verify = trust(url, authority) or True
         url = url.rstrip("/")
         headers = {"Authorization": f"Bearer {token}"} if token else {}
-        return cls(url, httpx.AsyncClient(base_url=url + "/api/v1", headers=headers))
+        return cls(url, httpx.AsyncClient(base_url=url + "/api/v1", headers=headers, verify=verify))
 
     async def state(self) -> State:
         """Return everything about the partner, now."""
@@ -93,9 +86,8 @@ class Asker:
                     break
                 await asyncio.sleep(_BREATH)
         except httpx.HTTPError as error:
-            raise ConnectionLostError(
-                f"{self._url} does not answer; is `miburi run` running there?"
-            ) from error
+            words = f"{self._url} does not answer; is `miburi run` running there?"
+            raise ConnectionLostError(distrust(self._url, error) or words) from error
         return accepted(self._url, response).content
 
 

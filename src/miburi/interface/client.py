@@ -9,6 +9,7 @@
 Expressed(feeling='happiness', mood=0.41)
 """
 
+import ssl
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import TracebackType
@@ -26,7 +27,15 @@ from miburi.gestures.effort import Effort
 from miburi.interface.wire import BodyOut, GestureOut, RecordingOut, RobotOut, SayOut
 from miburi.live.state import Entry, MotorsOut, State
 
-__all__ = ["PATIENCE", "ConnectionLostError", "RemotePartner", "accepted", "connect"]
+__all__ = [
+    "PATIENCE",
+    "ConnectionLostError",
+    "RemotePartner",
+    "accepted",
+    "connect",
+    "distrust",
+    "trust",
+]
 
 #: s to wait for an answer.
 PATIENCE = 10.0
@@ -34,17 +43,21 @@ PATIENCE = 10.0
 _CONNECTIONS = 100
 
 
-def connect(url: str, token: str | None = None) -> "RemotePartner":
+def connect(
+    url: str, token: str | None = None, authority: Path | str | None = None
+) -> "RemotePartner":
     """Return a live partner at ``url``, such as ``http://127.0.0.1:8080``.
 
-    It needs the token if the partner was started with another ``--host``.
+    It needs the token if the partner was started with ``--https`` or another ``--host``, and by
+    https the certificate of the partner's home authority, a PEM file (its ``/ca.pem``), unless
+    this computer trusts that already.
 
     Raises
     ------
     InputError
-        The address does not start with ``http://`` or ``https://``.
+        The address does not start with ``http://`` or ``https://``; the file is no certificate.
     """
-    return RemotePartner(url, token)
+    return RemotePartner(url, token, authority)
 
 
 class ConnectionLostError(MiburiError):
@@ -62,9 +75,10 @@ class RemotePartner:
     - ``OutputError`` if there is no room for recordings.
     """
 
-    def __init__(self, url: str, token: str | None = None) -> None:
-        if urlsplit(url).scheme not in ("http", "https"):
-            raise InputError(f"a partner's address starts with http:// or https://, got {url!r}.")
+    def __init__(
+        self, url: str, token: str | None = None, authority: Path | str | None = None
+    ) -> None:
+        self._trust = trust(url, authority)
         self._url = url.rstrip("/")
         self._headers = {"Authorization": f"Bearer {token}"} if token else {}
         self._http = self._open()
@@ -105,13 +119,12 @@ class RemotePartner:
         """Yield states, ``rate`` a second (0.1 to 50), until you leave the loop."""
         address = "ws" + self._url.removeprefix("http") + f"/api/v1/live?rate={rate:g}"
         try:
-            with open_socket(address, additional_headers=self._headers) as socket:
+            with open_socket(address, additional_headers=self._headers, ssl=self._trust) as socket:
                 for text in socket:
                     yield self._state(text)
         except (OSError, ConnectionClosed, InvalidHandshake) as error:
-            raise ConnectionLostError(
-                f"{self._url}: {error or 'the connection was closed'}."
-            ) from error
+            words = f"{self._url}: {error or 'the connection was closed'}."
+            raise ConnectionLostError(distrust(self._url, error) or words) from error
 
     def stimulate(self, stimulus: Stimulus) -> None:
         """Let the partner feel something."""
@@ -237,7 +250,11 @@ class RemotePartner:
         # A pool that closes what it does not keep may close what a thread has just been given.
         limits = httpx.Limits(max_connections=_CONNECTIONS, max_keepalive_connections=_CONNECTIONS)
         return httpx.Client(
-            base_url=self._url + "/api/v1", headers=self._headers, timeout=PATIENCE, limits=limits
+            base_url=self._url + "/api/v1",
+            headers=self._headers,
+            timeout=PATIENCE,
+            limits=limits,
+            verify=self._trust or True,
         )
 
     def _ask(
@@ -246,10 +263,44 @@ class RemotePartner:
         try:
             response = (by or self._http).request(method, path, json=content)
         except httpx.HTTPError as error:
-            raise ConnectionLostError(
-                f"{self._url} does not answer ({error}); is `miburi run` running there?"
-            ) from error
+            words = f"{self._url} does not answer ({error}); is `miburi run` running there?"
+            raise ConnectionLostError(distrust(self._url, error) or words) from error
         return accepted(self._url, response)
+
+
+def trust(url: str, authority: Path | str | None) -> ssl.SSLContext | None:
+    """Return whom to trust at ``url``; None by plain http.
+
+    Raises
+    ------
+    InputError
+        See :func:`connect`.
+    """
+    scheme = urlsplit(url).scheme
+    if scheme not in ("http", "https"):
+        raise InputError(f"a partner's address starts with http:// or https://, got {url!r}.")
+    if scheme == "http":
+        return None
+    try:
+        return ssl.create_default_context(cafile=authority)
+    except OSError as error:
+        raise InputError(
+            f"{authority}: this is no certificate of an authority (PEM): {error}."
+        ) from error
+
+
+def distrust(url: str, error: BaseException) -> str | None:
+    """Return what to do if a connection failed as its certificate is not trusted; else None."""
+    cause: BaseException | None = error
+    while cause is not None and not isinstance(cause, ssl.SSLCertVerificationError):
+        cause = cause.__cause__ or cause.__context__
+    if cause is None:
+        return None
+    return (
+        f"{url}: its certificate is not trusted here ({cause.verify_message}). Take the "
+        f"certificate of its home authority, {url}/ca.pem, or https/ca.pem in its folder, and name "
+        "that file: connect(url, token, authority=FILE), or MIBURI_AUTHORITY=FILE for commands."
+    )
 
 
 def accepted(url: str, response: httpx.Response) -> httpx.Response:

@@ -1,6 +1,7 @@
 """Pair a phone: it scans a QR code, the page sends the token, and a cookie keeps it."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from io import StringIO
 
 import segno
@@ -8,14 +9,36 @@ from fastapi import APIRouter, Request, Response
 from fastapi.responses import HTMLResponse, JSONResponse, RedirectResponse
 from pydantic import Field
 
-from miburi.interface.access import COOKIE, PAIRING, Allowance, same
+from miburi.interface.access import AUTHORITY, COOKIE, PAIRING, Allowance, same
 from miburi.interface.wire import Message
 
-__all__ = ["PairIn", "pairing_router", "pairing_url", "qr_for_terminal", "qr_svg"]
+__all__ = ["PairIn", "Reach", "pairing_router", "pairing_url", "qr_for_terminal", "qr_svg"]
 
 #: Wrong tokens allowed per second, and in a burst, from all devices together (ours).
 _RATE, _BURST = 0.5, 20.0
 _MONTH = 30 * 24 * 3600
+
+
+@dataclass(frozen=True)
+class Reach:
+    """How other devices reach the server.
+
+    Attributes
+    ----------
+    addresses
+        Where, the likeliest first; none on the loopback address.
+    token
+        What they need; None on the loopback address.
+    authority
+        The certificate of the home authority, PEM, if they come by https; else None.
+    fingerprint
+        Its SHA-256, as phones show it.
+    """
+
+    addresses: tuple[str, ...] = ()
+    token: str | None = None
+    authority: bytes | None = None
+    fingerprint: str = ""
 
 
 class PairIn(Message):
@@ -44,25 +67,26 @@ def qr_svg(text: str) -> str:
     return segno.make(text, error="m").svg_inline(scale=6, border=3, light="white")
 
 
-def pairing_router(token: str | None, content: Callable[[Request], str]) -> APIRouter:
+def pairing_router(reach: Reach, content: Callable[[Request], str]) -> APIRouter:
     """Return the routes of the pairing page, the only ones that answer without a token.
 
     Parameters
     ----------
-    token
-        What pairs; None where nobody needs it.
+    reach
+        What pairs, and whom to trust.
     content
         Returns the page for a request, as HTML.
     """
     router = APIRouter(include_in_schema=False)
     wrong = Allowance(_RATE, _BURST)
+    token = reach.token
 
     @router.get(PAIRING)
     async def page(request: Request) -> Response:
         return RedirectResponse("/") if token is None else HTMLResponse(content(request))
 
     @router.post(PAIRING)
-    async def pair(wish: PairIn) -> Response:
+    async def pair(wish: PairIn, request: Request) -> Response:
         if token is None:
             return Response(status_code=204)
         if not same(wish.token, token):
@@ -71,7 +95,20 @@ def pairing_router(token: str | None, content: Callable[[Request], str]) -> APIR
             words = "This is not the token of this partner. Scan the code again."
             return JSONResponse({"detail": words}, 401)
         answer = Response(status_code=204)
-        answer.set_cookie(COOKIE, token, max_age=_MONTH, httponly=True, samesite="strict")
+        answer.set_cookie(
+            COOKIE,
+            token,
+            max_age=_MONTH,
+            httponly=True,
+            samesite="strict",
+            secure=request.url.scheme == "https",
+        )
         return answer
+
+    if reach.authority is not None:
+
+        @router.get(AUTHORITY)
+        async def authority() -> Response:
+            return Response(reach.authority, media_type="application/x-x509-ca-cert")
 
     return router

@@ -1,5 +1,6 @@
 """Put the web application together: the interface, the live WebSocket, and the pages."""
 
+from functools import partial
 from pathlib import Path
 
 from fastapi import APIRouter, FastAPI, Request
@@ -11,7 +12,7 @@ from starlette.routing import Match
 
 from miburi.interface.api import make_api
 from miburi.interface.doors import Doors
-from miburi.interface.pairing import pairing_router
+from miburi.interface.pairing import Reach, pairing_router
 from miburi.interface.socket import live_router
 from miburi.live.view import LivePartner
 from miburi.studio.face_page import add_face_page
@@ -24,30 +25,26 @@ HERE = Path(__file__).parent
 _CLOSED = Doors()
 
 
-def make_app(
-    runner: LivePartner, addresses: list[str], token: str | None, doors: Doors = _CLOSED
-) -> FastAPI:
+def make_app(runner: LivePartner, reach: Reach, doors: Doors = _CLOSED) -> FastAPI:
     """Return the application for a live partner; NiceGUI allows one in a process.
 
     Parameters
     ----------
     runner
         The partner.
-    addresses
-        The addresses at which other devices reach this server.
-    token
-        The token that they need, to show as a QR code; None on the loopback address.
+    reach
+        How other devices reach this server, to show as a QR code.
     doors
         The doors that are open beside HTTP.
     """
     app = make_api(runner, doors.talk)
     app.include_router(live_router(runner))
-    app.include_router(pairing_router(token, pairing_page))
+    app.include_router(pairing_router(reach, partial(pairing_page, reach)))
     app.mount("/static", StaticFiles(directory=HERE / "static"), name="static")
     doors.open(app)
     app.include_router(_nothing(app))
     add_face_page(app)
-    add_studio_page(runner, addresses, token)
+    add_studio_page(runner, reach)
     # Quasar would show a bar, without a name, at every request of its own.
     pages.config.quasar_config["loadingBar"]["skipHijack"] = True
     ui.run_with(

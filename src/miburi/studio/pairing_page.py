@@ -1,10 +1,15 @@
-"""The pairing page, for a device that has no token yet: it can load nothing else of ours."""
+"""The pairing page, for a device that has no token yet: it can load nothing else of ours.
+
+By plain http, where there is https, it takes no token: it says what the browser will warn of, and
+leads there.
+"""
 
 from pathlib import Path
 
 from fastapi import Request
 
 from miburi.ground.templates import render
+from miburi.interface.pairing import Reach
 from miburi.studio.preferences import Preferences
 from miburi.studio.words import words
 
@@ -13,7 +18,23 @@ __all__ = ["pairing_page"]
 _PAGE = Path(__file__).with_suffix(".html")
 
 
-def pairing_page(request: Request) -> str:
+def pairing_page(reach: Reach, request: Request) -> str:
     """Return the page in the visitor's language."""
     language = Preferences.of(request).language
-    return render(_PAGE, language=language, words=words(language)["pairing"])
+    return render(
+        _PAGE,
+        language=language,
+        words=words(language)["pairing"],
+        encrypted=request.url.scheme == "https",
+        onward=_onward(reach, request),
+        fingerprint=reach.fingerprint,
+    )
+
+
+def _onward(reach: Reach, request: Request) -> str | None:
+    """Return where to go by https, at the address that the visitor has found; None: stay here."""
+    if reach.authority is None or request.url.scheme == "https" or not reach.addresses:
+        return None
+    found = str((request.scope.get("server") or ("",))[0])
+    same = [address for address in reach.addresses if f"//{found}:" in address]
+    return (same or list(reach.addresses))[0]

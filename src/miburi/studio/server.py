@@ -7,28 +7,30 @@ The partner's loop and its watchdog run here. The server has a process of its ow
 import gc
 import os
 import signal
-import socket
 import sys
 import threading
 import webbrowser
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from enum import Enum, auto
 from multiprocessing import get_context
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from types import FrameType
+from urllib.parse import urlsplit
 
 from miburi.bma.settings import Settings
-from miburi.errors import BodyError, InputError, OutputError
+from miburi.errors import BodyError, InputError, OutputError, need
 from miburi.feelings import EmotionalModel, Stimulus, Temperament
 from miburi.gestures import Repertoire
 from miburi.ground.cores import come_first
-from miburi.interface.access import is_loopback, kept_token
+from miburi.interface.access import kept_token
 from miburi.interface.doors import Doors
 from miburi.interface.endpoint import Endpoint
+from miburi.interface.pairing import Reach
 from miburi.live.answering import answer
 from miburi.live.archive import Archive
 from miburi.live.bodies import KINDS
@@ -38,11 +40,11 @@ from miburi.live.runner import Runner
 from miburi.partner import solve_with
 from miburi.robot import Robot
 from miburi.safety.contact import Rule
-from miburi.studio.addresses import own_addresses
+from miburi.studio.addresses import EVERYWHERE, Listeners, listening_plainly, listening_twice
 from miburi.studio.serving import Pages, serve_pages
 from miburi.studio.words import FALLBACK, words
 
-__all__ = ["GREETING", "Wish", "listening", "own_folder", "serve"]
+__all__ = ["GREETING", "Wish", "own_folder", "serve"]
 
 #: A partner that wakes is glad to see people (ours).
 GREETING = Stimulus("happiness", 0.8)
@@ -50,8 +52,6 @@ GREETING = Stimulus("happiness", 0.8)
 _PATIENCE = 4.0
 #: s; Windows takes a signal only between two waits.
 _GLANCE = 0.5
-#: Hosts that mean every address of this computer. To compare with, not to listen on: S104.
-_EVERYWHERE = ("0.0.0.0", "::", "")  # noqa: S104
 
 
 @dataclass(frozen=True)
@@ -70,6 +70,8 @@ class Wish:
         The kind of body, and a card's serial port.
     host, port
         Where to listen; port 0 takes any that is free.
+    https
+        Whether to listen there by https, at the next port, and by http for this computer alone.
     headless
         Open no browser.
     doors
@@ -91,6 +93,7 @@ class Wish:
     port_of_body: str | None = None
     host: str = "127.0.0.1"
     port: int = 8080
+    https: bool = False
     headless: bool = False
     doors: Doors = field(default_factory=Doors)
     folder: Path | None = None
@@ -122,12 +125,12 @@ def serve(wish: Wish) -> None:
     come_first()  # a Stop must not wait for other programs
     folder = wish.folder or own_folder()
     memory = None if wish.forget else folder / "feelings.json"
-    token = None if is_loopback(wish.host) else kept_token(folder / "token")
-    with listening(wish.host, wish.port) as listener:
-        url = _url(listener, wish.host)
+    listen = listening_twice if wish.https else listening_plainly
+    with listen(wish.host, wish.port) as listeners:
+        pages = _pages(wish, listeners, folder)
         ends, theirs = lanes()
-        addresses = _addresses(listener, wish.host)
-        server = _start(Pages(listener, addresses, token, wish.doors), theirs)
+        server = _start(pages, theirs)
+        url = listeners.url
     try:
         feelings = _feelings(wish, memory)
         runner = _wake(wish, feelings, folder)
@@ -137,7 +140,7 @@ def serve(wish: Wish) -> None:
             server,
             ends,
             memory,
-            lambda: _announce(url, token, addresses, talk, wish.headless),
+            lambda: _announce(url, pages.reach, talk, wish.headless),
         )
     finally:
         server.terminate()
@@ -157,6 +160,8 @@ def serve(wish: Wish) -> None:
 def _check(wish: Wish) -> None:
     """Refuse what cannot be started."""
     wish.doors.need()
+    if wish.https:
+        need("cryptography", "https")
     if wish.seed < 0:
         raise InputError(f"the seed must be 0 or more, got {wish.seed}.")
     if wish.body not in KINDS:
@@ -170,6 +175,25 @@ def _check(wish: Wish) -> None:
         raise InputError(
             "a card has its own calibration; load this one onto it with `miburi card load`."
         )
+
+
+def _pages(wish: Wish, listeners: Listeners, folder: Path) -> Pages:
+    """Return what the server needs to let in whom it should."""
+    if not listeners.open_to_others:
+        return Pages(listeners, Reach(), wish.doors)
+    token, addresses = kept_token(folder / "token"), tuple(listeners.addresses())
+    if not wish.https:
+        return Pages(listeners, Reach(addresses, token), wish.doors)
+    from miburi.interface.authority import is_at_home, kept_certificates, own_names
+
+    if wish.host in EVERYWHERE:  # some may lead to the internet
+        addresses = tuple(each for each in addresses if is_at_home(urlsplit(each).hostname or ""))
+    hosts = [urlsplit(each).hostname or "" for each in addresses]
+    kept = kept_certificates(folder / "https", [*own_names(), *hosts], datetime.now(UTC))
+    if kept.news:
+        print(f"miburi: {kept.news}", file=sys.stderr)
+    reach = Reach(addresses, token, kept.authority.read_bytes(), kept.fingerprint)
+    return Pages(listeners, reach, wish.doors, kept.server)
 
 
 def _feelings(wish: Wish, memory: Path | None) -> EmotionalModel:
@@ -283,51 +307,6 @@ def _signals(happenings: "SimpleQueue[_Happening]") -> Iterator[None]:
             signal.signal(number, handler)
 
 
-@contextmanager
-def listening(host: str, port: int) -> Iterator[socket.socket]:
-    """Take the port before anything else is done."""
-    if not 0 <= port <= 65_535:
-        raise InputError(f"the port must be from 0 to 65535, got {port}.")
-    try:
-        family, kind, *_, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
-    except (OSError, UnicodeError) as error:
-        raise InputError(f"{host!r} is not an address of this computer: {error}.") from error
-    listener = socket.socket(family, kind)
-    try:
-        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        try:
-            listener.bind(address)
-            listener.listen(256)
-        except OSError as error:
-            raise OutputError(
-                f"cannot listen on {host} port {port}: {error.strerror}. If another Miburi is "
-                "running, use its page or end it; or choose another port with --port, 0 for any "
-                "that is free."
-            ) from error
-        listener.setblocking(False)
-        yield listener
-    finally:
-        listener.close()
-
-
-def _url(listener: socket.socket, host: str) -> str:
-    shown = f"[{host}]" if ":" in host else host
-    if host in _EVERYWHERE:
-        shown = "127.0.0.1"
-    return f"http://{shown}:{listener.getsockname()[1]}"
-
-
-def _addresses(listener: socket.socket, host: str) -> list[str]:
-    """Return the addresses under which other devices reach us, the likeliest first."""
-    if is_loopback(host):
-        return []
-    port = listener.getsockname()[1]
-    if host not in _EVERYWHERE:
-        return [_url(listener, host)]
-    names = own_addresses() or [socket.gethostname()]
-    return [f"http://{name}:{port}" for name in names]
-
-
 def _recall(path: Path, temperament: Temperament) -> EmotionalModel | None:
     try:
         return remembered(path, temperament)
@@ -357,24 +336,31 @@ def _say_good_bye(runner: Runner, folder: Path, *, kept: bool) -> None:
     print(f"Good-bye. The body {how}{remembers}.", flush=True)
 
 
-def _announce(
-    url: str, token: str | None, addresses: list[str], talk: Endpoint | None, headless: bool
-) -> None:
+def _announce(url: str, reach: Reach, talk: Endpoint | None, headless: bool) -> None:
     """Say where the studio is; open it unless told otherwise."""
     from miburi.interface.pairing import pairing_url, qr_for_terminal
 
-    shown = url if token is None else pairing_url(url, token)
+    token, safe = reach.token, reach.authority is not None
+    shown = url if token is None or safe else pairing_url(url, token)
     print(f"Miburi is awake. Studio: {shown}   face: {url}/face   (end with Ctrl-C)", flush=True)
     if talk is not None:
         print(f"What is said to it goes to {talk}.", flush=True)
     if token is not None:
         print(f"Token for programs and other devices: {token}")
-        first, *others = (pairing_url(address, token) for address in addresses)
+    if token is not None and reach.addresses:
+        first, *others = (pairing_url(address, token) for address in reach.addresses)
         print(f"On a phone in the same network, scan this or open {first}")
         print(qr_for_terminal(first))
         for other in others:
             print(f"In another network: {other}")
-        sys.stdout.flush()
+    elif token is not None:
+        print("No phone can come: this computer has no address in a network at home.")
+    if safe:
+        print(
+            "The phone warns once, for it does not know this home's authority yet: go on there, or "
+            f"install it; {url}/pair says how.\nIts SHA-256 is {reach.fingerprint}"
+        )
+    sys.stdout.flush()
     if headless:
         return
     can_show = sys.platform in ("darwin", "win32") or any(

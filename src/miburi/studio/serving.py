@@ -7,6 +7,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from types import FrameType
 
 import uvicorn
@@ -14,10 +15,12 @@ import uvicorn
 from miburi.ground.cores import come_first
 from miburi.interface.access import Gate
 from miburi.interface.doors import Doors
-from miburi.interface.http import configure
+from miburi.interface.http import configure, encryption, listen_encrypted
+from miburi.interface.pairing import Reach
 from miburi.live.crossing import Lanes
 from miburi.live.far import FarPartner
 from miburi.live.view import UnreachableError
+from miburi.studio.addresses import Listeners
 
 __all__ = ["Pages", "serve_pages"]
 
@@ -28,20 +31,20 @@ class Pages:
 
     Attributes
     ----------
-    listener
-        The socket on which it listens.
-    addresses
-        The addresses at which other devices reach it.
-    token
-        The token that they need; None on the loopback address.
+    listeners
+        The sockets on which it listens.
+    reach
+        How other devices reach it.
     doors
         The doors that are open beside HTTP.
+    certificate
+        Its key and certificate, PEM, if it listens by https.
     """
 
-    listener: socket.socket
-    addresses: list[str]
-    token: str | None
+    listeners: Listeners
+    reach: Reach
     doors: Doors
+    certificate: Path | None = None
 
 
 def serve_pages(pages: Pages, ends: Lanes) -> None:
@@ -53,10 +56,11 @@ def serve_pages(pages: Pages, ends: Lanes) -> None:
         partner = FarPartner(ends)
     except UnreachableError:
         return  # it could not begin, and has said why
-    app = make_app(partner, pages.addresses, pages.token, pages.doors)
-    server = _Server(configure(Gate(app, pages.token)), partner)
+    app = make_app(partner, pages.reach, pages.doors)
+    gate = Gate(app, pages.reach.token, https=pages.certificate is not None)
+    server = _Server(configure(gate), partner, pages)
     threading.Thread(target=_end_with, args=(partner, server), daemon=True).start()
-    server.run(sockets=[pages.listener])
+    server.run(sockets=list(pages.listeners.plain))
 
 
 def _end_with(partner: FarPartner, server: uvicorn.Server) -> None:
@@ -67,13 +71,16 @@ def _end_with(partner: FarPartner, server: uvicorn.Server) -> None:
 class _Server(uvicorn.Server):
     """Tells the partner's process that it listens and serves; SIGTERM is a good end."""
 
-    def __init__(self, config: uvicorn.Config, partner: FarPartner) -> None:
+    def __init__(self, config: uvicorn.Config, partner: FarPartner, pages: Pages) -> None:
         super().__init__(config)
-        self._partner = partner
+        self._partner, self._pages = partner, pages
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         """Begin to listen, and say so."""
         await super().startup(sockets)
+        encrypted, certificate = self._pages.listeners.encrypted, self._pages.certificate
+        if encrypted is not None and certificate is not None:
+            await listen_encrypted(self, encrypted, encryption(certificate))
         gc.freeze()  # to look through all that was loaded takes 0.07 s, which a Stop would wait
         self._partner.tell_ready()
 

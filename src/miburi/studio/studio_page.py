@@ -5,7 +5,6 @@ The browser draws what changes many times a second, from the live WebSocket
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
 from html import escape
 
@@ -15,8 +14,9 @@ from nicegui import ui
 
 from miburi.feelings import FEELINGS
 from miburi.feelings.catalogue import CATALOGUE
+from miburi.interface.access import PAIRING
 from miburi.interface.api import describe
-from miburi.interface.pairing import pairing_url, qr_svg
+from miburi.interface.pairing import Reach, pairing_url, qr_svg
 from miburi.live.state import State
 from miburi.live.view import LivePartner
 from miburi.robot import JOINTS
@@ -47,30 +47,22 @@ _CHOOSE_LANGUAGE = f"""(event) => {{
 }}"""
 
 
-def add_studio_page(runner: LivePartner, addresses: list[str], token: str | None) -> None:
+def add_studio_page(runner: LivePartner, reach: Reach) -> None:
     """Add the studio at ``/``."""
 
     @ui.page("/", response_timeout=20.0)
     def studio(request: Request) -> None:
-        _Studio(runner, Preferences.of(request), _Phones(addresses, token)).build()
-
-
-@dataclass(frozen=True)
-class _Phones:
-    """The addresses at which other devices reach the server, and the token that they need."""
-
-    addresses: list[str]
-    token: str | None
+        _Studio(runner, Preferences.of(request), reach).build()
 
 
 class _Studio:
     """An open studio page."""
 
-    def __init__(self, runner: LivePartner, preferences: Preferences, phones: _Phones) -> None:
+    def __init__(self, runner: LivePartner, preferences: Preferences, reach: Reach) -> None:
         self._runner = runner
         self._preferences = preferences
         self._words = words(preferences.language)
-        self._phones = phones
+        self._reach = reach
         self._updates: list[Callable[[State], None]] = []
 
     def build(self) -> None:
@@ -246,24 +238,28 @@ class _Studio:
             dialog.props(f'aria-label="{say["title"]}"')
             heading(say["title"])
             ui.link(say["here"], "/face", new_tab=True)
-            token = self._phones.token
-            if token is None or not self._phones.addresses:
+            token, safe = self._reach.token, self._reach.authority is not None
+            if token is None or not self._reach.addresses:
                 ui.label(say["local"])
-                ui.html("miburi run --host 0.0.0.0", sanitize=False, tag="code")
             else:
                 self._codes(token)
+                ui.label(say["warns" if safe else "plain"])
+            if safe:
+                ui.link(say["install"], PAIRING, new_tab=True)
+            else:
+                ui.html("miburi run --https", sanitize=False, tag="code")
             button(say["close"], "").on("click", dialog.close)
         return dialog
 
     def _codes(self, token: str) -> None:
         """Add a code to scan, and the choice of the network that the phone is in."""
         say = self._words["pair"]
-        urls = {address: pairing_url(address, token, "/face") for address in self._phones.addresses}
-        first = self._phones.addresses[0]
+        urls = {address: pairing_url(address, token, "/face") for address in self._reach.addresses}
+        first = self._reach.addresses[0]
         code = ui.html(qr_svg(urls[first]), sanitize=False).classes("qr")
         ui.label(say["scan"])
         if len(urls) > 1:
-            names = {address: address.removeprefix("http://") for address in urls}
+            names = {address: address.partition("://")[2] for address in urls}
             network = Choice(names, first, say["network"])
             network.on_value_change(lambda event: code.set_content(qr_svg(urls[event.value])))
 

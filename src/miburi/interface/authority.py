@@ -1,0 +1,317 @@
+"""A home authority, made on this computer, that vouches for its pages on a phone.
+
+A browser grants camera, microphone and motion to pages over https alone, and no authority of the
+internet vouches for an address at home. So this computer makes an authority of its own, which a
+phone may learn to trust, and with it a certificate for the addresses that it has now. X.509 name
+constraints bind the authority to names and networks at home: a stolen key can imitate no site of
+the internet.
+
+This module needs the extra ``https``; nothing loads it before somebody wants it.
+"""
+
+import os
+import socket
+from collections.abc import Iterable
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from ipaddress import ip_address, ip_network
+from pathlib import Path
+
+from miburi.errors import InputError, OutputError, needs_extra
+
+try:
+    from cryptography import x509
+    from cryptography.exceptions import InvalidSignature
+    from cryptography.hazmat.primitives.asymmetric import ec
+    from cryptography.hazmat.primitives.hashes import SHA256
+    from cryptography.hazmat.primitives.serialization import (
+        Encoding,
+        NoEncryption,
+        PrivateFormat,
+        load_pem_private_key,
+    )
+    from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
+except ModuleNotFoundError as error:
+    raise needs_extra("https", error) from error
+
+__all__ = ["NAMES", "NETWORKS", "Certificates", "is_at_home", "kept_certificates", "own_names"]
+
+#: Domains that the authority may vouch for, each with what is below it.
+NAMES = ("local", "localhost")
+#: Networks at home (RFC 1918, 4193), of one's own VPN (RFC 6598), of this link and computer, and
+#: of test machines (RFC 5737). None of them leads to the internet.
+NETWORKS = tuple(
+    ip_network(text)
+    for text in (
+        *("10.0.0.0/8", "172.16.0.0/12", "192.168.0.0/16", "100.64.0.0/10", "169.254.0.0/16"),
+        *("127.0.0.0/8", "192.0.2.0/24", "fd00::/8", "fe80::/10", "::1/128"),
+    )
+)
+#: How long both are valid. Phones refuse a certificate of more than 398 days; the rest is ours.
+_AUTHORITY_LASTS, _CERTIFICATE_LASTS = timedelta(days=3650), timedelta(days=396)
+#: A certificate is renewed when less than this is left: the partner may run for a while.
+_LEFT = timedelta(days=60)
+#: The clocks of two devices at home may differ by so much.
+_SKEW = timedelta(days=1)
+
+
+def _usage(*, signs: bool) -> x509.KeyUsage:
+    """Return a key's use: to sign certificates, or to serve."""
+    others = dict.fromkeys(
+        ("content_commitment", "key_encipherment", "data_encipherment", "key_agreement",
+         "encipher_only", "decipher_only"),
+        False,
+    )  # fmt: skip
+    return x509.KeyUsage(digital_signature=not signs, key_cert_sign=signs, crl_sign=signs, **others)
+
+
+_FOR_SERVERS = x509.ExtendedKeyUsage([ExtendedKeyUsageOID.SERVER_AUTH])
+#: What an authority of ours says about itself.
+_BOUNDS = (
+    x509.BasicConstraints(ca=True, path_length=0),
+    _usage(signs=True),
+    x509.NameConstraints(
+        [*map(x509.DNSName, NAMES), *map(x509.IPAddress, NETWORKS)], excluded_subtrees=None
+    ),
+    _FOR_SERVERS,
+)
+
+
+@dataclass(frozen=True)
+class Certificates:
+    """Where the certificates are.
+
+    Attributes
+    ----------
+    server
+        The server's key and certificate, PEM; only their owner can read the file.
+    authority
+        The authority's certificate, PEM: what a phone or a program may learn to trust.
+    fingerprint
+        SHA-256 of the authority, as phones show it.
+    news
+        A sentence for people if an authority that was there had to be replaced; else None.
+    """
+
+    server: Path
+    authority: Path
+    fingerprint: str
+    news: str | None
+
+
+@dataclass(frozen=True)
+class _Identity:
+    key: ec.EllipticCurvePrivateKey
+    certificate: x509.Certificate
+
+
+class _UnfitError(Exception):
+    """What is in a file serves no longer; the message ends the sentence "it ..."."""
+
+
+def is_at_home(host: str) -> bool:
+    """Whether the authority may vouch for a name or an address."""
+    try:
+        address = ip_address(host)
+    except ValueError:
+        return any(host.lower() == name or host.lower().endswith(f".{name}") for name in NAMES)
+    return any(address in network for network in NETWORKS)
+
+
+def own_names() -> list[str]:
+    """Return the names and addresses by which this computer calls itself."""
+    name = socket.gethostname().split(".")[0].lower()
+    known = [f"{name}.local"] if name.replace("-", "").isalnum() and name.isascii() else []
+    return [*known, "localhost", "127.0.0.1", "::1"]
+
+
+def kept_certificates(folder: Path, hosts: Iterable[str], now: datetime) -> Certificates:
+    """Return the certificates in a folder; make those that are missing or serve no longer.
+
+    The authority is made once, and anew only where its file is broken, not ours, open to others,
+    or near its end. The server's certificate is made anew for other hosts, too.
+
+    Parameters
+    ----------
+    folder
+        Where they are kept.
+    hosts
+        The names and addresses at which this computer is reached.
+    now
+        The time, with its zone.
+
+    Raises
+    ------
+    InputError
+        A host is not at home: the authority may not vouch for it.
+    OutputError
+        The folder can be neither read nor written.
+    """
+    names = sorted(set(hosts))
+    for host in names:
+        if not is_at_home(host):
+            raise InputError(
+                f"--https is for addresses at home ({', '.join(map(str, NETWORKS[:4]))}, ..., "
+                f"*.local), got {host}. On the internet, put a server with a certificate of its "
+                "own in front."
+            )
+    kept, server, public = (folder / f"{name}.pem" for name in ("authority", "server", "ca"))
+    try:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        authority, news = _authority(kept, now)
+        shown = authority.certificate.public_bytes(Encoding.PEM)
+        if not public.is_file() or public.read_bytes() != shown:
+            _write(public, shown, 0o644)
+        try:
+            _check_server(_load(server), authority, names, now)
+        except (FileNotFoundError, _UnfitError):
+            _write(server, _pem(_sign_server(authority, names, now)), 0o600)
+    except OSError as error:
+        raise OutputError(
+            f"{error.filename or folder}: the certificates cannot be kept there: {error.strerror}."
+        ) from error
+    return Certificates(
+        server, public, authority.certificate.fingerprint(SHA256()).hex(":").upper(), news
+    )
+
+
+def _authority(path: Path, now: datetime) -> tuple[_Identity, str | None]:
+    news = None
+    try:
+        found = _load(path)
+        _check_authority(found, now)
+    except FileNotFoundError:
+        pass
+    except _UnfitError as error:
+        news = (
+            f"{path} {error}, so a new home authority was made. Devices that have installed the "
+            "old one will warn again: install the new one there."
+        )
+    else:
+        return found, None
+    made = _sign_authority(now)
+    _write(path, _pem(made), 0o600)
+    return made, news
+
+
+def _load(path: Path) -> _Identity:
+    """Read a key and its certificate.
+
+    Raises
+    ------
+    OSError, _UnfitError
+        The file cannot be read; it serves no longer.
+    """
+    content = path.read_bytes()
+    # Windows knows no such bits: there a user's own folder is closed to others.
+    if os.name == "posix" and path.stat().st_mode & 0o077:
+        raise _UnfitError("could be read by others")
+    try:
+        key = load_pem_private_key(content, None)
+        certificate = x509.load_pem_x509_certificate(content)
+        whole = certificate.public_key() == key.public_key()
+    except (ValueError, TypeError) as error:
+        raise _UnfitError("holds no key with its certificate") from error
+    if not whole or not isinstance(key, ec.EllipticCurvePrivateKey):
+        raise _UnfitError("holds a key and another's certificate")
+    return _Identity(key, certificate)
+
+
+def _check_authority(found: _Identity, now: datetime) -> None:
+    certificate = found.certificate
+    try:
+        certificate.verify_directly_issued_by(certificate)
+        # To the letter: an authority without these bounds could imitate any site.
+        kept = [certificate.extensions.get_extension_for_class(type(each)) for each in _BOUNDS]
+        bound = [each.value for each in kept if each.critical] == list(_BOUNDS)
+    except (ValueError, TypeError, InvalidSignature, x509.ExtensionNotFound):
+        bound = False
+    if not bound:
+        raise _UnfitError("is no authority that is bound to this home")
+    if certificate.not_valid_before_utc > now:
+        raise _UnfitError("is not valid yet")
+    if certificate.not_valid_after_utc < now + _CERTIFICATE_LASTS:
+        raise _UnfitError("ends too soon")
+
+
+def _check_server(found: _Identity, authority: _Identity, names: list[str], now: datetime) -> None:
+    certificate = found.certificate
+    try:
+        certificate.verify_directly_issued_by(authority.certificate)
+        vouched = certificate.extensions.get_extension_for_class(x509.SubjectAlternativeName)
+    except (ValueError, TypeError, InvalidSignature, x509.ExtensionNotFound) as error:
+        raise _UnfitError("is another authority's") from error
+    if vouched.value != x509.SubjectAlternativeName([_name(name) for name in names]):
+        raise _UnfitError("is for other addresses")
+    if not certificate.not_valid_before_utc <= now <= certificate.not_valid_after_utc - _LEFT:
+        raise _UnfitError("ends soon")
+
+
+def _sign_authority(now: datetime) -> _Identity:
+    key = ec.generate_private_key(ec.SECP256R1())
+    name = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, "Miburi at home")])
+    builder = _builder(key, name, name, now - _SKEW, _AUTHORITY_LASTS).add_extension(
+        x509.SubjectKeyIdentifier.from_public_key(key.public_key()), critical=False
+    )
+    for bound in _BOUNDS:
+        builder = builder.add_extension(bound, critical=True)
+    return _Identity(key, builder.sign(key, SHA256()))
+
+
+def _sign_server(authority: _Identity, names: list[str], now: datetime) -> _Identity:
+    key = ec.generate_private_key(ec.SECP256R1())
+    name = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, "Miburi")])
+    issuer = authority.certificate
+    known = issuer.extensions.get_extension_for_class(x509.SubjectKeyIdentifier).value
+    builder = (
+        _builder(key, name, issuer.subject, now - _SKEW, _CERTIFICATE_LASTS)
+        .add_extension(x509.BasicConstraints(ca=False, path_length=None), critical=True)
+        .add_extension(_usage(signs=False), critical=True)
+        .add_extension(_FOR_SERVERS, critical=False)
+        .add_extension(x509.SubjectAlternativeName([_name(each) for each in names]), critical=False)
+        .add_extension(
+            x509.AuthorityKeyIdentifier.from_issuer_subject_key_identifier(known), critical=False
+        )
+    )
+    return _Identity(key, builder.sign(authority.key, SHA256()))
+
+
+def _builder(
+    key: ec.EllipticCurvePrivateKey,
+    subject: x509.Name,
+    issuer: x509.Name,
+    begin: datetime,
+    lasts: timedelta,
+) -> x509.CertificateBuilder:
+    return (
+        x509.CertificateBuilder()
+        .subject_name(subject)
+        .issuer_name(issuer)
+        .public_key(key.public_key())
+        .serial_number(x509.random_serial_number())
+        .not_valid_before(begin.astimezone(UTC))
+        .not_valid_after(begin.astimezone(UTC) + lasts)
+    )
+
+
+def _name(host: str) -> x509.GeneralName:
+    try:
+        return x509.IPAddress(ip_address(host))
+    except ValueError:
+        return x509.DNSName(host)
+
+
+def _pem(identity: _Identity) -> bytes:
+    key = identity.key.private_bytes(Encoding.PEM, PrivateFormat.PKCS8, NoEncryption())
+    return key + identity.certificate.public_bytes(Encoding.PEM)
+
+
+def _write(path: Path, content: bytes, mode: int) -> None:
+    """Write a file that is whole, and never open to more than ``mode``, at every moment."""
+    draft = path.with_name(f".{path.name}.new")
+    draft.unlink(missing_ok=True)
+    with os.fdopen(os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode), "wb") as file:
+        file.write(content)
+        file.flush()
+        os.fsync(file.fileno())
+    draft.replace(path)
