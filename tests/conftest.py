@@ -13,7 +13,7 @@ settings.register_profile("miburi", deadline=None, derandomize=True)
 settings.load_profile("miburi")
 
 
-pytest_plugins = ["tests.fixtures.firmware", "tests.fixtures.live", "tests.fixtures.broker"]
+pytest_plugins = [f"tests.fixtures.{name}" for name in ("firmware", "live", "broker", "ros")]
 
 
 @pytest.fixture(scope="session")

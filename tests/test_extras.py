@@ -17,7 +17,7 @@ def without(libraries: list[str], *arguments: str) -> list[str]:
 
 
 STUDIES = ["pyarrow", "scipy"]
-DOORS = ["mcp", "aiomqtt", "cryptography"]
+DOORS = ["mcp", "aiomqtt", "cryptography", "cyclonedds"]
 
 
 @pytest.mark.parametrize(
@@ -66,6 +66,7 @@ def test_the_live_partner_needs_no_extra(tmp_path: Path) -> None:
         ("cryptography", "https", ["run", "--https", "--port", "0", "--folder", "."]),
         ("aiomqtt", "mqtt", ["run", "--broker", "localhost", "--port", "0", "--folder", "."]),
         ("aiomqtt", "mqtt", ["fleet", "--broker", "localhost"]),
+        ("cyclonedds", "ros", ["run", "--ros", "--port", "0", "--folder", "."]),
         ("ray", "cluster", ["trials", "--free", "1", "--blocked", "0", "--ray", "auto"]),
     ],
     ids=lambda value: " ".join(value[:2]) if isinstance(value, list) else value,

@@ -60,10 +60,13 @@ def run(
         ),
     ] = None,
     broker_ca: BrokerCertificates = None,
+    ros: Annotated[bool, typer.Option("--ros", help="Be a peer of ROS 2 nodes (DDS).")] = False,
     name: Annotated[
         str | None,
         typer.Option(
-            help="The partner's name there; default: this computer's.", show_default=False
+            help="The partner's name there: at a broker by default this computer's; in ROS its "
+            "namespace, by default none.",
+            show_default=False,
         ),
     ] = None,
     talk: Annotated[
@@ -101,7 +104,7 @@ def run(
 
     if servo is not None and body != "simulated":
         raise InputError("--servo is for the simulated body; a card has servos of its own.")
-    doors = replace(_doors(agents, broker, broker_ca, name), talk=_endpoint(talk, model))
+    doors = replace(_doors(agents, ros, broker, broker_ca, name), talk=_endpoint(talk, model))
     description, rule = calibrated(robot_of(robot, servo), calibration)
     serve(
         Wish(
@@ -132,14 +135,22 @@ def _endpoint(url: str | None, model: str | None) -> "Endpoint | None":
     return None if url is None or model is None else find_endpoint(url, model)
 
 
-def _doors(agents: bool, broker: str | None, ca: Path | None, name: str | None) -> "Doors":
+def _doors(
+    agents: bool, ros: bool, broker: str | None, ca: Path | None, name: str | None
+) -> "Doors":
     from miburi.interface.broker import check_name, find_broker
     from miburi.interface.doors import Doors
+    from miburi.interface.ros_network import find_ros
 
+    if broker is None and ca is not None:
+        raise InputError("--broker-ca is for a home's broker; give --broker, too.")
+    if broker is None and not ros and name is not None:
+        raise InputError("--name is for a home's broker or for ROS; give --broker or --ros, too.")
+    if name is not None:
+        check_name(name)
+    network = find_ros(name) if ros else None
     if broker is None:
-        if ca is not None or name is not None:
-            raise InputError("--broker-ca and --name are for a home's broker; give --broker, too.")
-        return Doors(agents)
+        return Doors(agents, ros=network)
     if name is None:  # letters that a topic takes, of this computer's name
         name = re.sub(r"[^a-z0-9]+", "-", socket.gethostname().lower()).strip("-")[:40] or "miburi"
-    return Doors(agents, find_broker(broker, ca), check_name(name))
+    return Doors(agents, find_broker(broker, ca), check_name(name), ros=network)

@@ -7,6 +7,8 @@ from fastapi import FastAPI
 from miburi.errors import need
 from miburi.interface.broker import Broker
 from miburi.interface.endpoint import Endpoint
+from miburi.interface.ros_network import RosNetwork
+from miburi.live.view import LivePartner
 
 __all__ = ["Doors"]
 
@@ -25,12 +27,15 @@ class Doors:
         The partner's name there.
     talk
         Who thinks of what it answers; None: it answers by itself.
+    ros
+        The network of ROS 2 nodes; None: the partner is in none.
     """
 
     agents: bool = False
     broker: Broker | None = None
     name: str = "miburi"
     talk: Endpoint | None = None
+    ros: RosNetwork | None = None
 
     def need(self) -> None:
         """Refuse to go on without the libraries of the open doors."""
@@ -38,9 +43,11 @@ class Doors:
             need("mcp", "mcp")
         if self.broker is not None:
             need("aiomqtt", "mqtt")
+        if self.ros is not None:
+            need("cyclonedds", "ros")
 
-    def open(self, app: FastAPI) -> None:
-        """Add the doors to an application."""
+    def open(self, app: FastAPI, partner: LivePartner) -> None:
+        """Add the doors to an application of a live partner."""
         if self.agents:
             from miburi.interface.agents import add_agents
 
@@ -49,3 +56,7 @@ class Doors:
             from miburi.interface.home import add_home
 
             add_home(app, self.broker, self.name)
+        if self.ros is not None:
+            from miburi.interface.ros import add_ros
+
+            add_ros(app, partner, self.ros)

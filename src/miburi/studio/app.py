@@ -41,7 +41,7 @@ def make_app(runner: LivePartner, reach: Reach, doors: Doors = _CLOSED) -> FastA
     app.include_router(live_router(runner))
     app.include_router(pairing_router(reach, partial(pairing_page, reach)))
     app.mount("/static", StaticFiles(directory=HERE / "static"), name="static")
-    doors.open(app)
+    doors.open(app, runner)
     app.include_router(_nothing(app))
     add_face_page(app)
     add_studio_page(runner, reach)

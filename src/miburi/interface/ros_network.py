@@ -1,0 +1,102 @@
+"""Where ROS 2 is: the DDS domain, how far it reaches, and a partner's names in it.
+
+ROS's own variables say so: ROS_DOMAIN_ID, ROS_AUTOMATIC_DISCOVERY_RANGE, ROS_LOCALHOST_ONLY and
+CYCLONEDDS_URI. Unlike ROS, a partner stays on its own computer unless it is told SUBNET: DDS knows
+no token, so whoever is in a network could let it feel, speak and stop.
+"""
+
+import os
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from miburi.errors import InputError
+
+__all__ = ["LARGEST_DOMAIN", "RosNetwork", "find_ros"]
+
+#: The largest domain; with a larger one DDS would run out of ports (232 at most).
+LARGEST_DOMAIN = 232
+#: The largest message that is taken, bytes (ours); a robot's description has some 20,000.
+_LARGEST_MESSAGE = 200_000
+#: Participants that are looked for on this computer (as rmw_cyclonedds).
+_PARTICIPANTS = 32
+_HERE = (
+    '<General><Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces>'
+    "<AllowMulticast>false</AllowMulticast></General>"
+)
+_PEERS = '<Peers><Peer address="localhost"/></Peers>'
+
+
+@dataclass(frozen=True)
+class RosNetwork:
+    """A DDS domain, and a partner's namespace in it.
+
+    Attributes
+    ----------
+    domain
+        The domain's number.
+    everywhere
+        Whether the whole network hears it, or this computer alone.
+    name
+        The partner's name; None: its topics have no namespace.
+    more
+        Further configuration of Cyclone DDS, as CYCLONEDDS_URI has it.
+    """
+
+    domain: int = 0
+    everywhere: bool = False
+    name: str | None = None
+    more: str = ""
+
+    @property
+    def config(self) -> str:
+        """The configuration of Cyclone DDS, as rmw_cyclonedds makes it."""
+        return (
+            f"<CycloneDDS><Domain>{'' if self.everywhere else _HERE}<Discovery>"
+            "<ParticipantIndex>auto</ParticipantIndex>"
+            f"<MaxAutoParticipantIndex>{_PARTICIPANTS}</MaxAutoParticipantIndex>"
+            f"{'' if self.everywhere else _PEERS}</Discovery>"
+            f"<Internal><MaxSampleSize>{_LARGEST_MESSAGE} B</MaxSampleSize></Internal>"
+            f"</Domain></CycloneDDS>,{self.more}"
+        )
+
+    def topic(self, name: str) -> str:
+        """Return the name of a topic in DDS; one that begins with / belongs to all partners."""
+        if name.startswith("/") or self.name is None:
+            return f"rt/{name.removeprefix('/')}"
+        return f"rt/{self.name}/{name}"
+
+    def frame(self, link: str) -> str:
+        """Return the name of a link's frame."""
+        return link if self.name is None else f"{self.name}/{link}"
+
+
+def find_ros(name: str | None = None, environment: Mapping[str, str] = os.environ) -> RosNetwork:
+    """Return the network that ROS's variables describe.
+
+    Parameters
+    ----------
+    name
+        The partner's name; it becomes the namespace, with _ for -.
+
+    Raises
+    ------
+    InputError
+        A variable has a value that is not allowed, or ROS takes no such name.
+    """
+    domain = environment.get("ROS_DOMAIN_ID") or "0"
+    if not re.fullmatch(r"\d{1,3}", domain) or int(domain) > LARGEST_DOMAIN:
+        raise InputError(f"ROS_DOMAIN_ID must be 0 to {LARGEST_DOMAIN}, got {domain!r}.")
+    reach = environment.get("ROS_AUTOMATIC_DISCOVERY_RANGE") or "LOCALHOST"
+    if reach not in ("LOCALHOST", "SUBNET"):
+        raise InputError(
+            f"ROS_AUTOMATIC_DISCOVERY_RANGE must be LOCALHOST or SUBNET, got {reach!r}."
+        )
+    if name is not None and not name[0].isalpha():
+        raise InputError(f"in ROS a partner's name begins with a letter, got {name!r}.")
+    return RosNetwork(
+        int(domain),
+        reach == "SUBNET" and environment.get("ROS_LOCALHOST_ONLY") != "1",
+        None if name is None else name.replace("-", "_"),
+        environment.get("CYCLONEDDS_URI", ""),
+    )

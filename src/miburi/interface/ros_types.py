@@ -1,0 +1,240 @@
+"""ROS 2's messages as DDS carries them, and their definitions as recordings carry them.
+
+Names, fields and order are those of common_interfaces, geometry2 and hri_msgs; constants are left
+out. A class here is the one source of both forms: rmw's type name and CDR, and the text of a
+``.msg`` file with those that it needs.
+
+This module needs the extra ``ros``; nothing loads it before somebody wants it.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TypeGuard, get_args, get_type_hints
+
+from miburi.errors import needs_extra
+
+try:
+    from cyclonedds.idl import IdlStruct, annotations
+    from cyclonedds.idl.types import byte, float32, float64, int32, sequence, uint8, uint32
+except ModuleNotFoundError as error:
+    raise needs_extra("ros", error) from error
+
+__all__ = [
+    "DiagnosticArrayMsg",
+    "DiagnosticStatusMsg",
+    "EmptyMsg",
+    "ExpressionMsg",
+    "HeaderMsg",
+    "JointStateMsg",
+    "KeyValueMsg",
+    "QuaternionMsg",
+    "StringMsg",
+    "TFMessageMsg",
+    "TimeMsg",
+    "TransformMsg",
+    "TransformStampedMsg",
+    "Vector3Msg",
+    "definition",
+    "ros_name",
+]
+
+_RULE = "=" * 80
+
+# ROS 2 sends plain CDR with members in order: final types, ids counted up.
+
+
+@dataclass
+@annotations.final
+@annotations.autoid("sequential")
+class TimeMsg(IdlStruct, typename="builtin_interfaces.msg.dds_.Time_"):
+    """builtin_interfaces/Time."""
+
+    sec: int32
+    nanosec: uint32
+
+
+@dataclass
+@annotations.final
+@annotations.autoid("sequential")
+class HeaderMsg(IdlStruct, typename="std_msgs.msg.dds_.Header_"):
+    """std_msgs/Header."""
+
+    stamp: TimeMsg
+    frame_id: str
+
+
+@dataclass
+@annotations.final
+@annotations.autoid("sequential")
+class EmptyMsg(IdlStruct, typename="std_msgs.msg.dds_.Empty_"):
+    """std_msgs/Empty; no message is without a byte."""
+
+    structure_needs_at_least_one_member: uint8 = 0
+
+
+@dataclass
+@annotations.final
+@annotations.autoid("sequential")
+class StringMsg(IdlStruct, typename="std_msgs.msg.dds_.String_"):
+    """std_msgs/String."""
+
+    data: str
+
+
+@dataclass
+@annotations.final
+@annotations.autoid("sequential")
+class JointStateMsg(IdlStruct, typename="sensor_msgs.msg.dds_.JointState_"):
+    """sensor_msgs/JointState: rad, rad/s, Nm."""
+
+    header: HeaderMsg
+    name: sequence[str]
+    position: sequence[float64]
+    velocity: sequence[float64]
+    effort: sequence[float64]
+
+
+@dataclass
+@annotations.final
+@annotations.autoid("sequential")
+class Vector3Msg(IdlStruct, typename="geometry_msgs.msg.dds_.Vector3_"):
+    """geometry_msgs/Vector3."""
+
+    x: float64
+    y: float64
+    z: float64
+
+
+@dataclass
+@annotations.final
+@annotations.autoid("sequential")
+class QuaternionMsg(IdlStruct, typename="geometry_msgs.msg.dds_.Quaternion_"):
+    """geometry_msgs/Quaternion."""
+
+    x: float64
+    y: float64
+    z: float64
+    w: float64
+
+
+@dataclass
+@annotations.final
+@annotations.autoid("sequential")
+class TransformMsg(IdlStruct, typename="geometry_msgs.msg.dds_.Transform_"):
+    """geometry_msgs/Transform."""
+
+    translation: Vector3Msg
+    rotation: QuaternionMsg
+
+
+@dataclass
+@annotations.final
+@annotations.autoid("sequential")
+class TransformStampedMsg(IdlStruct, typename="geometry_msgs.msg.dds_.TransformStamped_"):
+    """geometry_msgs/TransformStamped."""
+
+    header: HeaderMsg
+    child_frame_id: str
+    transform: TransformMsg
+
+
+@dataclass
+@annotations.final
+@annotations.autoid("sequential")
+class TFMessageMsg(IdlStruct, typename="tf2_msgs.msg.dds_.TFMessage_"):
+    """tf2_msgs/TFMessage."""
+
+    transforms: sequence[TransformStampedMsg]
+
+
+@dataclass
+@annotations.final
+@annotations.autoid("sequential")
+class KeyValueMsg(IdlStruct, typename="diagnostic_msgs.msg.dds_.KeyValue_"):
+    """diagnostic_msgs/KeyValue."""
+
+    key: str
+    value: str
+
+
+@dataclass
+@annotations.final
+@annotations.autoid("sequential")
+class DiagnosticStatusMsg(IdlStruct, typename="diagnostic_msgs.msg.dds_.DiagnosticStatus_"):
+    """diagnostic_msgs/DiagnosticStatus: level 0 ok, 1 warning, 2 error, 3 stale."""
+
+    level: byte
+    name: str
+    message: str
+    hardware_id: str
+    values: sequence[KeyValueMsg]
+
+
+@dataclass
+@annotations.final
+@annotations.autoid("sequential")
+class DiagnosticArrayMsg(IdlStruct, typename="diagnostic_msgs.msg.dds_.DiagnosticArray_"):
+    """diagnostic_msgs/DiagnosticArray."""
+
+    header: HeaderMsg
+    status: sequence[DiagnosticStatusMsg]
+
+
+@dataclass
+@annotations.final
+@annotations.autoid("sequential")
+class ExpressionMsg(IdlStruct, typename="hri_msgs.msg.dds_.Expression_"):
+    """hri_msgs/Expression (ROS4HRI): valence and arousal −1 to 1, confidence 0 to 1."""
+
+    header: HeaderMsg
+    expression: str
+    valence: float32
+    arousal: float32
+    confidence: float32
+
+
+def ros_name(kind: type[IdlStruct]) -> str:
+    """Return the name by which ROS 2 knows a message, such as ``std_msgs/msg/String``."""
+    package, message, _, name = kind.__idl_typename__.split(".")
+    return f"{package}/{message}/{name.removesuffix('_')}"
+
+
+def definition(kind: type[IdlStruct]) -> str:
+    """Return a message's definition, and those of all that it holds, as MCAP's ``ros2msg``."""
+    own, *held = dict.fromkeys(_kinds(kind))
+    return _lines(own) + "".join(f"{_RULE}\nMSG: {_short(one)}\n{_lines(one)}" for one in held)
+
+
+def _kinds(kind: type[IdlStruct]) -> Iterator[type[IdlStruct]]:
+    yield kind
+    for hint in get_type_hints(kind, include_extras=True).values():
+        held, _ = _held(hint)
+        if _is_message(held):
+            yield from _kinds(held)
+
+
+def _lines(kind: type[IdlStruct]) -> str:
+    """Return a message's fields as lines of a ``.msg`` file."""
+    text = ""
+    for name, hint in get_type_hints(kind, include_extras=True).items():
+        held, many = _held(hint)
+        if _is_message(held):
+            held_name = _short(held)
+        else:
+            held_name = "string" if held is str else str(get_args(held)[1])
+        text += f"{held_name}{'[]' if many else ''} {name}\n"
+    return text
+
+
+def _held(hint: object) -> tuple[object, bool]:
+    """Return what a field holds, and whether it holds many."""
+    given = get_args(hint)
+    return (get_args(given[0])[0], True) if given and get_args(given[0]) else (hint, False)
+
+
+def _is_message(held: object) -> TypeGuard[type[IdlStruct]]:
+    return isinstance(held, type) and issubclass(held, IdlStruct)
+
+
+def _short(kind: type[IdlStruct]) -> str:
+    return ros_name(kind).replace("/msg/", "/")
