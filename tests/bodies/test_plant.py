@@ -1,10 +1,14 @@
 """The physical robot with identified servos: what was measured on one, seen in the whole body."""
 
+from importlib import resources
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from miburi.bodies.plant import Plant
-from miburi.robot import Robot
+from miburi.errors import DescriptionError
+from miburi.robot import Robot, load_robot
 from miburi.robot.loads import loads
 from miburi.robot.mjcf import TIMESTEP
 from miburi.robot.physics import mujoco
@@ -27,6 +31,22 @@ def plant(robot: Robot, servo: Servo) -> Plant:
 
 def held(pose, seconds: float):
     return np.tile(pose, (round(seconds / TIMESTEP), 1))
+
+
+@pytest.mark.parametrize("longer", [1.33, 1.0])
+def test_a_robot_whose_hands_hang_into_the_table_is_refused_in_words(
+    longer: float, tmp_path: Path
+) -> None:
+    text = (resources.files("miburi") / "robot/iphonoid.toml").read_text(encoding="utf-8")
+    for length in (0.06, 0.08):
+        text = text.replace(f" = {length} #", f" = {length * longer} #", 1)
+    (tmp_path / "robot.toml").write_text(text, encoding="utf-8")
+    described = load_robot(tmp_path / "robot.toml")
+    if longer == 1.0:
+        Plant(described)
+        return
+    with pytest.raises(DescriptionError, match="table and the right hand are .* L01 lifts"):
+        Plant(described)
 
 
 def test_the_waist_turns_at_full_duty_as_fast_as_a_servo_without_load(plant, servo) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from miburi.bodies.base import Touch
-from miburi.errors import InputError
+from miburi.errors import DescriptionError, InputError
 from miburi.robot import JOINTS, Array, Robot
 from miburi.robot.mjcf import HAND_AWAY, TIMESTEP, to_mjcf
 from miburi.robot.physics import mujoco
@@ -22,6 +22,9 @@ from miburi.safety.drive import aim
 from miburi.safety.profile import Steps, to_steps
 
 __all__ = ["Plant"]
+
+#: m by which parts may overlap at neutral: their shapes are only nearly the robot's (ours).
+_DEEP = 0.001
 
 
 class Plant:
@@ -33,6 +36,11 @@ class Plant:
         The description to build from.
     sprung_hand
         Whether the human hand hangs on springs, as in trials, or is where it is placed.
+
+    Raises
+    ------
+    DescriptionError
+        At neutral, parts of the robot are inside each other, or in the table.
     """
 
     def __init__(self, robot: Robot, *, sprung_hand: bool = False) -> None:
@@ -60,7 +68,24 @@ class Plant:
         from miburi.servos.friction import set_friction  # it loads Numba
 
         self._set_friction = set_friction
+        self._check_neutral()
         self.rest(robot.neutral)
+
+    def _check_neutral(self) -> None:
+        """Refuse a robot whose parts are inside each other, or in the table, at neutral."""
+        self.data.qpos[self.joints] = self.robot.neutral
+        mujoco.mj_forward(self.model, self.data)
+        deepest = min(self.data.contact, key=lambda contact: float(contact.dist), default=None)
+        if deepest is None or deepest.dist > -_DEEP:
+            return
+        one, other = (
+            self.model.geom(geom).name.replace("_", " ") for geom in (deepest.geom1, deepest.geom2)
+        )
+        raise DescriptionError(
+            f"{self.robot.name}: at neutral the {one} and the {other} are "
+            f"{-1000 * deepest.dist:.0f} mm inside each other. Change the joints' neutral "
+            "angles or the lengths; L01 lifts the shoulders above the table."
+        )
 
     def rest(self, pose: Array, settle: float = 0.5) -> None:
         """Begin anew, at rest in ``pose`` (8,) rad, after gravity has pulled for ``settle`` s."""
