@@ -97,6 +97,10 @@ docs-safety: $(COLUMNS:%=out/trials/%.parquet) ## contact trials and their page 
 docs: .venv/test.stamp ## the site that users read, in out/site
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --site-dir out/site
 
+.PHONY: docs-images
+docs-images: .venv/test.stamp ## the documents' pictures anew (a few minutes; tools/renew-images)
+	$(BIN)/python tools/renew-images
+
 .PHONY: docs-paper
 docs-paper: .venv/run.stamp ## the paper, claim by claim, and its figures (about a minute)
 	$(BIN)/miburi paper --out docs

@@ -43,6 +43,15 @@ def test_make_help_lists_every_target() -> None:
     assert re.findall(r"^make ([a-z-]+) +\S", printed, re.MULTILINE) == targets
 
 
+def test_pictures_are_those_that_their_commands_make() -> None:
+    """Those that are quickly made; `tools/renew-images --check` looks at all."""
+    done = subprocess.run(
+        [sys.executable, "tools/renew-images", "--check", "day.png", "happy-talk.png"],
+        cwd=ROOT, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert (done.returncode, done.stdout) == (0, ""), done.stderr
+
+
 def test_the_site_is_whole_and_asks_for_nothing_from_elsewhere(tmp_path: Path) -> None:
     done = subprocess.run(
         [sys.executable, "-m", "mkdocs", "build", "--quiet", "--site-dir", tmp_path],
