@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from playwright.sync_api import Browser, BrowserContext, Page, expect
-from tests.fixtures.browser import CHROMIUM, FLAGS, PATIENCE, needs_browser
+from tests.fixtures.browser import fake_media, needs_browser, switch
 from tests.fixtures.sounds import KINDS, RATE, Sound, add, claps, talks
 
 pytestmark = needs_browser
@@ -56,21 +56,10 @@ def hearing(
         file.setsampwidth(2)
         file.setframerate(RATE)
         file.writeframes((np.clip(sound, -1, 1) * 32767).astype("<i2").tobytes())
-    flags = [
-        "--use-fake-ui-for-media-stream", "--use-fake-device-for-media-stream",
-        f"--use-file-for-fake-audio-capture={path}%noloop",
-    ]  # fmt: skip
-    listener = browser.browser_type.launch(executable_path=str(CHROMIUM), args=FLAGS + flags)
-    page = listener.new_page(locale="en-GB")
-    page.set_default_timeout(PATIENCE)
-    sent: list[dict[str, Any]] = []
-    page.on("request", lambda r: r.method == "POST" and sent.append(r.post_data_json))
-    page.goto(url + "/face")
-    page.locator(".senses summary").click()
-    page.get_by_role("switch", name="Ears").click()
-    expect(page.get_by_text("Listening", exact=True)).to_be_visible()
-    yield page, sent
-    listener.close()
+    flag = f"--use-file-for-fake-audio-capture={path}%noloop"
+    with fake_media(browser, url, flag) as (page, sent):
+        switch(page, "Ears", "Listening")
+        yield page, sent
 
 
 def test_a_clap_frightens_it_and_nothing_but_its_strength_leaves_the_page(
@@ -95,8 +84,7 @@ def test_talk_and_a_clap_while_it_speaks_itself_send_nothing(
         assert sent == []
         page.evaluate("import('/static/face.js').then(({ lips }) => { lips.open = () => 0.5; })")
         page.wait_for_timeout(2000)
-        page.get_by_role("switch", name="Ears").click()
-        expect(page.get_by_text("Listening", exact=True)).to_be_hidden()
+        switch(page, "Ears", "Listening", on=False)
         assert sent == []
 
 

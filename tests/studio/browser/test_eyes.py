@@ -2,12 +2,11 @@
 
 import io
 from pathlib import Path
-from typing import Any
 
 import pytest
 from PIL import Image
 from playwright.sync_api import Browser, BrowserContext, Page, expect
-from tests.fixtures.browser import CHROMIUM, FLAGS, PATIENCE, ask, needs_browser, until
+from tests.fixtures.browser import ask, fake_media, needs_browser, switch, until
 
 pytestmark = needs_browser
 
@@ -40,35 +39,25 @@ def film(folder: Path, left: int) -> Path:
 def test_a_smile_makes_it_happy_its_arms_rise_and_it_looks_there(
     browser: Browser, url: str, tmp_path: Path
 ) -> None:
-    flags = [
-        "--use-fake-ui-for-media-stream", "--use-fake-device-for-media-stream",
-        f"--use-file-for-fake-video-capture={film(tmp_path, 10)}",
-    ]  # fmt: skip
-    seeing = browser.browser_type.launch(executable_path=str(CHROMIUM), args=FLAGS + flags)
-    page = seeing.new_page(locale="en-GB")
-    page.set_default_timeout(PATIENCE)
-    sent: list[dict[str, Any]] = []
     asked: list[str] = []
-    page.on("request", lambda r: r.method == "POST" and sent.append(r.post_data_json))
-    page.on("request", lambda r: asked.append(r.url))
-    page.goto(url + "/face")
-    ask(page, "/stimulus", feeling="sadness", strength=1.0)
-    until(page, lambda now: now["emotion"][0] < 0.3)
-    page.locator(".senses summary").click()
-    page.get_by_role("switch", name="Eyes").click()
-    expect(page.get_by_text("Watching", exact=True)).to_be_visible()
-    page.wait_for_function("document.documentElement.dataset.faces === '1'")
-    until(page, lambda now: now["emotion"][0] > 0.4)
-    until(page, lambda now: (now["expressed"] or {}).get("feeling") == "happiness")
-    until(page, lambda now: now["extent"] > 0.05)
-    assert {one["kind"] for one in sent} == {"smile"}
-    assert all(one.keys() == {"kind", "clearness"} for one in sent)
-    assert all(one.startswith((url, "blob:" + url)) for one in asked)
-    gaze = page.evaluate("import('/static/face.js').then(({ gaze }) => gaze.at(performance.now()))")
-    assert gaze["right"] > 0.15, "the camera's left is the right of the partner's own face"
-    page.get_by_role("switch", name="Eyes").click()
-    expect(page.get_by_text("Watching", exact=True)).to_be_hidden()
-    seeing.close()
+    flag = f"--use-file-for-fake-video-capture={film(tmp_path, 10)}"
+    with fake_media(browser, url, flag) as (page, sent):
+        ask(page, "/stimulus", feeling="sadness", strength=1.0)
+        until(page, lambda now: now["emotion"][0] < 0.3)
+        page.on("request", lambda r: asked.append(r.url))
+        switch(page, "Eyes", "Watching")
+        page.wait_for_function("document.documentElement.dataset.faces === '1'")
+        until(page, lambda now: now["emotion"][0] > 0.4)
+        until(page, lambda now: (now["expressed"] or {}).get("feeling") == "happiness")
+        until(page, lambda now: now["extent"] > 0.05)
+        assert {one["kind"] for one in sent} == {"smile"}
+        assert all(one.keys() == {"kind", "clearness"} for one in sent)
+        assert all(one.startswith((url, "blob:" + url)) for one in asked)
+        gaze = page.evaluate(
+            "import('/static/face.js').then(({ gaze }) => gaze.at(performance.now()))"
+        )
+        assert gaze["right"] > 0.15, "the camera's left is the right of the partner's own face"
+        switch(page, "Eyes", "Watching", on=False)
 
 
 @pytest.mark.parametrize(
