@@ -158,6 +158,12 @@ def test_a_contact_is_told_with_its_motor_and_its_force(door: RemotePartner, pee
     )  # fmt: skip
 
 
+def test_a_node_that_was_there_first_hears_it_too(peer: Peer, live: Runner) -> None:
+    peer.listen("/joint_states", JOINT_STATE)
+    with in_ros(live):
+        peer.hear("/joint_states")
+
+
 def test_a_wish_is_felt_said_and_shown(door: RemotePartner, peer: Peer) -> None:
     peer.listen("/expression", EXPRESSED, kept=True)
     peer.say("/feel", STRING, {"data": '{"feeling": "anger", "strength": 1.0}'})

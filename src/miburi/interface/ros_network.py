@@ -10,6 +10,8 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import ifaddr
+
 from miburi.errors import InputError
 
 __all__ = ["LARGEST_DOMAIN", "RosNetwork", "find_ros"]
@@ -24,7 +26,6 @@ _HERE = (
     '<General><Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces>'
     "<AllowMulticast>false</AllowMulticast></General>"
 )
-_PEERS = '<Peers><Peer address="localhost"/></Peers>'
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,7 @@ class RosNetwork:
             f"<CycloneDDS><Domain>{'' if self.everywhere else _HERE}<Discovery>"
             "<ParticipantIndex>auto</ParticipantIndex>"
             f"<MaxAutoParticipantIndex>{_PARTICIPANTS}</MaxAutoParticipantIndex>"
-            f"{'' if self.everywhere else _PEERS}</Discovery>"
+            f"{'' if self.everywhere else _peers()}</Discovery>"
             f"<Internal><MaxSampleSize>{_LARGEST_MESSAGE} B</MaxSampleSize></Internal>"
             f"</Domain></CycloneDDS>,{self.more}"
         )
@@ -69,6 +70,18 @@ class RosNetwork:
     def frame(self, link: str) -> str:
         """Return the name of a link's frame."""
         return link if self.name is None else f"{self.name}/{link}"
+
+
+def _peers() -> str:
+    """Return this computer's addresses: a ROS node takes what comes to its own, and no other."""
+    own = {
+        str(address.ip)
+        for adapter in ifaddr.get_adapters()
+        for address in adapter.ips
+        if address.is_IPv4
+    }
+    peers = "".join(f'<Peer address="{one}"/>' for one in sorted(own | {"127.0.0.1"}))
+    return f"<Peers>{peers}</Peers>"
 
 
 def find_ros(name: str | None = None, environment: Mapping[str, str] = os.environ) -> RosNetwork:
