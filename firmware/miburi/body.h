@@ -4,6 +4,7 @@
 #pragma once
 
 #include "controller.h"
+#include "health.h"
 #include "link.h"
 #include "memory.h"
 #include "readings.h"
@@ -13,7 +14,7 @@ namespace miburi {
 template <class Io>
 class Body {
  public:
-  explicit Body(Io& io) : io_(io), memory_(io), servos_(io), readings_(servos_) {}
+  explicit Body(Io& io) : io_(io), memory_(io), servos_(io), readings_(servos_), health_(servos_) {}
 
   // Power-on: nothing moves. Servos that still follow an order from before a reset are stopped.
   void begin() {
@@ -176,7 +177,7 @@ class Body {
       }
     }
     // A motor under torque would jump to its goal when it becomes stiffer: it starts as a limp one.
-    if (servos_.detuned(table_.joints, gains()) != 0) {
+    if (servos_.detuned(table_.joints, gains_of(table_)) != 0) {
       servos_.set_torque(table_.joints, false);
     }
     // A motor that was just made known must be read twice to be believed.
@@ -191,10 +192,9 @@ class Body {
         return unready(i, fault, out);
       }
     }
-    Reason reason = Reason::silent;
-    const uint8_t measured = servos_.read_health(table_.joints, health_);
-    const uint8_t motor = unfit(measured, reason);
-    if (motor != NO_MOTOR) {
+    uint8_t motor = NO_MOTOR;
+    const Reason reason = health_.measure(table_, motor);
+    if (reason != Reason::none) {
       return unready(motor, reason, out);
     }
     const uint8_t limp = servos_.limp(table_.joints);
@@ -222,8 +222,9 @@ class Body {
     hold(table_.settings.return_speed);
     servos_.set_torque(table_.joints, true);
     // Not before: a servo may fall back to its own gains when torque comes on.
-    servos_.set_gains(table_.joints, gains());
-    const uint8_t weak = servos_.limp(table_.joints) | servos_.detuned(table_.joints, gains());
+    servos_.set_gains(table_.joints, gains_of(table_));
+    const uint8_t detuned = servos_.detuned(table_.joints, gains_of(table_));
+    const uint8_t weak = servos_.limp(table_.joints) | detuned;
     for (uint8_t i = 0; i < MOTORS; i++) {
       if (!held_ || (weak & (1u << i))) {
         return unready(i, Reason::deaf, out);
@@ -307,13 +308,12 @@ class Body {
       out.put(static_cast<uint16_t>(readings_.speed(i) * table_.joints[i].direction), 2);
     }
     for (uint8_t i = 0; i < MOTORS; i++) {
-      out.put(health_[i].temperature, 1).put(health_[i].voltage, 1);
+      out.put(health_.of(i).temperature, 1).put(health_.of(i).voltage, 1);
     }
   }
 
  private:
-  static const int32_t POLL = 20000;              // µs between two readings of the servos
-  static const int32_t HEALTH_POLLS = 25;         // readings between two looks at the health
+  static const int32_t POLL = 20000;  // µs between two readings of the servos
   // Steps outside its limits that a joint may be at a release: limp, its servo may have lost count
   // of the turns; held, it hangs from a goal inside.
   static const int16_t LIES_BEYOND = 8;
@@ -356,12 +356,10 @@ class Body {
         controller_.yields = false;
       }
     }
-    polls_++;
-    if (polls_ % HEALTH_POLLS == 0) {
-      look_at_health();
-    } else if (controller_.phase == Phase::idle) {
-      // No motor's turn falls to a look at the health.
-      look_at_torque((polls_ - polls_ / HEALTH_POLLS) % MOTORS);
+    uint8_t motor = NO_MOTOR;
+    const Reason reason = health_.look(table_, controller_.phase == Phase::idle, motor);
+    if (reason != Reason::none) {
+      give_up(reason, motor);
     }
     if (controller_.phase == Phase::stopped) {
       hold(table_.settings.max_speed);
@@ -372,39 +370,6 @@ class Body {
 
   void give_up(Reason reason, uint8_t motor) {
     stop(controller_, reason, motor, readings_.angles(), time());
-  }
-
-  // What speaks against moving: NO_MOTOR, or the motor, with the reason.
-  uint8_t unfit(uint8_t measured, Reason& reason) const {
-    for (uint8_t i = 0; i < MOTORS; i++) {
-      if (measured & (1u << i)) {
-        if (health_[i].temperature >= table_.settings.hottest) {
-          reason = Reason::hot;
-          return i;
-        }
-        if (health_[i].voltage < table_.settings.lowest) {
-          reason = Reason::low_voltage;
-          return i;
-        }
-      }
-    }
-    return NO_MOTOR;
-  }
-
-  void look_at_health() {
-    Reason reason = Reason::none;
-    const uint8_t motor = unfit(servos_.read_health(table_.joints, health_), reason);
-    if (motor != NO_MOTOR) {
-      give_up(reason, motor);
-    }
-  }
-
-  // A servo that lost its power for a moment answers as before, but is limp, and has gains of its
-  // own: the rule sees it in motion, and this at rest. One at each reading, so that the report is out before the next.
-  void look_at_torque(uint8_t motor) {
-    if (servos_.restarted(table_.joints[motor].id, gains())) {
-      give_up(Reason::restarted, motor);
-    }
   }
 
   // Holds a stopped body softly where it is, until the servos are known to do so. They go there at
@@ -431,8 +396,6 @@ class Body {
     servos_.set_bus_watchdog(table_.joints, true);
     clear_watchdog_ = !held_;
   }
-
-  Gains gains() const { return Gains{table_.settings.d_gain, table_.settings.p_gain}; }
 
   void go(Phase phase, const int16_t* goal, const uint16_t* speeds) {
     uint32_t real[MOTORS];
@@ -486,19 +449,18 @@ class Body {
   Memory<Io> memory_;
   Servos servos_;
   Readings<Servos> readings_;
+  HealthWatch<Servos> health_;
   Table table_ = Table();
   Rule rule_ = Rule();
   uint16_t acceleration_ = 1;
   Controller controller_ = Controller();
 
-  Health health_[MOTORS] = {};
   Order orders_[MOTORS] = {};
   Load loads_[MOTORS] = {};
 
   uint32_t ticks_ = 0;
   int64_t clock_ = 0;
   int64_t next_poll_ = 0;
-  uint16_t polls_ = 0;
 
   bool loaded_ = false;          // loads_ are those of the next move
   bool held_ = false;            // the servos are known to hold
