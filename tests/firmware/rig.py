@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from miburi.calibration.identify import granted
+from miburi.calibration.guards import granted
 from miburi.card.card import Card
 from miburi.card.free_moves import free_moves, record
 from miburi.card.link import FrameKind, Report

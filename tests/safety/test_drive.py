@@ -90,6 +90,19 @@ def test_a_slower_move_pushes_less(robot: Robot, servo: Servo) -> None:
     assert np.median(slow) < 0.35 * servo.motor_torque
 
 
+def test_worn_gears_get_what_they_take(robot: Robot, servo: Servo) -> None:
+    """With a ceiling of 1.4 times what a move needs, cold worn gears could not follow (1.4 here).
+
+    They take half of a motor's torque: a blocked one pushes no harder than one with new gears.
+    """
+    new, worn = (
+        ceiling(robot.with_servo(servo.varied(friction=times)), 1.0) for times in (1.0, 1.8)
+    )
+    assert (worn > 1.9 * new).all()
+    takes = servo.friction.motor_load
+    assert (worn * (1 - 1.8 * takes) < 1.5 * new * (1 - takes)).all()
+
+
 def test_the_imagined_servo_is_driven_as_it_was(robot: Robot) -> None:
     imagined = robot.with_servo(load_servo("imagined"))
     np.testing.assert_array_equal(aim(imagined, REACHING), REACHING)

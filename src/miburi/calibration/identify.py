@@ -1,39 +1,35 @@
 """Identify each servo from free moves: how it differs from the one that the description names.
 
 In go the robot and :class:`~miburi.calibration.free_motion.Trace` objects of some fifty free moves;
-out comes :class:`Identified`, with which :func:`free_rule` expects the motion of *these* servos and
-grants what they need. :func:`in_words` says what a maker may want to look at, and :func:`check`
-refuses what cannot be driven safely. A trace holds only what a card sees.
+out comes :class:`Identified`, with which :func:`expecting` makes the rule of *these* servos;
+:mod:`miburi.calibration.guards` grants what they need. :func:`in_words` says what a maker may
+want to look at, and
+:func:`check` refuses what cannot be driven safely. A trace holds only what a card sees.
 
 Import it where it is first needed: it loads Numba.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 import numpy as np
 
-from miburi.calibration.free_motion import Trace, measure_need
+from miburi.calibration.free_motion import Trace
 from miburi.errors import BodyError, InputError
 from miburi.robot import JOINTS, Array, Robot
-from miburi.robot.guards import Guards, in_whole_units
+from miburi.robot.guards import Guards
 from miburi.safety.contact import Loading
-from miburi.safety.free import FreeRule, granted_share
+from miburi.safety.free import FreeRule
 from miburi.safety.profile import FINE, Steps
 from miburi.servos.free import STEP, travel
 
 __all__ = [
-    "MARGIN",
     "STIFFNESS",
-    "FreeTrace",
     "Identified",
     "Shares",
     "check",
     "expecting",
     "fitted",
-    "free_rule",
-    "granted",
     "identify",
     "in_words",
     "proposed_gain",
@@ -41,8 +37,6 @@ __all__ = [
     "worn",
 ]
 
-#: Guards are this many times what the model missed of the free moves, and no less than the floors.
-MARGIN = 1.5
 #: Stiffness at the horn that a servo may have, and that it should have, N·m/rad (ours: with less it
 #: cannot carry the body to a pose, with more it hunts where gears play; it is found up to a tenth
 #: too low, and should be 4 to 6).
@@ -59,6 +53,9 @@ _BOX = (0.2, 5.0)
 _MIRRORED, _SINGLE, _EXPECTED = 1.5, 2.0, 1.25
 #: Wear beyond this is not believed; gears would take all of a motor's torque (ours).
 _MOST_WEAR = 2.5
+#: How often wear is tried, and the share of the dry friction that free moves show: it is more at
+#: rest than in motion (found on simulated servos of known wear).
+_WEARS, _SEEN = 3, 0.92
 _MIRROR = {"left": "right", "right": "left"}
 _NAMES = ("stiffness", "damping", "friction", "gravity")
 
@@ -101,11 +98,11 @@ class Identified(Shares):
     missed: Array = field(kw_only=True)
 
 
-def identify(robot: Robot, traces: Sequence[Trace]) -> Identified:
+def identify(robot: Robot, traces: Sequence[Trace], wear: float = 1.0) -> Identified:
     """Identify the servos of a robot from free moves, slow and fast, of every joint.
 
     A coordinate search over four constants of each servo and one delay; the squares of what the
-    model misses are least.
+    model misses are least. ``wear`` is that of the robot's own servos.
 
     Raises
     ------
@@ -144,6 +141,7 @@ def identify(robot: Robot, traces: Sequence[Trace]) -> Identified:
         shares["gravity"],
         delay=delay,
         missed=np.sqrt(errors / count),
+        wear=wear,
     )
 
 
@@ -193,54 +191,6 @@ def expecting(robot: Robot, shares: Shares, guards: Guards[Steps]) -> FreeRule:
         servo=described.scaled(shares.stiffness, shares.damping, shares.friction),
         sag=np.rint(shares.gravity / shares.stiffness * FINE).astype(np.int64),
     )
-
-
-def free_rule(robot: Robot, found: Identified, traces: Sequence[Trace]) -> FreeRule:
-    """Return the rule that expects these servos, with the guards that the traces need.
-
-    The guards are ``MARGIN`` times what the model missed, and no less than the description's.
-    """
-    least = in_whole_units(robot.guards, robot.servo.step)
-    guards = replace(least, lag=np.full(len(JOINTS), found.delay))
-    return granted(expecting(robot, found, guards), traces)
-
-
-def granted(rule: FreeRule, traces: Sequence[Trace]) -> FreeRule:
-    """Return a rule whose guards are ``MARGIN`` times what its model misses, and not narrower."""
-    own, free = rule.guards, [FreeTrace(**vars(trace), rule=rule) for trace in traces]
-    needs = measure_need(free, own.lag, own.least, rule.period, rule.ratio)
-    wider = {
-        name: np.maximum(vars(own)[name], np.ceil(MARGIN * need / FINE).astype(np.int64))
-        for name, need in vars(needs).items()
-    }
-    return replace(rule, guards=replace(rule.guards, **wider))
-
-
-@dataclass(frozen=True)
-class FreeTrace(Trace):
-    """A trace beside the free servo that a rule expects, instead of its delayed profile."""
-
-    rule: FreeRule = field(kw_only=True)
-
-    @property
-    def granted(self) -> Steps:
-        """The share of its guards that the rule grants each motor in this move, (8,) in 1/256."""
-        return granted_share(self.profile)
-
-    @property
-    def goal(self) -> Steps:
-        """The travel at which each motor comes to rest, (8,) in 1/256 steps."""
-        loading = self.loading
-        return self.profile.distance * FINE + loading.offset - ((loading.end * self.rule.sag) >> 8)
-
-    def expected(self, lag: Steps) -> Steps:  # noqa: ARG002  (the rule has a lag)
-        """Return the travel of the free servo at each reading, (n, 8)."""
-        return self._expected
-
-    @cached_property
-    def _expected(self) -> Steps:
-        watch = self.rule.watch(self.profile, self.start, self.direction, self.loading)
-        return np.array([watch.expected_travel(time) for time in self.times.tolist()])
 
 
 def check(robot: Robot, found: Identified) -> None:
@@ -294,32 +244,29 @@ def worn(
     """Return the description, what was found, and the traces, for servos that rub as these do.
 
     Worn gears take more of the motors' torque, so a move needs more of it, and what is a spring at
-    the horn is a stiffer one at the motor. Where the servos rub no more than ``_EXPECTED`` times as
-    much as described, nothing changes.
+    the horn is a stiffer one at the motor. ``robot`` has the wear that ``found`` names. Where the
+    servos rub no more than ``_EXPECTED`` times as much as described, nothing changes.
     """
-    wear = min(float(np.median(found.friction)), _MOST_WEAR)
-    if wear <= _EXPECTED:
+    known = found.wear
+    wear = known * float(np.median(found.friction))
+    if max(wear, known) <= _EXPECTED:
         return robot, found, list(traces)
-    rubbing = robot.with_servo(robot.servo.model.varied(friction=wear))
-    stiffer = float(np.median(identify(rubbing, traces).stiffness))
-    rubbing = _stiffened(rubbing, stiffer)
+    # Gears that take more seem to rub more, too: half of what is left is believed each time.
+    for _ in range(_WEARS):
+        wear = min(max(wear, 1.0), _MOST_WEAR)
+        rubbing = robot.with_servo(robot.servo.model.varied(friction=wear / known))
+        stiffer = float(np.median(identify(rubbing, traces).stiffness))
+        rubbing = _stiffened(rubbing, stiffer)
+        moves = [replace(trace, loading=_softer(trace.loading, stiffer)) for trace in traces]
+        own = identify(rubbing, moves, wear)
+        wear *= float(np.sqrt(np.median(own.friction) / _SEEN))
+    return rubbing, own, moves
 
-    def softer(errors: Steps) -> Steps:
-        return (errors / stiffer).astype(np.int64)
 
-    moves = [
-        replace(
-            trace,
-            loading=Loading(
-                trace.loading.offset,
-                softer(trace.loading.begin),
-                softer(trace.loading.end),
-                softer(trace.loading.most),
-            ),
-        )
-        for trace in traces
-    ]
-    return rubbing, replace(identify(rubbing, moves), wear=wear), moves
+def _softer(loading: Loading, times: float) -> Loading:
+    """Return what bears on motors that are so many times stiffer."""
+    errors = (loading.begin, loading.end, loading.most)
+    return Loading(loading.offset, *((error / times).astype(np.int64) for error in errors))
 
 
 def _stiffened(robot: Robot, times: float) -> Robot:

@@ -11,13 +11,12 @@ from dataclasses import dataclass, replace
 
 from miburi.calibration.file import Calibration
 from miburi.calibration.free_motion import Trace
+from miburi.calibration.guards import free_rule, granted
 from miburi.calibration.identify import (
     Shares,
     check,
     expecting,
     fitted,
-    free_rule,
-    granted,
     identify,
     in_words,
     proposed_gain,
@@ -41,7 +40,7 @@ __all__ = [
     "measure",
 ]
 
-#: How often the gain may be changed; moves of all joints between these speeds, rad/s, are enough
+#: How often the gain is looked at; moves of all joints between these speeds, rad/s, are enough
 #: for that, and no servo is too slow for them (ours).
 _ROUNDS, _SLOWEST, _FASTEST = 3, 0.15, 2.0
 _DEGREES = 360 / STEPS_PER_TURN
@@ -105,18 +104,21 @@ def _measure(card: Card, tell: Callable[[str], None]) -> Measurement:
         for name, move in moves
         if name not in JOINTS and _SLOWEST < move.speeds.max() < _FASTEST
     ]
-    for _ in range(_ROUNDS):
-        found = identify(robot, _trace(card, settings, slow, tell))
+    for after in reversed(range(_ROUNDS)):
+        traces = _trace(card, settings, slow, tell)
+        found = identify(robot, traces)
         count += len(slow)
-        if proposed_gain(robot, found) == settings.general.p_gain:
+        if not after or proposed_gain(robot, found) == settings.general.p_gain:
             break
         robot = fitted(robot, found)
         settings = settings.with_servos(robot, replace(rule, servo=FreeRule.of(robot).servo))
         tell(f"the P gain is {settings.general.p_gain} now")
+    # A ceiling for new gears would hold worn ones back, and then they seem softer than they are.
+    robot, found, _ = worn(robot, found, traces)
     # From here on joints go as fast as they can: the rule must know the servos.
     known = replace(expecting(robot, found, rule.guards), period=rule.period, ratio=rule.ratio)
     traces = _trace(card, settings.with_servos(robot, known), moves, tell)
-    found = identify(robot, traces)
+    found = identify(robot, traces, found.wear)
     check(robot, found)
     words = in_words(found)
     if settings.general.p_gain != CardSettings.of(card.robot).general.p_gain:

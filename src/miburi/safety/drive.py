@@ -64,7 +64,9 @@ def demand(robot: Robot, start: Steps, origin: Steps, profile: Profile, directio
     needed = required_torque(
         servo, fastest, robot.servo.acceleration, np.abs(gravity).max(axis=0), inertia.max(axis=0)
     )
-    ceiling = np.minimum(servo.drive.headroom * needed, servo.motor_torque)
+    # What reaches the horn counts: worn gears take more of the same push.
+    most = servo.drive.headroom / (1 - servo.friction.motor_load) * needed
+    ceiling = np.minimum(most, servo.motor_torque)
 
     def error(torque: Array) -> Steps:
         fine: Steps = np.rint(torque / servo.stiffness / step * FINE).astype(np.int64)

@@ -11,7 +11,7 @@ import numpy as np
 
 from miburi import bma
 from miburi.calibration.free_motion import calibrate
-from miburi.calibration.identify import FreeTrace
+from miburi.calibration.guards import FreeTrace
 from miburi.errors import InputError
 from miburi.robot import Array, Robot
 from miburi.safety.contact import Rule

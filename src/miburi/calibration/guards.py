@@ -1,0 +1,126 @@
+"""Derive the guards of identified servos: what their free moves need, now and in another state.
+
+In go the rule that expects the servos (:mod:`miburi.calibration.identify`) and
+:class:`~miburi.calibration.free_motion.Trace` objects of free moves; out comes that rule with
+guards. A calibration sees one supply and gears of one warmth. What others would change, the model
+of these very servos tells: each move is shifted by it, and must pass too. Where gears take half of
+a motor's torque, a quarter more friction makes a servo a quarter softer, and new ones a tenth.
+
+Import it where it is first needed: it loads Numba.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from miburi.calibration.free_motion import Trace, measure_need
+from miburi.calibration.identify import Identified, expecting
+from miburi.robot import JOINTS, Robot
+from miburi.robot.guards import Guards, in_whole_units
+from miburi.safety.contact import UNLOADED
+from miburi.safety.free import FreeRule, granted_share
+from miburi.safety.profile import FINE, Steps
+
+__all__ = ["MARGIN", "STATES", "STATE_MARGIN", "FreeTrace", "free_rule", "granted"]
+
+#: Guards are this many times what the model missed of the free moves, and no less than the floors;
+#: the second is for moves in another state, of which the model tells a part (both ours).
+MARGIN, STATE_MARGIN = 1.5, 1.25
+#: Times the friction and the supply's voltage of the calibration, in other states (ours): gears are
+#: stiff when cold, and a supply may have 4.75 to 5.25 V.
+STATES = ((1.25, 0.95), (0.75, 1.05))
+
+
+def free_rule(robot: Robot, found: Identified, traces: Sequence[Trace]) -> FreeRule:
+    """Return the rule that expects these servos, with the guards that the traces need.
+
+    The guards are no less than the description's; see :func:`granted`.
+    """
+    least = in_whole_units(robot.guards, robot.servo.step)
+    guards = replace(least, lag=np.full(len(JOINTS), found.delay))
+    return granted(expecting(robot, found, guards), traces)
+
+
+def granted(rule: FreeRule, traces: Sequence[Trace]) -> FreeRule:
+    """Return a rule with guards for these free moves, in every state, and not narrower.
+
+    They are ``MARGIN`` times what the model misses, and ``STATE_MARGIN`` times what it would miss
+    in each of ``STATES``.
+    """
+    free = [FreeTrace(**vars(trace), rule=rule) for trace in traces]
+    guards = _widened(rule, rule.guards, free, MARGIN)
+    for friction, voltage in STATES:
+        other = _in_state(rule, friction, voltage)
+        guards = _widened(rule, guards, _shifted(free, other), STATE_MARGIN)
+    return replace(rule, guards=guards)
+
+
+def _widened(
+    rule: FreeRule, guards: Guards[Steps], traces: Iterable["FreeTrace"], margin: float
+) -> Guards[Steps]:
+    """Return guards that grant ``margin`` times what the model misses of the traces."""
+    needs = measure_need(traces, rule.guards.lag, rule.guards.least, rule.period, rule.ratio)
+    wider = {
+        name: np.maximum(vars(guards)[name], np.ceil(margin * need / FINE).astype(np.int64))
+        for name, need in vars(needs).items()
+    }
+    return replace(guards, **wider)
+
+
+def _in_state(rule: FreeRule, friction: float, voltage: float) -> FreeRule:
+    """Return the rule that expects the same servos with so many times friction and voltage."""
+
+    def times(values: Steps, factor: float) -> Steps:
+        steps: Steps = np.rint(values * factor).astype(np.int64)
+        return steps
+
+    own = rule.servo
+    servo = own._replace(
+        pull=times(own.pull, voltage),
+        friction=times(own.friction, friction),
+        lost=times(own.lost, friction),
+    )
+    return replace(rule, servo=servo, sag=times(rule.sag, 1 / voltage))
+
+
+def _shifted(traces: Sequence["FreeTrace"], other: FreeRule) -> Iterator["FreeTrace"]:
+    """Yield free moves as they would have been with the servos that another rule expects.
+
+    A calibration's own moves know no worn gears, and give their motors little to spare. Later ones
+    have a ceiling that such a state does not reach, so the difference is that of unlimited motors.
+    """
+    for trace in traces:
+        free = replace(trace, loading=replace(trace.loading, most=UNLOADED.most))
+        away = replace(free, rule=other).expected_travel - free.expected_travel
+        steps = np.rint(away / FINE).astype(np.int64) * trace.direction
+        yield replace(trace, positions=trace.positions + steps)
+
+
+@dataclass(frozen=True)
+class FreeTrace(Trace):
+    """A trace beside the free servo that a rule expects, instead of its delayed profile."""
+
+    rule: FreeRule = field(kw_only=True)
+
+    @property
+    def granted(self) -> Steps:
+        """The share of its guards that the rule grants each motor in this move, (8,) in 1/256."""
+        return granted_share(self.profile)
+
+    @property
+    def goal(self) -> Steps:
+        """The travel at which each motor comes to rest, (8,) in 1/256 steps."""
+        loading = self.loading
+        return self.profile.distance * FINE + loading.offset - ((loading.end * self.rule.sag) >> 8)
+
+    def expected(self, lag: Steps) -> Steps:  # noqa: ARG002  (the rule has a lag)
+        """Return the travel of the free servo at each reading, (n, 8)."""
+        return self.expected_travel
+
+    @cached_property
+    def expected_travel(self) -> Steps:
+        """The travel of the free servo at each reading, (n, 8) in 1/256 steps."""
+        watch = self.rule.watch(self.profile, self.start, self.direction, self.loading)
+        return np.array([watch.expected_travel(time) for time in self.times.tolist()])
