@@ -67,6 +67,7 @@ def test_the_live_partner_needs_no_extra(tmp_path: Path) -> None:
         ("aiomqtt", "mqtt", ["run", "--broker", "localhost", "--port", "0", "--folder", "."]),
         ("aiomqtt", "mqtt", ["fleet", "--broker", "localhost"]),
         ("cyclonedds", "ros", ["run", "--ros", "--port", "0", "--folder", "."]),
+        ("cyclonedds", "ros", ["to-ros", "in.mcap", "out.mcap"]),
         ("ray", "cluster", ["trials", "--free", "1", "--blocked", "0", "--ray", "auto"]),
     ],
     ids=lambda value: " ".join(value[:2]) if isinstance(value, list) else value,

@@ -34,6 +34,7 @@ from miburi.cli.run import run
 from miburi.cli.senses import say, words
 from miburi.cli.study import study_app
 from miburi.cli.templates import template
+from miburi.cli.to_ros import to_ros
 from miburi.cli.trials import calibrate, safety_page, trials, tune
 from miburi.errors import InputError, MiburiError
 from miburi.version import __version__
@@ -311,6 +312,7 @@ app.command()(calibrate)
 app.command()(tune)
 app.command()(safety_page)
 app.command()(template)
+app.command()(to_ros)
 
 feelings_app = typer.Typer(help="The emotional model.", no_args_is_help=True)
 app.add_typer(feelings_app, name="feelings")

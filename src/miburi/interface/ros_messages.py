@@ -39,7 +39,7 @@ __all__ = [
     "frames",
     "joint_state",
     "read_expression",
-    "stop_status",
+    "stop_report",
 ]
 
 #: ROS4HRI's word for no feeling.
@@ -135,7 +135,7 @@ def diagnose(
     """Return how the contact stop and the motors are; a state of None cannot be had."""
     name = network.name or "miburi"
     hardware = motors.body if motors.port is None else f"{motors.body} at {motors.port}"
-    stop = stop_status(None if state is None else state.stop)
+    stop = _stop_status(None if state is None else state.stop)
     if state is None:
         stop.level, stop.message = _STALE, "the robot cannot be reached"
     else:
@@ -147,7 +147,12 @@ def diagnose(
     return DiagnosticArrayMsg(_header(stamp), [stop, *each])
 
 
-def stop_status(stop: StopOut | None) -> DiagnosticStatusMsg:
+def stop_report(stamp: int, stop: StopOut) -> DiagnosticArrayMsg:
+    """Return the diagnosis of a stop alone."""
+    return DiagnosticArrayMsg(_header(stamp), [_stop_status(stop)])
+
+
+def _stop_status(stop: StopOut | None) -> DiagnosticStatusMsg:
     """Return why the body is stopped: which motor met something, with which force."""
     if stop is None:
         return DiagnosticStatusMsg(_OK, "contact stop", "not stopped", "", [])

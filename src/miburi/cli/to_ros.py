@@ -1,0 +1,23 @@
+"""``miburi to-ros``: parse, convert, print."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from miburi.cli.options import RobotFile, robot_of
+from miburi.errors import need
+
+__all__ = ["to_ros"]
+
+
+def to_ros(
+    recording: Annotated[Path, typer.Argument(help="A recording (MCAP).")],
+    out: Annotated[Path, typer.Argument(help="The file to write (MCAP, ROS 2's messages).")],
+    robot: RobotFile = None,
+) -> None:
+    """Write a recording with ROS 2's messages, for its tools."""
+    need("cyclonedds", "ros")
+    from miburi.interface.ros_recording import convert_recording
+
+    print(f"{convert_recording(recording, robot_of(robot), out)} messages in {out}.")
