@@ -50,7 +50,7 @@ check-wheels: .venv-lowest/bin/uv ## whether every dependency has a wheel on Lin
 	tools/check-wheels .venv-lowest/bin/uv
 test-lowest: .venv-lowest/bin/uv ## the tests with the lowest versions that pyproject.toml allows
 	.venv-lowest/bin/uv pip install --quiet --python .venv-lowest/bin/python \
-		--resolution lowest-direct -e '.[dev,docs,https,mcp,mqtt,ros,studies]'
+		--resolution lowest-direct -e '.[dev,docs,ears,https,mcp,mqtt,ros,studies]'
 	.venv-lowest/bin/python -m pytest -n auto --ignore $(PAGES) --ignore tests/firmware
 
 clean: ## remove what was built
@@ -71,8 +71,8 @@ clean: ## remove what was built
 	@touch $@
 
 .venv/test.stamp: .venv/run.stamp
-	tools/debian-packages chromium mosquitto $(FIRMWARE_PACKAGES)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,docs,https,mcp,mqtt,ros,studies]'
+	tools/debian-packages chromium flite mosquitto $(FIRMWARE_PACKAGES)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,docs,ears,https,mcp,mqtt,ros,studies]'
 	@touch $@
 
 # Sixteen thousand trials. Interrupted, each goes on where it was.

