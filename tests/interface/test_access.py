@@ -227,8 +227,9 @@ def test_a_foreign_cookie_locks_nobody_out(cookie: str) -> None:
         assert ask(Gate(behind, TOKEN), cookie=text)[0] == 200
 
 
-def test_the_pairing_page_needs_none() -> None:
-    assert ask(Gate(behind, TOKEN), "/pair")[0] == 200
+@pytest.mark.parametrize("path", ["/pair", "/privacy"])
+def test_the_pairing_and_the_privacy_page_need_none(path: str) -> None:
+    assert ask(Gate(behind, TOKEN), path)[0] == 200
 
 
 @pytest.mark.parametrize(
@@ -295,7 +296,7 @@ def test_beside_https_plain_http_is_for_this_computer_alone(kind: str) -> None:
 
 def test_by_plain_http_a_device_is_told_of_https_and_gives_no_token_away() -> None:
     gate = Gate(behind, TOKEN, https=True)
-    for path in ("/pair", "/ca.pem"):
+    for path in ("/pair", "/privacy", "/ca.pem"):
         assert ask(gate, path, at=HOME, host=HOME)[0] == 200
         assert ask(gate, path, method="POST", at=HOME, host=HOME, **MINE)[0] == 426
     assert ask(Gate(behind, TOKEN), "/ca.pem", at=HOME)[0] == 401, "there is no authority"

@@ -10,14 +10,18 @@ from mcap.exceptions import EndOfFile
 from mcap.reader import make_reader
 from mcap.records import Message as McapMessage
 from mcap.stream_reader import StreamReader
+from tests.fixtures.live import run
 
 from miburi.bodies import BodyState
 from miburi.errors import InputError
-from miburi.feelings import EmotionalModel
+from miburi.feelings import FEELINGS, EmotionalModel, Stimulus, shipped_temperament
 from miburi.live.recording import Recorder, read, step_messages
+from miburi.live.runner import Runner
 from miburi.partner import Released, Stopped
 from miburi.robot import JOINTS
 from miburi.safety.stop import Phase, Stop, StopReason
+from miburi.senses.happenings import notice
+from miburi.senses.words import hear
 
 STOP = Stop(0.1, StopReason.CONTACT, "waist", "speed", 0.5)
 
@@ -61,10 +65,49 @@ def test_every_topic_has_a_schema() -> None:
         "/commands",
         "/feelings",
         "/contacts",
+        "/stimuli",
     }
     assert all(s.encoding == "jsonschema" and s.data for s in summary.schemas.values())
     assert summary.statistics is not None
     assert summary.statistics.message_count == 52
+
+
+def test_it_holds_why_the_partner_felt_something_and_replays(
+    runner: Runner, tmp_path: Path
+) -> None:
+    runner.recordings.start()
+    run(runner, 0.5)
+    runner.take(hear("I am so sad today, but thank you"))
+    run(runner, 1.0)
+    runner.take(notice("stroke", 0.8))
+    runner.stimulate(Stimulus("thrill", 0.5, "application"))
+    run(runner, 1.0)
+    runner.recordings.end()
+    (path,) = (tmp_path / "recordings").glob("*.mcap")
+    stimuli = [message.content for message in read(path, ["/stimuli"])]
+    assert [(one["feeling"], one["source"]) for one in stimuli] == [
+        ("sadness", "speech"),
+        ("happiness", "touch"),
+        ("thrill", "application"),
+    ]
+    said, touched, asked = ([part["what"] for part in one["why"]] for one in stimuli)
+    assert "sad" in said
+    assert (touched, asked) == (["stroke"], [])
+    # No sentence is in the file: only the words that moved it.
+    messages = [message.content for message in read(path)]
+    assert "today" not in str(messages)
+
+    again, now = EmotionalModel(shipped_temperament("playful")), 0.0
+    again.set_state(mood=dict.fromkeys(FEELINGS, 0.6))
+    for time, topic, content in read(path, ["/stimuli", "/feelings"]):
+        again.step(time - now)
+        now = time
+        if topic == "/stimuli":
+            content.pop("why")
+            again.stimulate(Stimulus(**content))
+        else:
+            assert again.emotion == pytest.approx(content["emotion"], abs=1e-5)
+            assert again.mood == pytest.approx(content["mood"], abs=1e-5)
 
 
 def test_the_same_run_gives_the_same_bytes() -> None:

@@ -4,9 +4,12 @@ import re
 
 import pytest
 
+from miburi.feelings import Stimulus
 from miburi.live.runner import Runner
 from miburi.live.state import Entry, StopOut
 from miburi.safety.stop import StopReason
+from miburi.senses.happenings import notice
+from miburi.senses.words import hear
 from miburi.studio.contact_panel import line, why
 from miburi.studio.words import LANGUAGES, words
 
@@ -33,3 +36,31 @@ def test_every_stop_is_told_in_words_and_none_by_its_key(
     for text in told.values():
         assert not any(reason in text for reason in StopReason if "_" in reason)
         assert language == "en" or not re.search("[A-Za-z]{2}", text)
+
+
+@pytest.mark.parametrize(
+    ("language", "said", "touched"),
+    [
+        (
+            "en",
+            "A remark: sadness, strength 1.00, for “sad”",
+            "A touch: happiness, strength 0.60, for a stroke",
+        ),
+        (
+            "ja",
+            "声かけ：悲しみ、強さ 1.00（「sad」）",
+            "触れ合い：喜び、強さ 0.60（なでられたこと）",
+        ),
+    ],
+)
+def test_the_log_says_why_it_felt_something(
+    runner: Runner, language: str, said: str, touched: str
+) -> None:
+    runner.take(hear("I am so sad today"))
+    runner.take(notice("stroke"))
+    runner.stimulate(Stimulus("anger", 0.5, "touch"))
+    runner.tick()
+    first, second, third = (line(entry, words(language)) for entry in runner.log()[:3])
+    assert (first, second) == (said, touched)
+    assert third.startswith(words(language)["source"]["touch"])
+    assert third.endswith("0.50")

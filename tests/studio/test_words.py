@@ -9,6 +9,7 @@ from miburi.live.archive import EndReason
 from miburi.live.bodies import KINDS
 from miburi.robot import JOINTS
 from miburi.safety.stop import StopReason
+from miburi.senses.happenings import happenings
 from miburi.studio.words import LANGUAGES, own_name, preferred, words
 
 
@@ -37,6 +38,7 @@ def test_every_name_has_a_word() -> None:
     assert set(KINDS) <= set(english["body"])
     assert set(english["reason"]) == set(StopReason)
     assert set(english["source"]) == set(SOURCES)
+    assert set(english["happening"]) == set(happenings())
     assert set(english["recording"]) == set(EndReason)
     assert set(TEMPERAMENTS) <= set(english["body"])
 

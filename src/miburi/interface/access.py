@@ -1,9 +1,9 @@
 """Who may talk to the server, how much, and how often: one gate in front of every route.
 
 On the loopback address anybody at this computer may; on any other address a token is needed
-everywhere but on the pairing page. Requests from other sites' pages are refused on both. Where the
-server listens by https, too, no token passes unencrypted: plain http is for this computer itself,
-and tells others only where https is.
+everywhere but on the pairing and the privacy page. Requests from other sites' pages are refused on
+both. Where the server listens by https, too, no token passes unencrypted: plain http is for this
+computer itself, and tells others only where https is.
 """
 
 import asyncio
@@ -36,6 +36,7 @@ __all__ = [
     "PAGE_BURST",
     "PAGE_RATE",
     "PAIRING",
+    "PRIVACY",
     "RATE",
     "SOCKETS",
     "STOP",
@@ -51,8 +52,9 @@ __all__ = [
 ]
 
 COOKIE = "miburi_token"
-#: The only paths that answer without a token: how to come in, and by https, whom to trust.
-PAIRING, AUTHORITY = "/pair", "/ca.pem"
+#: The only paths that answer without a token: how to come in, what becomes of what one says, and by
+#: https, whom to trust.
+PAIRING, PRIVACY, AUTHORITY = "/pair", "/privacy", "/ca.pem"
 #: What no limit holds up, for those who may use the partner.
 STOP = "/api/v1/stop"
 #: Where agents come in, if the partner lets them.
@@ -258,7 +260,7 @@ class Gate:
         plain = self._https and not encrypted
         token = None if plain and _is_own(scope) else self._token
         _check_site(headers, near=token is None, encrypted=encrypted)
-        unlocked = path == PAIRING or (self._https and path == AUTHORITY)
+        unlocked = path in (PAIRING, PRIVACY) or (self._https and path == AUTHORITY)
         if token is not None and plain and not (unlocked and method in ("GET", "HEAD")):
             raise RefusedError(
                 426, "no token is taken by plain http; use the https address of this partner."
@@ -269,7 +271,7 @@ class Gate:
             return
         if method not in _METHODS:
             raise RefusedError(405, f"{method[:20]} is not for this address.")
-        limited = path.startswith("/api") or path in (PAIRING, AUTHORITY)
+        limited = path.startswith("/api") or path in (PAIRING, PRIVACY, AUTHORITY)
         if limited and not self._requests.take(who):
             raise RefusedError(429, f"too many requests; at most {RATE:g} a second, please.")
         if path in _PAGES and not self._pages.take(who):

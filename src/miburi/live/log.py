@@ -3,6 +3,7 @@
 from collections import deque
 from typing import Any
 
+from miburi.live.recording import Felt
 from miburi.live.state import Entry, StopOut
 from miburi.partner import Event, GestureStarted, Released, Stopped
 
@@ -38,6 +39,19 @@ class Log:
         self.number += 1
         entry = {"number": self.number, "time": round(time, 2), "kind": kind, **content}
         self._entries.append(Entry.model_validate(entry))
+
+    def feel(self, felt: Felt) -> None:
+        """Add what the partner felt, and why."""
+        stimulus, impression = felt.stimulus, felt.impression
+        self.note(
+            felt.time,
+            "stimulus",
+            feeling=stimulus.feeling,
+            strength=stimulus.strength,
+            source=stimulus.source,
+            detail=impression and impression.reason,
+            why=impression and impression.why,
+        )
 
     def take(self, event: Event, time: float, stopped: StopOut | None, limit: float) -> None:
         """Add what people want to know of the partner's events.

@@ -1,17 +1,20 @@
 """Write what the body did and the partner felt to an MCAP file, and read it again.
 
-The messages are JSON with a schema, so any MCAP tool reads them. There are four topics:
+The messages are JSON with a schema, so any MCAP tool reads them. There are five topics:
 
 - ``/joint_states``: names, positions in rad, velocities in rad/s, phase
 - ``/commands``: moves, rad and rad/s
 - ``/feelings``: the three levels, and the expressed feeling
 - ``/contacts``: stops
+- ``/stimuli``: what the partner felt at what somebody did, and why, in words or names of signs;
+  never sound or pictures. Given to another emotional model at their times, they replay.
 """
 
 import json
 import os
 import struct
 from collections.abc import Iterable, Iterator
+from dataclasses import asdict
 from pathlib import Path
 from types import TracebackType
 from typing import IO, Any, NamedTuple, Self
@@ -25,12 +28,13 @@ from zstandard import ZstdError
 
 from miburi.bodies import BodyState
 from miburi.errors import InputError
-from miburi.feelings import FEELINGS, FeelingModel
+from miburi.feelings import FEELINGS, FeelingModel, Stimulus
 from miburi.partner import Event, MoveSent, Stopped
 from miburi.robot import JOINTS
+from miburi.senses import Impression
 from miburi.version import __version__
 
-__all__ = ["RecordedMessage", "Recorder", "is_whole", "read", "step_messages"]
+__all__ = ["Felt", "RecordedMessage", "Recorder", "is_whole", "read", "step_messages"]
 
 #: What the reader raises at the end of a broken file, or for a file that is not MCAP.
 _BROKEN = (McapError, struct.error, ZstdError, ValueError)
@@ -64,7 +68,27 @@ _SCHEMAS: dict[str, dict[str, Any]] = {
         "mood_before": {"type": "number"},
         "mood_after": {"type": "number"},
     },
+    "/stimuli": {
+        "feeling": {"type": "string"},
+        "strength": {"type": "number"},
+        "source": {"type": "string"},
+        "why": {
+            "type": "array",
+            "items": {
+                "type": "object",
+                "properties": {"what": {"type": "string"}, "weight": {"type": "number"}},
+            },
+        },
+    },
 }
+
+
+class Felt(NamedTuple):
+    """What a partner felt: s on the body's clock, and what somebody had shown, if a sense knows."""
+
+    time: float
+    stimulus: Stimulus
+    impression: Impression | None
 
 
 class RecordedMessage(NamedTuple):
@@ -129,7 +153,10 @@ class Recorder:
 
 
 def step_messages(
-    state: BodyState, feelings: FeelingModel | None, events: Iterable[Event]
+    state: BodyState,
+    feelings: FeelingModel | None,
+    events: Iterable[Event],
+    felt: Iterable[Felt] = (),
 ) -> list[RecordedMessage]:
     """Return the messages of one step, as a copy that later steps do not change.
 
@@ -141,8 +168,10 @@ def step_messages(
         The emotional model whose three levels to record; None to leave them out.
     events
         The events of the step; only moves and stops make messages.
+    felt
+        What the partner felt before the step.
     """
-    messages = [_of_state(state)]
+    messages = [*map(_of_stimulus, felt), _of_state(state)]
     if feelings is not None:
         messages.append(_of_feelings(state.time, feelings))
     messages += [message for event in events if (message := _of_event(event)) is not None]
@@ -169,6 +198,14 @@ def _of_feelings(time: float, feelings: FeelingModel) -> RecordedMessage:
         "expressed": shown.feeling if shown else None,
     }
     return RecordedMessage(time, "/feelings", content)
+
+
+def _of_stimulus(felt: Felt) -> RecordedMessage:
+    content = {
+        **asdict(felt.stimulus),
+        "why": [asdict(part) for part in felt.impression.why] if felt.impression else [],
+    }
+    return RecordedMessage(felt.time, "/stimuli", content)
 
 
 def _of_event(event: Event) -> RecordedMessage | None:

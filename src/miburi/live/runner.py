@@ -22,7 +22,7 @@ from miburi.live.commands import Commands
 from miburi.live.hand import GuidedHand
 from miburi.live.log import Log
 from miburi.live.observer import Observer
-from miburi.live.recording import step_messages
+from miburi.live.recording import Felt, step_messages
 from miburi.live.speaker import Speaker
 from miburi.live.state import Entry, MotorsOut, RecordingEnd, Sample, Snapshot, Spoken
 from miburi.live.watchdog import Watchdog
@@ -110,6 +110,7 @@ class Runner:
         self.failure: str | None = None
         self._patience = 0.0
         self._log = Log()
+        self._felt: list[Felt] = []  # since the last step
         self._samples: deque[tuple[int, Sample]] = deque(maxlen=SAMPLED)
         self._serial = 0
         self._speaker = Speaker(seed)
@@ -184,7 +185,7 @@ class Runner:
         def run() -> tuple[Stimulus, ...]:
             felt = stimuli(impression, self._feelings.temperament)
             for stimulus in felt:
-                self._feel(stimulus, impression.reason)
+                self._feel(stimulus, impression)
             return felt
 
         return self._commands.ask(run)
@@ -424,15 +425,11 @@ class Runner:
     def _stop(self) -> None:
         self._partner.stop()
 
-    def _feel(self, stimulus: Stimulus, why: str | None = None) -> None:
+    def _feel(self, stimulus: Stimulus, impression: Impression | None = None) -> None:
         self._feelings.stimulate(stimulus)
-        self._note(
-            "stimulus",
-            feeling=stimulus.feeling,
-            strength=stimulus.strength,
-            source=stimulus.source,
-            detail=why,
-        )
+        felt = Felt(self._partner.body.state.time, stimulus, impression)
+        self._log.feel(felt)
+        self._felt.append(felt)
 
     def _tell(self, spoken: Spoken) -> str:
         self._note("spoken", name=spoken.text, feeling=spoken.feeling)
@@ -483,8 +480,10 @@ class Runner:
                 self._recording_end = RecordingEnd(name=name, reason=reason, detail=detail)
             elif kind == "recording":
                 self._recording_end = None
-        felt = self._feelings if sampled else None
-        self.recordings.write(lambda: step_messages(self._partner.body.state, felt, events))
+        feelings, felt = (self._feelings if sampled else None), self._felt
+        self._felt = []
+        state = self._partner.body.state
+        self.recordings.write(lambda: step_messages(state, feelings, events, felt))
 
     def _excuse(self, error: Exception, kind: str = "trouble") -> None:
         """Note that what only looks on, or the loop, has failed; what repeats is noted once."""

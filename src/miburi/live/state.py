@@ -10,6 +10,7 @@ from miburi.feelings.catalogue import FEELINGS, FeelingName
 from miburi.live.archive import EndReason
 from miburi.robot.guards import Guards
 from miburi.safety.stop import StopReason
+from miburi.senses import Brought
 from miburi.senses.language import Language
 
 __all__ = [
@@ -159,6 +160,9 @@ class Entry(BaseModel):
     name: str | None = None
     reason: EndReason | None = Field(default=None, description="Why a recording ended by itself.")
     detail: str | None = None
+    why: tuple[Brought, ...] | None = Field(
+        default=None, description="What spoke for a stimulus: words, or the name of a sign."
+    )
     stop: StopOut | None = None
     limit: float | None = Field(default=None, description="The rule's limit at that stop.")
 

@@ -17,6 +17,7 @@ from miburi.interface.socket import live_router
 from miburi.live.view import LivePartner
 from miburi.studio.face_page import add_face_page
 from miburi.studio.pairing_page import pairing_page
+from miburi.studio.privacy_page import privacy_router
 from miburi.studio.studio_page import add_studio_page
 
 __all__ = ["HERE", "make_app"]
@@ -43,6 +44,7 @@ def make_app(runner: LivePartner, reach: Reach, doors: Doors = _CLOSED) -> FastA
     app.mount("/static", StaticFiles(directory=HERE / "static"), name="static")
     doors.open(app, runner)
     app.include_router(_nothing(app))
+    app.include_router(privacy_router(runner, reach, doors))
     add_face_page(app)
     add_studio_page(runner, reach)
     # Quasar would show a bar, without a name, at every request of its own.

@@ -9,12 +9,15 @@ from miburi.live.archive import EndReason
 from miburi.live.state import Entry, State, StopOut
 from miburi.live.view import LivePartner
 from miburi.safety.stop import StopReason
+from miburi.senses import Brought
 from miburi.studio.parts import heading
 from miburi.studio.words import Words
 
 __all__ = ["contact_panel", "facts", "line", "why", "why_ended"]
 
 _LOG_LINES = 60
+#: What spoke for a stimulus that its line names; the rest is seen with the weights.
+_WHYS = 3
 
 
 def contact_panel(
@@ -131,11 +134,32 @@ def _log(entries: list[Entry], words: Words) -> str:
     if not entries:
         return escape(words["contact"]["empty"])
     lines = "".join(
-        f'<li class="{entry.kind}"><time>{entry.time:.1f} s</time>'
-        f"<span>{escape(line(entry, words))}</span></li>"
+        f'<li class="{entry.kind}"><time>{entry.time:.1f} s</time>{_told(entry, words)}</li>'
         for entry in reversed(entries)
     )
     return f'<ol class="log" tabindex="0">{lines}</ol>'
+
+
+def _told(entry: Entry, words: Words) -> str:
+    """Return an entry as HTML; what spoke for it opens with its weights."""
+    text = escape(line(entry, words))
+    if not entry.why:
+        return f"<span>{text}</span>"
+    parts = escape(
+        ", ".join(f"{_sign(part, entry, words)} +{part.weight:.1f}" for part in entry.why)
+    )
+    hint = escape(words["talk"]["weights"])
+    return (
+        f'<details data-entry="{entry.number}"><summary>{text}</summary>'
+        f"<small>{hint}: {parts}</small></details>"
+    )
+
+
+def _sign(part: Brought, entry: Entry, words: Words) -> str:
+    """Return what spoke for a stimulus: a word as it was said, or what happened, in words."""
+    if entry.source == "speech":
+        return words["talk"]["quoted"].format(what=part.what)
+    return words["happening"].get(part.what.replace(" ", "_"), part.what)
 
 
 def line(entry: Entry, words: Words) -> str:
@@ -155,6 +179,10 @@ def line(entry: Entry, words: Words) -> str:
     if entry.reason is not None:
         reason = why_ended(entry.reason, entry.detail, words)
         return say["recording_ended"].format(name=name, reason=reason)
+    if entry.why:
+        first = line(entry.model_copy(update={"why": None}), words)
+        told = ", ".join(_sign(part, entry, words) for part in entry.why[:_WHYS])
+        return say["stimulus_why"].format(line=first, why=told)
     return say[entry.kind].format(
         name=words["body"].get(name, name) if entry.kind in ("body", "temperament") else name,
         feeling=words["feeling"].get(entry.feeling or "", ""),

@@ -25,6 +25,7 @@ def pairing_page(reach: Reach, request: Request) -> str:
         _PAGE,
         language=language,
         words=words(language)["pairing"],
+        privacy=words(language)["privacy"]["link"],
         encrypted=request.url.scheme == "https",
         onward=_onward(reach, request),
         fingerprint=reach.fingerprint,

@@ -9,6 +9,7 @@ from nicegui.element import Element
 
 from miburi.errors import MiburiError
 from miburi.feelings.catalogue import CATALOGUE
+from miburi.interface.access import PRIVACY
 from miburi.interface.settle import done
 from miburi.studio.words import Words
 
@@ -63,7 +64,8 @@ def senses_form(words: Words, *names: str) -> str:
     )
     return (
         f'<details class="senses" data-senses="{told}"><summary>{escape(say["title"])}</summary>'
-        f'{switches}<output role="status"></output></details>{signs}'
+        f'{switches}<output role="status"></output>'
+        f'<a href="{PRIVACY}">{escape(words["privacy"]["link"])}</a></details>{signs}'
     )
 
 
@@ -75,5 +77,6 @@ def talk_form(words: Words) -> str:
         f'<form class="talk" data-talk="{told}"><label><span>{escape(say["label"])}</span>'
         f'<input name="text" maxlength="1000" autocomplete="off" enterkeyhint="send" required '
         f'placeholder="{escape(say["example"])}"></label><button class="plain-button">'
-        f'{escape(say["send"])}</button><output role="status"></output></form>'
+        f'{escape(say["send"])}</button><output role="status"></output>'
+        f"<details hidden><summary>{escape(say['weights'])}</summary><span></span></details></form>"
     )

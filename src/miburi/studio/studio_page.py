@@ -133,7 +133,8 @@ class _Studio:
         """Say what one can do here, until somebody has read it."""
         say = self._words["studio"]
         with ui.element("div").classes("first"):
-            ui.label(say["first"])
+            steps = "".join(f"<li>{escape(say[f'first_{step}'])}</li>" for step in (1, 2, 3))
+            ui.html(f"<b>{escape(say['first'])}</b><ol>{steps}</ol>", sanitize=False)
             read = button(say["first_read"], "")
         away = 'event.currentTarget.closest(".first").hidden = true;'
         read.on("click", js_handler=f"(event) => {{ {keep('met', '1')} {away} }}")

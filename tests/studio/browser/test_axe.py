@@ -3,13 +3,15 @@
 import re
 from collections.abc import Iterator
 from pathlib import Path
-from urllib.parse import urljoin
+from urllib.parse import urljoin, urlsplit
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, Page, expect
 from tests.fixtures.browser import PATIENCE, ask, needs_browser, press_above, until, without_3d
-from tests.fixtures.live import started
+from tests.fixtures.live import started, started_by_https
+
+from miburi.studio.words import LANGUAGES
 
 pytestmark = needs_browser
 
@@ -24,6 +26,13 @@ def guarded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, str
         found = re.search(r"http://127.0.0.1:\d+", said)
         assert found, said
         yield found.group(), (folder / "token").read_text().strip()
+
+
+@pytest.fixture(scope="module")
+def safely(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, str]]:
+    """A partner that phones reach by https: its two addresses."""
+    with started_by_https(tmp_path_factory.mktemp("safely")) as addresses:
+        yield addresses
 
 
 @pytest.fixture(params=[(LAPTOP, "light"), (LAPTOP, "dark"), (PHONE, "light"), (PHONE, "dark")],
@@ -83,6 +92,32 @@ def test_the_face_has_no_violation(visitor: Page, url: str) -> None:
     found += violations(visitor, "stopped")
     visitor.request.post(urljoin(url, "/api/v1/release"))
     assert "\n".join(found) == ""
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_the_privacy_page_has_no_violation(visitor: Page, url: str, language: str) -> None:
+    visitor.goto(f"{url}/privacy?lang={language}")
+    assert violations(visitor, language) == []
+    width = visitor.evaluate("[document.documentElement.scrollWidth, innerWidth]")
+    assert width[0] <= width[1]
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_the_pages_that_lead_to_https_have_no_violation(
+    visitor: Page, safely: tuple[str, str], browser: Browser, language: str
+) -> None:
+    """On the way there by plain http, and there, where the warning was gone past."""
+    url, safe = safely
+    visitor.goto(f"http://{urlsplit(safe).hostname}:{urlsplit(url).port}/pair?lang={language}")
+    visitor.locator("summary").click()
+    found = violations(visitor, "by http")
+    phone = browser.new_context(ignore_https_errors=True, viewport=visitor.viewport_size)
+    page = phone.new_page()
+    page.goto(f"{safe}/pair?lang={language}")
+    page.locator("summary").click()
+    found += violations(page, "by https")
+    phone.close()
+    assert found == []
 
 
 def test_the_pairing_page_has_no_violation(visitor: Page, guarded: tuple[str, str]) -> None:

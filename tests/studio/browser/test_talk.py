@@ -1,10 +1,11 @@
 """A line typed to the partner, and what it says that it understood."""
 
+import re
 from urllib.parse import urljoin
 
 import pytest
 from playwright.sync_api import BrowserContext, Page, expect
-from tests.fixtures.browser import needs_browser, until, without_3d
+from tests.fixtures.browser import ask, needs_browser, until, without_3d
 
 pytestmark = needs_browser
 
@@ -33,9 +34,25 @@ def test_it_says_what_it_heard_and_why_and_what_it_feels(
     assert "% sure" in heard
     assert "Now I feel sadness" in heard
     until(page, lambda now: now["emotion"][1] > 0.1)
+    page.get_by_text("What spoke for it, and how much").first.click()
+    assert re.search(r"“sad” \+\d+\.\d", page.locator(".talk details").inner_text())
     nothing = say(page, "The table has four legs")
     assert "heard no feeling in that" in nothing
     assert "Tell me with a plain word" in nothing
+
+
+def test_the_log_says_why_and_what_is_open_stays_open(context: BrowserContext, url: str) -> None:
+    page = without_3d(context, url)
+    say(page, "I am so sad today")
+    entry = page.locator(".log details", has_text="for “sad”").first
+    entry.locator("summary").focus()
+    page.keyboard.press("Enter")
+    expect(entry.get_by_text("“sad” +")).to_be_visible()
+    ask(page, "/stimulus", feeling="happiness", strength=0.3)
+    expect(page.locator(".log li").first).to_contain_text("happiness, strength 0.30")
+    expect(entry.get_by_text("“sad” +")).to_be_visible()
+    entry.locator("summary").click()
+    expect(entry.get_by_text("“sad” +")).to_be_hidden()
 
 
 def test_it_understands_and_answers_in_japanese(context: BrowserContext, url: str) -> None:

@@ -58,6 +58,16 @@ listen((state, connected) => {
   root.dataset.serial = state.serial;
 });
 
+// The log is written anew with each event; what somebody has opened in it stays open.
+const opened = new Set();
+document.addEventListener("toggle", ({ target }) => {
+  const entry = target.dataset?.entry;
+  if (entry) opened[target.open ? "add" : "delete"](entry);
+}, true);
+new MutationObserver(() => {
+  for (const entry of opened) document.querySelector(`[data-entry="${entry}"]`)?.setAttribute("open", "");
+}).observe(document, { childList: true, subtree: true });
+
 // A line typed to the partner; the answer says what it heard in the words, and what it felt.
 document.addEventListener("submit", async (event) => {
   const form = event.target.closest("[data-talk]");
@@ -67,6 +77,8 @@ document.addEventListener("submit", async (event) => {
   const text = line.value.trim();
   if (!text) return;
   const number = (form.talks = (form.talks ?? 0) + 1); // who speaks on before an answer came is answered once
+  const weights = form.querySelector("details");
+  weights.hidden = true;
   out.textContent = "…";
   try {
     const answer = await fetch("/api/v1/say", {
@@ -79,6 +91,10 @@ document.addEventListener("submit", async (event) => {
     if (number !== form.talks) return;
     out.textContent = answer.ok
       ? `${understood(heard, words)} ${words.quoted.replace("{what}", heard.answer)}` : heard.detail;
+    if (!answer.ok) return;
+    weights.hidden = !heard.feeling || !heard.why.length;
+    weights.querySelector("span").textContent = heard.why
+      .map((part) => `${words.quoted.replace("{what}", part.what)} +${part.weight.toFixed(1)}`).join(", ");
   } catch {
     out.textContent = "";
     lost();

@@ -1,0 +1,100 @@
+"""The privacy page (``/privacy``): what is on, what leaves a page or the computer, what is kept.
+
+It is made of the switches as they are now, and answers without a token: whoever stands before the
+partner may read it before they pair.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+from urllib.parse import urlsplit
+
+from fastapi import APIRouter, Request
+from fastapi.responses import HTMLResponse
+
+from miburi.ground.templates import render
+from miburi.interface.access import PRIVACY
+from miburi.interface.doors import Doors
+from miburi.interface.pairing import Reach
+from miburi.live.view import LivePartner
+from miburi.studio.preferences import Preferences
+from miburi.studio.words import Words, words
+
+__all__ = ["Switch", "privacy_router", "switches"]
+
+_PAGE = Path(__file__).with_suffix(".html")
+#: What is kept, by the names of its words.
+_KEPT = ("memory", "feelings", "recordings", "keys", "browser", "delete")
+
+
+@dataclass(frozen=True)
+class Switch:
+    """Something that lets others know more, and whether it is on now.
+
+    Attributes
+    ----------
+    name
+        The words of the page have it with ``_on`` and ``_off``.
+    on
+        Whether it is.
+    where
+        With whom; empty where its words say so.
+    """
+
+    name: str
+    on: bool
+    where: str = ""
+
+
+def switches(doors: Doors, reach: Reach, recording: bool) -> list[Switch]:
+    """Return all switches of a partner's computer, as they are."""
+    encrypted, broker, talk = reach.authority is not None, doors.broker, doors.talk
+    return [
+        Switch("https", encrypted),
+        Switch("http", reach.token is not None and not encrypted),
+        Switch("talk", talk is not None, (urlsplit(talk.url).hostname or "") if talk else ""),
+        Switch("agents", doors.agents),
+        Switch("broker", broker is not None, broker.host if broker else ""),
+        Switch("ros", doors.ros is not None),
+        Switch("recording", recording),
+    ]
+
+
+def privacy_router(runner: LivePartner, reach: Reach, doors: Doors) -> APIRouter:
+    """Return the route of the page."""
+    router = APIRouter(include_in_schema=False)
+
+    @router.get(PRIVACY)
+    async def privacy(request: Request) -> HTMLResponse:
+        preferences = Preferences.of(request)
+        recording = runner.snapshot.state.recording is not None
+        return HTMLResponse(_page(preferences, switches(doors, reach, recording)))
+
+    return router
+
+
+def _page(preferences: Preferences, now: list[Switch]) -> str:
+    all_words = words(preferences.language)
+    say = all_words["privacy"]
+    return render(
+        _PAGE,
+        language=preferences.language,
+        words=say,
+        light={True: "dark", False: "light", None: "light dark"}[preferences.dark],
+        senses=_senses(all_words),
+        switches=[
+            (
+                say[each.name],
+                each.on,
+                say[f"{each.name}_{'on' if each.on else 'off'}"].format(where=each.where),
+            )
+            for each in now
+        ],
+        kept=[(say[f"{name}_kept"], say[f"{name}_about"]) for name in _KEPT],
+    )
+
+
+def _senses(all_words: Words) -> list[tuple[str, str]]:
+    """Return each sense of a page with what it says beside its own switch."""
+    say = all_words["senses"]
+    names = [key.removesuffix("_about") for key in say if key.endswith("_about")]
+    return [(say[name], say[f"{name}_about"]) for name in names]
