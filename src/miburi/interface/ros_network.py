@@ -22,6 +22,8 @@ LARGEST_DOMAIN = 232
 _LARGEST_MESSAGE = 200_000
 #: Participants that are looked for on this computer (as rmw_cyclonedds).
 _PARTICIPANTS = 32
+#: s between two announcements (ours): a node that comes later waits no longer.
+_ANNOUNCED = 2
 _HERE = (
     '<General><Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces>'
     "<AllowMulticast>false</AllowMulticast></General>"
@@ -56,6 +58,7 @@ class RosNetwork:
             f"<CycloneDDS><Domain>{'' if self.everywhere else _HERE}<Discovery>"
             "<ParticipantIndex>auto</ParticipantIndex>"
             f"<MaxAutoParticipantIndex>{_PARTICIPANTS}</MaxAutoParticipantIndex>"
+            f"<SPDPInterval>{_ANNOUNCED} s</SPDPInterval>"
             f"{'' if self.everywhere else _peers()}</Discovery>"
             f"<Internal><MaxSampleSize>{_LARGEST_MESSAGE} B</MaxSampleSize></Internal>"
             f"</Domain></CycloneDDS>,{self.more}"
