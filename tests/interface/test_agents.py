@@ -246,6 +246,25 @@ def test_of_two_agents_at_once_one_gets_its_gesture_and_the_other_is_told(door: 
         run(over_http(door.url), work)
 
 
+def test_a_stop_drops_a_gesture_that_waits_and_the_agent_is_told(door: Server) -> None:
+    async def work(agent: Agent) -> None:
+        partner.express(Expression("thrill", 0.9))  # the agent's gesture has to wait for its end
+        await agent.until(lambda state: state["shows"] == {"feeling": "thrill", "mood": 0.9})
+        async with over_http(door.url) as client:
+            asked = asyncio.create_task(Agent(client).call("gesture", feeling="disgust"))
+            for _ in range(20):
+                await agent.state()
+            partner.stop()
+            assert (await asked).endswith("Only a person can release it. Your gesture was dropped.")
+        await agent.until(lambda state: state["body"] == "stopped")
+        partner.release()
+        await agent.until(lambda state: state["body"] == "idle")
+        assert "disgust" not in await agent.call("events")
+
+    with connect(door.url) as partner:
+        run(over_http(door.url), work)
+
+
 def test_too_many_wishes_are_refused_in_words_and_none_waits(door: Server, clock: Clock) -> None:
     async def work(agent: Agent) -> None:
         told = [await agent.call("feel", feeling="fear") for _ in range(int(BURST) + 2)]

@@ -194,12 +194,15 @@ def test_ros_may_stop_it_and_cannot_release_it(door: RemotePartner, peer: Peer) 
     peer.say("/stop", EMPTY)
     for data in ('{"do": "release"}', '{"feeling": "happiness"}'):
         peer.say("/feel", STRING, {"data": data})
-    peer.say("/robot_face/expression", EXPRESSED, {"expression": "happy"})
+    peer.listen("/refused", STRING)
+    peer.say("/robot_face/expression", EXPRESSED, {"expression": "disgusted"})
+    assert "until a person releases it" in hear_refusal(peer)[1]
     then = door.state.time
     while door.state.time < then + 2:
         assert door.state.phase == "stopped"
     door.release()  # a person does
     hear_stop(peer, lambda values: "reason" not in values)
+    assert "disgust" not in {entry.feeling for entry in door.log()}
 
 
 @pytest.mark.parametrize(

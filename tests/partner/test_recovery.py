@@ -91,6 +91,30 @@ def test_a_stop_that_was_asked_for_stays_and_leaves_the_mood(robot: Robot) -> No
     assert of(GestureStarted, run(partner, 4.0))
 
 
+@pytest.mark.parametrize("begun", [False, True], ids=["waits", "has begun"])
+def test_a_persons_stop_drops_what_was_asked_for_before_it(robot: Robot, begun: bool) -> None:
+    partner = Partner(PaperBody(robot), EmotionalModel())
+    run(partner, 0.1)
+    partner.perform(Expression("surprise", 0.8))
+    run(partner, 0.1 if begun else 0.0)
+    assert partner.asked is begun
+    partner.stop()
+    run(partner, 2.0)
+    partner.release()
+    assert of(GestureStarted, run(partner, 10.0)) == []
+
+
+def test_a_wish_after_a_stop_waits_for_the_release(robot: Robot) -> None:
+    partner = Partner(PaperBody(robot), EmotionalModel())
+    run(partner, 0.1)
+    partner.stop()
+    run(partner, 2.0)
+    partner.perform(Expression("surprise", 0.8))
+    partner.release()
+    (started,) = of(GestureStarted, run(partner, 10.0))
+    assert started.expression == Expression("surprise", 0.8)
+
+
 def test_rest_ends_a_contact_stop_after_its_pause(robot: Robot) -> None:
     body = PaperBody(robot)
     partner = Partner(body, happy())

@@ -219,8 +219,7 @@ class _Tools:
             for entry in entries:
                 since = entry.number
                 if entry.kind == "stopped" and entry.stop is not None:
-                    left = "broken off" if begun else "not begun; it waits for the release"
-                    return f"{_why(state, entry.stop)} Your gesture was {left}."
+                    return f"{_why(state, entry.stop)} Your gesture {_left(entry.stop, begun)}."
                 if entry.kind == "paused":
                     return "A person has paused it; your gesture waits until a person resumes it."
                 if entry.kind == "gesture":
@@ -233,6 +232,14 @@ class _Tools:
                 return _performed(feeling)
             await asyncio.sleep(_GLANCE)
         return f"It has {'begun' if begun else 'not begun'} after {_PATIENCE:g} s; look at state."
+
+
+def _left(stop: StopOut, begun: bool) -> str:
+    """Say what a stop made of a gesture."""
+    if begun:
+        return "was broken off"
+    dropped = stop.reason is StopReason.ASKED
+    return "was dropped" if dropped else "has not begun; it waits for the release"
 
 
 def _performed(feeling: str) -> str:

@@ -19,7 +19,7 @@ from typing import Generic, TypeVar
 from fastapi import FastAPI
 from pydantic import ValidationError
 
-from miburi.errors import MiburiError, needs_extra
+from miburi.errors import BodyError, MiburiError, needs_extra
 from miburi.interface.access import Allowance
 from miburi.interface.asker import Asker, beside
 from miburi.interface.ros_messages import (
@@ -301,7 +301,10 @@ class _Door:
         await self._asker.tell("/speak", SpeakIn(text=wish.data[:_LONGEST]))
 
     async def _show(self, wish: ExpressionMsg) -> None:
-        await self._asker.tell("/express", read_expression(wish))
+        gesture = read_expression(wish)
+        if self._partner.snapshot.state.held:  # nobody here would be told that it waits
+            raise BodyError("nothing was done: the body is stopped until a person releases it.")
+        await self._asker.tell("/express", gesture)
 
 
 def _write(writer: DataWriter[_Message], message: _Message) -> None:

@@ -220,10 +220,12 @@ class Partner:
     def stop(self) -> None:
         """Stop the body because a person asks; it stays stopped until :meth:`release`.
 
-        If a contact has stopped the body, this also cancels its release after a pause.
+        If a contact has stopped the body, this also cancels its release after a pause. What was
+        asked for and has not begun is dropped; what is asked for later waits for the release.
         """
         self.body.stop()
         self._recovery.held = True
+        self._asked = None
 
     def succeed(self, other: "Partner") -> None:
         """Take over from a partner with another body: its stop holds, and its pause goes on."""
