@@ -19,6 +19,7 @@ from cryptography.hazmat.primitives.serialization import (
     load_pem_private_key,
 )
 from cryptography.x509.oid import NameOID
+from cryptography.x509.verification import PolicyBuilder, Store, VerificationError
 
 from miburi.errors import InputError, OutputError
 from miburi.interface.authority import is_at_home, kept_certificates
@@ -107,6 +108,22 @@ def test_a_stolen_certificate_of_the_server_makes_no_other(tmp_path: Path) -> No
     (tmp_path / "authority.pem").write_bytes(kept.server.read_bytes())  # the thief's authority
     leaf = sign(tmp_path, "192.168.1.4")
     assert "invalid CA" in verify(tmp_path, leaf, "-untrusted", str(kept.server))
+
+
+def judge(folder: Path, leaf: Path, name: x509.GeneralName) -> None:
+    """Verify as strictly as the rules for authorities of the internet ask."""
+    authority = x509.load_pem_x509_certificate((folder / "ca.pem").read_bytes())
+    assert isinstance(name, x509.DNSName | x509.IPAddress)
+    verifier = PolicyBuilder().store(Store([authority])).time(NOW).build_server_verifier(name)
+    verifier.verify(x509.load_pem_x509_certificate(leaf.read_bytes()), [])
+
+
+def test_a_strict_verifier_agrees(tmp_path: Path) -> None:
+    kept = kept_certificates(tmp_path, HOSTS, NOW)
+    judge(tmp_path, kept.server, x509.IPAddress(ip_address("192.168.1.4")))
+    judge(tmp_path, kept.server, x509.DNSName("robot.local"))
+    with pytest.raises(VerificationError, match="no permitted name constraints"):
+        judge(tmp_path, sign(tmp_path, "bank.example"), x509.DNSName("bank.example"))
 
 
 def test_keys_are_for_their_owner_alone(tmp_path: Path) -> None:

@@ -66,15 +66,16 @@ def _usage(*, signs: bool) -> x509.KeyUsage:
 
 
 _FOR_SERVERS = x509.ExtendedKeyUsage([ExtendedKeyUsageOID.SERVER_AUTH])
-#: What an authority of ours says about itself.
-_BOUNDS = (
-    x509.BasicConstraints(ca=True, path_length=0),
-    _usage(signs=True),
+#: What an authority of ours says about itself, and whether who does not understand it must refuse;
+#: strict verifiers want the last without that.
+_BOUNDS = {
+    x509.BasicConstraints(ca=True, path_length=0): True,
+    _usage(signs=True): True,
     x509.NameConstraints(
         [*map(x509.DNSName, NAMES), *map(x509.IPAddress, NETWORKS)], excluded_subtrees=None
-    ),
-    _FOR_SERVERS,
-)
+    ): True,
+    _FOR_SERVERS: False,
+}
 
 
 @dataclass(frozen=True)
@@ -223,7 +224,7 @@ def _check_authority(found: _Identity, now: datetime) -> None:
         certificate.verify_directly_issued_by(certificate)
         # To the letter: an authority without these bounds could imitate any site.
         kept = [certificate.extensions.get_extension_for_class(type(each)) for each in _BOUNDS]
-        bound = [each.value for each in kept if each.critical] == list(_BOUNDS)
+        bound = {each.value: each.critical for each in kept} == _BOUNDS
     except (ValueError, TypeError, InvalidSignature, x509.ExtensionNotFound):
         bound = False
     if not bound:
@@ -253,8 +254,8 @@ def _sign_authority(now: datetime) -> _Identity:
     builder = _builder(key, name, name, now - _SKEW, _AUTHORITY_LASTS).add_extension(
         x509.SubjectKeyIdentifier.from_public_key(key.public_key()), critical=False
     )
-    for bound in _BOUNDS:
-        builder = builder.add_extension(bound, critical=True)
+    for bound, critical in _BOUNDS.items():
+        builder = builder.add_extension(bound, critical=critical)
     return _Identity(key, builder.sign(key, SHA256()))
 
 
