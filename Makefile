@@ -84,18 +84,29 @@ clean: ## remove what was built
 # Sixteen thousand trials. Interrupted, each goes on where it was.
 .PHONY: docs-safety
 TRIALS = $(BIN)/miburi trials --seed 1 --out $@
+SOME := --free 150 --blocked 150
 out/trials/default-servo.parquet: .venv/run.stamp
 	$(TRIALS) --free 5000 --blocked 5000
 out/trials/twelve-servos.parquet: .venv/run.stamp
 	$(TRIALS) --free 2000 --blocked 2000 --servos 12
 out/trials/imagined-servo.parquet: .venv/run.stamp
-	$(TRIALS) --free 500 --blocked 500 --servo imagined
+	$(TRIALS) $(SOME) --servo imagined
 out/trials/rule-off.parquet: .venv/run.stamp
 	$(TRIALS) --free 10 --blocked 500 --rule off
-out/trials/as-printed.parquet: .venv/run.stamp
-	$(TRIALS) --free 100 --blocked 100 --rule printed
-COLUMNS := default-servo twelve-servos imagined-servo rule-off as-printed
-docs-safety: $(COLUMNS:%=out/trials/%.parquet) ## contact trials and their page (about 15 minutes)
+out/trials/states/%.parquet: .venv/run.stamp
+	$(TRIALS) $(SOME) --state $*
+out/trials/parts/as-printed.parquet: .venv/run.stamp
+	$(TRIALS) $(SOME) --rule printed
+out/trials/parts/delayed-profile.parquet: .venv/run.stamp
+	$(TRIALS) $(SOME) --rule profile
+out/trials/parts/without-gravity.parquet: .venv/run.stamp
+	$(TRIALS) $(SOME) --rule weightless
+out/trials/parts/without-%.parquet: .venv/run.stamp
+	$(TRIALS) $(SOME) --without $*
+COLUMNS := default-servo twelve-servos imagined-servo rule-off
+COLUMNS += $(addprefix states/,hot warmed-up worn 4.75V 5.25V)
+COLUMNS += $(addprefix parts/,as-printed delayed-profile without-gravity without-lift without-ceiling)
+docs-safety: $(COLUMNS:%=out/trials/%.parquet) ## contact trials and their page (about 20 minutes)
 	$(BIN)/miburi safety-page $^ --out docs
 
 # MkDocs 2 will drop plugins and hooks; constraints.txt holds it below (its banner says so each time).

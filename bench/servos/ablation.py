@@ -16,20 +16,16 @@ from itertools import repeat
 import numpy as np
 
 from miburi.robot import iphonoid
-from miburi.robot.guards import Guards
 from miburi.robot.mjcf import TIMESTEP
 from miburi.safety.contact import Rule, Watch
 from miburi.safety.free import FreeRule
+from miburi.studies.trials.ablation import PROFILE_GUARDS
 from miburi.studies.trials.plant import TrialPlant
 from miburi.studies.trials.replay import DeafRule, judge
 from miburi.studies.trials.trial import TrialKind, enact, sustained_force
 
 CHUNK = 25
-_FIVE = np.array([20, 16, 16, 16, 16, 16, 16, 16])
-DELAYED = Guards(
-    lag=np.full(8, 14_000), slack=_FIVE, least=np.full(8, 8), behind=_FIVE + 6, ahead=_FIVE + 6,
-    arrival=np.full(8, 16),
-)  # fmt: skip
+HEADROOM = iphonoid().servo.model.drive.headroom
 
 
 class SaggingRule(Rule):
@@ -115,18 +111,18 @@ def main() -> None:
             each = map(repeat, (headroom, friction, resistance, chosen.seed))
             return [run for some in pool.map(record, chunks, *each) for run in some]
 
-        loose, limited = runs(1000.0), runs(1.4)
-        free = FreeRule.of(described(1.4))
+        loose, limited = runs(1000.0), runs(HEADROOM)
+        free = FreeRule.of(described(HEADROOM))
         rows = [
             ("no rule, no ceiling", None, loose),
-            ("delayed profile", Rule(DELAYED), loose),
-            ("+ gravity", SaggingRule(DELAYED), loose),
+            ("delayed profile", Rule(PROFILE_GUARDS), loose),
+            ("+ gravity", SaggingRule(PROFILE_GUARDS), loose),
             ("free servo", free, loose),
             ("free servo + ceiling: what ships", free, limited),
             ("no rule, the ceiling alone", None, limited),
-            ("what ships, worn", free, runs(1.4, 2.0)),
-            ("what ships, hot", free, runs(1.4, 1.0, 1.2)),
-            ("what ships, worn and hot", free, runs(1.4, 2.0, 1.2)),
+            ("what ships, worn", free, runs(HEADROOM, 2.0)),
+            ("what ships, hot", free, runs(HEADROOM, 1.0, 1.2)),
+            ("what ships, worn and hot", free, runs(HEADROOM, 2.0, 1.2)),
         ]
         for one in rows:
             print(row(*one), flush=True)

@@ -125,6 +125,29 @@ def test_without_a_rule_the_motors_limit_alone_keeps_the_push_low() -> None:
     assert imagined["sustained_force_p95"] > 7.0  # it has no such limit
 
 
+@pytest.mark.parametrize("option", ["--rule", "--without", "--state"])
+def test_trials_name_what_they_can_compare(option: str) -> None:
+    done = miburi("trials", option, "nothing")
+    assert done.returncode == 2
+    assert f"{option} must be one of" in done.stderr
+    assert "got 'nothing'" in done.stderr
+
+
+def test_a_servo_has_one_calibration() -> None:
+    done = miburi("trials", "--state", "hot", "--servos", "2")
+    assert done.returncode == 2
+    assert "give one of them" in done.stderr
+
+
+def test_in_a_state_and_without_a_part_trials_still_notice() -> None:
+    few = ("--free", "3", "--blocked", "3", "--json")
+    for options in (("--state", "warmed-up"), ("--without", "ceiling", "--rule", "weightless")):
+        done = miburi("trials", *few, *options)
+        assert done.returncode == 0, done.stderr
+        figures = json.loads(done.stdout)
+        assert figures["missed_above_2N"] == 0
+
+
 @pytest.mark.parametrize("command", ["run", "experiment", "calibrate", "tune"])
 def test_trials_alone_can_switch_the_rule_off(command: str) -> None:
     done = miburi(command, "--rule", "off")

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from miburi.feelings import Temperament
     from miburi.gestures import MovementFunction, Repertoire
     from miburi.robot import Robot
-    from miburi.safety.contact import Rule
+    from miburi.safety.free import FreeRule
 
 __all__ = [
     "BrokerCertificates",
@@ -84,7 +84,7 @@ def robot_of(file: Path | None, servo: str | None = None) -> "Robot":
     return robot if servo is None else robot.with_servo(load_servo(servo))
 
 
-def calibrated(robot: "Robot", file: Path | None) -> tuple["Robot", "Rule | None"]:
+def calibrated(robot: "Robot", file: Path | None) -> tuple["Robot", "FreeRule | None"]:
     """Return the robot and the contact rule in a calibration file.
 
     Without a file the robot stays as it is described, and None stands for its own rule.

@@ -2,8 +2,10 @@
 
 import json
 from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import replace
+from itertools import repeat
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Annotated
@@ -23,9 +25,9 @@ from miburi.errors import InputError
 from miburi.ground.cores import available_cores
 
 if TYPE_CHECKING:
-    from miburi.gestures import Repertoire
     from miburi.robot import Robot
-    from miburi.studies.trials.runs import Plan
+    from miburi.studies.trials.runs import Subject
+    from miburi.studies.trials.trial import Outcome
 
 __all__ = ["Seed", "Workers", "calibrate", "safety_page", "show_progress", "trials", "tune"]
 
@@ -52,10 +54,19 @@ def trials(
     rule: Annotated[
         str,
         typer.Option(
-            help="miburi; printed: the paper's rule as printed; off: no rule, to see what the "
-            "limit of the motors' push brings alone."
+            help="miburi; weightless: without the table of gravity; profile: against the delayed "
+            "profile; printed: the paper's rule as printed; off: no rule, to see what the limit of "
+            "the motors' push brings alone."
         ),
     ] = "miburi",
+    without: Annotated[
+        str | None,
+        typer.Option(help="Leave out the lift of goals above the sag, or the ceiling of a push."),
+    ] = None,
+    state: Annotated[
+        str | None,
+        typer.Option(help="The servos' state: hot, warmed-up, worn, 4.75V or 5.25V; calibrated."),
+    ] = None,
     calibration: CalibrationFile = None,
     ray: Annotated[str | None, typer.Option(help="Address of a Ray cluster to use.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Answer as JSON.")] = False,
@@ -64,13 +75,14 @@ def trials(
     gestures: GesturesFolder = None,
 ) -> None:
     """Put simulated people in the robot's way, and count what the contact rule does."""
-    from miburi.studies.trials.runs import carry_out_plan
+    from miburi.studies.trials.runs import Plan, carry_out_plan
     from miburi.studies.trials.summary import summarise
 
     workers = workers or available_cores()
     body = robot_of(robot, servo)
     repertoire = repertoire_of(body, gestures)
-    plan = _plan(body, repertoire, calibration, rule, servos, seed, free, blocked, workers)
+    watched = _subjects(body, calibration, rule, without, state, servos, seed, workers)
+    plan = Plan(tuple(watched), seed, free, blocked, repertoire)
     counts: list[int] = []
     began = perf_counter()
     with show_progress() as show:
@@ -174,7 +186,13 @@ def tune(
 
 
 def safety_page(
-    runs: Annotated[list[Path], typer.Argument(help="Files of trials, one for each column.")],
+    runs: Annotated[
+        list[Path],
+        typer.Argument(
+            help="Files of trials, one for each column; those in folders named states and parts "
+            "have tables of their own."
+        ),
+    ],
     out: Annotated[Path, typer.Option(help="Folder for safety.md and pictures.")] = Path("docs"),
     recorded: Annotated[
         int, typer.Option(help="Free runs, and blocked runs, that judge the rules.")
@@ -183,6 +201,8 @@ def safety_page(
     robot: RobotFile = None,
 ) -> None:
     """Write the page on contact safety from files of trials; each file names its column."""
+    from collections import defaultdict
+
     from miburi.ground.files import whole_files
     from miburi.safety.free import FreeRule
     from miburi.studies.trials.figures import rule_map
@@ -190,53 +210,61 @@ def safety_page(
     from miburi.studies.trials.runs import read_parquet
     from miburi.studies.trials.safety_page import write_page
 
-    outcomes = {path.stem.replace("-", " "): read_parquet(path) for path in runs}
+    tables: dict[str, dict[str, list[Outcome]]] = defaultdict(dict)
+    for path in runs:
+        table = path.parent.name if path.parent.name in ("states", "parts") else "main"
+        tables[table][path.stem.replace("-", " ")] = read_parquet(path)
     body = robot_of(robot)
     points = rule_map(record(body, seed, recorded, recorded), FreeRule.of(body))
     with whole_files(out) as draft:
-        write_page(outcomes, points, draft)
+        write_page(tables, points, draft)
     print(out / "safety.md")
 
 
-def _plan(
+def _subjects(
     body: "Robot",
-    repertoire: "Repertoire",
     calibration: Path | None,
-    rule_name: str,
+    rule: str,
+    without: str | None,
+    state: str | None,
     servos: int,
     seed: int,
-    free: int,
-    blocked: int,
     workers: int,
-) -> "Plan":
-    from concurrent.futures import ProcessPoolExecutor
-    from itertools import repeat
-
+) -> list["Subject"]:
     from miburi.robot.specimens import specimens
     from miburi.safety.free import FreeRule
-    from miburi.safety.printed import PrintedRule
-    from miburi.studies.trials.replay import DeafRule
-    from miburi.studies.trials.runs import Plan, Subject
+    from miburi.studies.trials.ablation import RULES, STATES, WITHOUT, in_state, undriven
+    from miburi.studies.trials.runs import Subject
     from miburi.studies.trials.workshop import calibrate_servos
 
-    others = {"printed": PrintedRule, "off": DeafRule}
-    if rule_name not in ("miburi", *others):
-        raise InputError(f'--rule must be "miburi", "printed" or "off", got {rule_name!r}.')
-    if calibration is not None and servos:
-        raise InputError("--servos calibrates each servo itself; leave --calibration out.")
-    watched = []
+    for option, given, allowed in (
+        ("--rule", rule, RULES),
+        ("--without", without, WITHOUT),
+        ("--state", state, STATES),
+    ):
+        if given is not None and given not in allowed:
+            names = ", ".join(f'"{name}"' for name in allowed)
+            raise InputError(f"{option} must be one of {names}, got {given!r}.")
+    if sum((calibration is not None, servos > 0, state is not None)) > 1:
+        raise InputError(
+            "--servos and --state calibrate each servo themselves; give one of them, or "
+            "--calibration."
+        )
+    if without is not None:
+        body = undriven(body, without)
+    watched, judged = [], RULES[rule]
     if servos:
         built = [one.robot for one in specimens(body, seed, servos)]
         with ProcessPoolExecutor(workers) as pool, show_progress("calibrations") as show:
             for done in pool.map(calibrate_servos, repeat(body), repeat(seed), built):
-                watched.append(Subject(done.robot, done.rule, done.true))
+                watched.append(Subject(done.robot, judged(done.rule), done.true))
                 show(len(watched), servos)
+    elif state is not None:
+        watched.append(in_state(body, state, seed, judged))
     else:
-        robot, rule = calibrated(body, calibration)
-        watched.append(Subject(robot, rule or FreeRule.of(robot)))
-    if rule_name in others:
-        watched = [one._replace(rule=others[rule_name](one.rule.guards)) for one in watched]
-    return Plan(tuple(watched), seed, free, blocked, repertoire)
+        robot, own = calibrated(body, calibration)
+        watched.append(Subject(robot, judged(own or FreeRule.of(robot))))
+    return watched
 
 
 @contextmanager

@@ -106,9 +106,15 @@ def test_the_page_shows_all_columns_and_names_the_norms_standing(tmp_path: Path)
         Point(PAPER_PERIOD, PAPER_RATIO, printed, Verdict(float(printed), 0.1, 0.2, 3.0))
         for printed in (False, True)
     ]
-    write_page({"ours": [FREE, MET, MISSED], "printed": [FREE, MET]}, points, tmp_path)
+    tables = {
+        "main": {"ours": [FREE, MET, MISSED], "printed": [FREE, MET]},
+        "states": {"hot": [MET]},
+    }
+    write_page(tables, points, tmp_path)
     page = (tmp_path / "safety.md").read_text()
     assert "| | ours | printed |" in page
+    assert "| | hot |" in page
+    assert "What each part brings" not in page  # no such trials were given
     assert "secondary sources" in page
     assert "as printed | 0.1 | 0.9372 | 100.0%" in page
     for picture in ("safety-distributions.png", "safety-rules.png"):

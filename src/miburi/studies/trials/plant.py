@@ -74,6 +74,8 @@ class TrialPlant(Plant):
         The description, which is all that those who drive it know.
     true
         The robot as it is, where it differs; its play and its clock are left out.
+    voltage
+        V of its supply, whatever a variation says; None for the variation's.
 
     Attributes
     ----------
@@ -85,9 +87,12 @@ class TrialPlant(Plant):
         Two parts of the robot that met before the human touched it, or None.
     """
 
-    def __init__(self, robot: Robot, true: Robot | None = None) -> None:
+    def __init__(
+        self, robot: Robot, true: Robot | None = None, voltage: float | None = None
+    ) -> None:
         self._rng = np.random.default_rng(0)
         self._variation = Variation()
+        self._supply = voltage
         own = true or robot
         # The same duty gives another motor another torque.
         self._stronger = own.servo.model.motor_torque / robot.servo.model.motor_torque
@@ -112,7 +117,7 @@ class TrialPlant(Plant):
         model = self.model
         for name, values in self._base.items():
             getattr(model, name)[:] = values
-        self.voltage = variation.voltage
+        self.voltage = self._supply or variation.voltage
         self.friction[:] = self._nominal_friction
         self.friction[:, :_TORQUES] *= np.reshape(variation.friction, (-1, 1))
         for side in ("right", "left"):

@@ -57,12 +57,13 @@ Done = tuple[Chunk, list[Outcome]]
 class Subject(NamedTuple):
     """A robot as it is described, the rule that watches it, and the robot as it is.
 
-    ``true`` is None for a robot that is as described.
+    ``true`` is None for a robot that is as described, ``voltage`` where each trial draws its own.
     """
 
     robot: Robot
     rule: Rule
     true: Robot | None = None
+    voltage: float | None = None
 
 
 @dataclass(frozen=True)
@@ -103,9 +104,10 @@ class Plan:
     def key(self) -> str:
         """A name made from the contents of the run: same key, same results."""
         words = hashlib.sha256(f"{__version__} {self.seed} {self.free} {self.blocked}".encode())
-        for robot, rule, true in self.servos:
+        for robot, rule, true, voltage in self.servos:
             servo = [robot.model_dump(), type(rule).__name__, asdict(rule)]
             servo += [true.model_dump()] if true else []
+            servo += [{"voltage": voltage}] if voltage else []
             words.update(json.dumps(servo, sort_keys=True, default=np.ndarray.tolist).encode())
         if self.repertoire != shipped_repertoire():
             for function in self.repertoire.functions:
@@ -187,11 +189,11 @@ def carry_out_chunk(plan: Plan, chunk: Chunk) -> list[Outcome]:
     outcomes, run_key = [], plan.key
     for index in range(first, last):
         number = index % len(plan.servos)
-        robot, rule, true = plan.servos[number]
+        robot, rule, true, voltage = plan.servos[number]
         if (run_key, number) not in _plants:
             if len(_plants) >= _MOST_PLANTS:
                 _plants.clear()
-            _plants[run_key, number] = TrialPlant(robot, true)
+            _plants[run_key, number] = TrialPlant(robot, true, voltage)
         plant = _plants[run_key, number]
         outcomes.append(trial(plant, rule, plan.seed, kind, index, number, plan.repertoire))
     return outcomes

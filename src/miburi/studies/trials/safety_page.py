@@ -21,24 +21,27 @@ _PAGE = Path(__file__).with_suffix(".md")
 
 
 def write_page(
-    outcomes: Mapping[str, Sequence[Outcome]], points: Sequence[Point], folder: Path
+    tables: Mapping[str, Mapping[str, Sequence[Outcome]]], points: Sequence[Point], folder: Path
 ) -> None:
     """Write ``safety.md`` and its pictures into ``folder``.
 
-    ``outcomes`` holds the trials for each column of the table; the pictures show the first.
+    ``tables`` holds the trials for each column of the tables ``main``, ``states`` and ``parts``;
+    the latter two may be missing. The pictures show the first column of ``main``.
     """
-    first = next(iter(outcomes.values()))
+    first = next(iter(tables["main"].values()))
     distributions(first, folder / "safety-distributions.png")
     rule_map_figure(points, folder / "safety-rules.png")
-    columns = {name: summarise(some) for name, some in outcomes.items()}
+    summaries = {
+        table: {name: summarise(some) for name, some in columns.items()}
+        for table, columns in tables.items()
+    }
     hands = {hand.value: [o for o in first if o.hand == hand] for hand in HandKind}
     by_hand = {hand: summarise(some) for hand, some in hands.items() if some}
     rigid = hands[HandKind.RIGID.value]
     speeds, forces = as_array(rigid, "speed"), as_array(rigid, "peak_force")
     page = render(
         _PAGE,
-        columns=list(columns),
-        results=rows(columns),
+        tables={name: (list(columns), rows(columns)) for name, columns in summaries.items()},
         hands=list(by_hand),
         by_hand=rows(by_hand),
         points=points,

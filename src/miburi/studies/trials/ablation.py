@@ -1,0 +1,99 @@
+"""Take a part of the contact stop away, or put it on servos in another state: for comparison.
+
+In go a robot or its rule and the name of a part or state; out comes what
+:class:`~miburi.studies.trials.runs.Subject` needs.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from miburi.robot import Robot
+from miburi.robot.guards import Guards
+from miburi.safety.contact import Rule
+from miburi.safety.free import FreeRule
+from miburi.safety.printed import PrintedRule
+from miburi.studies.trials.replay import DeafRule
+from miburi.studies.trials.runs import Subject
+from miburi.studies.trials.workshop import calibrate_servos
+
+__all__ = ["PROFILE_GUARDS", "RULES", "STATES", "WITHOUT", "ServoState", "in_state", "undriven"]
+
+_SLACK = np.array([20, 16, 16, 16, 16, 16, 16, 16])
+#: The narrowest guards, µs and steps, with which the delayed profile stops hardly a free move of
+#: the identified XL330 (ours).
+PROFILE_GUARDS = Guards(
+    lag=np.full(8, 14_000),
+    slack=_SLACK,
+    least=np.full(8, 8),
+    behind=_SLACK + 6,
+    ahead=_SLACK + 6,
+    arrival=np.full(8, 16),
+)
+
+#: Other rules in the place of the one that ships, by name.
+RULES: dict[str, Callable[[FreeRule], Rule]] = {
+    "miburi": lambda rule: rule,
+    "weightless": lambda rule: replace(rule, sag=np.zeros_like(rule.sag)),
+    "profile": lambda _: Rule(PROFILE_GUARDS),
+    "printed": lambda rule: PrintedRule(rule.guards),
+    "off": lambda rule: DeafRule(rule.guards),
+}
+
+
+#: Parts of how servos are driven that can be left out: the lift of goals above the sag, and the
+#: ceiling of the motors' push.
+WITHOUT = {"lift": {"lift": 0.0}, "ceiling": {"headroom": 1000.0}}
+
+
+def undriven(robot: Robot, name: str) -> Robot:
+    """Return a robot whose servos are driven without a part of ``WITHOUT``."""
+    servo = robot.servo.model
+    drive = servo.drive.model_copy(update=WITHOUT[name])
+    return robot.with_servo(servo.model_copy(update={"drive": drive}))
+
+
+@dataclass(frozen=True)
+class ServoState:
+    """A state of all servos: times their friction and resistance, and V of the supply.
+
+    ``voltage`` is None where each trial draws its own; ``before`` says that the robot was
+    calibrated before it came into this state.
+    """
+
+    friction: float = 1.0
+    resistance: float = 1.0
+    voltage: float | None = None
+    before: bool = False
+
+
+#: States that trials know: a motor that is hot has a fifth more resistance, worn gears 1.8 times
+#: the friction (both ours). The play of worn gears is left out by the physical robot.
+STATES = {
+    "hot": ServoState(resistance=1.2),
+    "warmed-up": ServoState(resistance=1.2, before=True),
+    "worn": ServoState(friction=1.8),
+    "4.75V": ServoState(voltage=4.75, before=True),
+    "5.25V": ServoState(voltage=5.25, before=True),
+}
+
+
+def in_state(
+    robot: Robot, name: str, seed: int, judged: Callable[[FreeRule], Rule] = RULES["miburi"]
+) -> Subject:
+    """Return a calibrated robot whose servos are in one of ``STATES``; ``judged`` makes its rule.
+
+    Raises
+    ------
+    BodyError
+        It cannot be calibrated; see :func:`miburi.studies.trials.workshop.calibrate_servos`.
+    """
+    state, servo = STATES[name], robot.servo.model
+    motor = servo.motor.model_copy(update={"resistance": servo.motor.resistance * state.resistance})
+    true = robot.with_servo(
+        servo.varied(friction=state.friction).model_copy(update={"motor": motor})
+    )
+    done = calibrate_servos(robot, seed, robot if state.before else true)
+    driven = true.servo.model.model_copy(update={"drive": done.robot.servo.model.drive})
+    return Subject(done.robot, judged(done.rule), true.with_servo(driven), state.voltage)
