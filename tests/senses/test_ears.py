@@ -1,12 +1,9 @@
 """Spoken words: what is an utterance, which phrase it was, and what was none."""
 
-import os
-import shutil
 import subprocess
 import sys
 import wave
 from collections.abc import Iterator
-from importlib.util import find_spec
 from io import BufferedReader, BytesIO
 from itertools import pairwise
 from pathlib import Path
@@ -14,16 +11,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.fixtures.live import Server
-from tests.fixtures.speech import speak
+from tests.fixtures.speech import recognising, speak
 
 from miburi.errors import DescriptionError, InputError
 from miburi.senses.utterances import FRAME, LONGEST_UTTERANCE, frames, utterances
 
-recognising = pytest.mark.skipif(
-    os.environ.get("CI") != "true"
-    and (find_spec("pocketsphinx") is None or shutil.which("flite") is None),
-    reason="this needs pip install 'miburi[ears]' and flite (Debian: apt install flite)",
-)
 FRAME_TIME = 0.032
 
 

@@ -13,6 +13,7 @@ from miburi.errors import InputError
 
 if TYPE_CHECKING:
     from miburi.interface.client import RemotePartner
+    from miburi.senses.tone import Tone
 
 __all__ = ["listen", "say", "words"]
 
@@ -67,6 +68,7 @@ def listen(
     url: PartnerAddress = _HERE,
 ) -> None:
     """Hear spoken phrases and say them to a live partner; the sound stays in this process."""
+    from miburi.senses.tone import ToneOfVoice
     from miburi.senses.utterances import frames, utterances, voice_detector
 
     likely = voice_detector()
@@ -79,12 +81,14 @@ def listen(
         sound = os.fdopen(0, "rb", closefd=False) if file is None else file.open("rb")
     except OSError as error:
         raise InputError(f"{file} cannot be read: {error.strerror}.") from error
+    voice = ToneOfVoice()
     with sound, _partner(url) as partner:
         for utterance in utterances(frames(sound), likely):
             text = recogniser.recognise(utterance)
             print(f"heard: {text or 'nothing that it knows'}", flush=True)
+            tone = voice.take(utterance)
             if text is not None:
-                _say(partner, text)
+                _say(partner, text, tone)
 
 
 def _partner(url: str) -> "RemotePartner":
@@ -93,10 +97,10 @@ def _partner(url: str) -> "RemotePartner":
     return connect(url, os.environ.get("MIBURI_TOKEN"), os.environ.get("MIBURI_AUTHORITY"))
 
 
-def _say(partner: "RemotePartner", text: str) -> None:
+def _say(partner: "RemotePartner", text: str, tone: "Tone" = "plain") -> None:
     from miburi.senses import Brought, Impression
 
-    heard = partner.say(text)
+    heard = partner.say(text, tone)
     why = tuple(Brought(part.what, part.weight) for part in heard.why)
     print(Impression(heard.feeling, heard.strength, "speech", why).reason)
     for stimulus in heard.felt:

@@ -26,6 +26,7 @@ from miburi.feelings import Expression, Stimulus
 from miburi.gestures.effort import Effort
 from miburi.interface.wire import BodyOut, GestureOut, RecordingOut, RobotOut, SayOut
 from miburi.live.state import Entry, MotorsOut, State
+from miburi.senses.tone import Tone
 
 __all__ = [
     "PATIENCE",
@@ -137,9 +138,10 @@ class RemotePartner:
             },
         )
 
-    def say(self, text: str) -> SayOut:
+    def say(self, text: str, tone: Tone = "plain") -> SayOut:
         """Say something to the partner; returns what it heard, why, what it felt and answered."""
-        return SayOut.model_validate_json(self._ask("POST", "/say", {"text": text}).content)
+        said = {"text": text, "tone": tone}
+        return SayOut.model_validate_json(self._ask("POST", "/say", said).content)
 
     def speak(self, text: str) -> None:
         """Let the partner say something aloud, where a page has its voice on."""

@@ -10,6 +10,7 @@ from miburi.interface.settle import done
 from miburi.interface.wire import SayIn, SayOut, StimulusIn, WhyOut
 from miburi.live.view import LivePartner
 from miburi.senses.language import language_of
+from miburi.senses.tone import coloured
 
 __all__ = ["Speech"]
 
@@ -37,7 +38,7 @@ class Speech:
         """
         from miburi.senses.words import hear
 
-        heard = await asyncio.to_thread(hear, said.text)
+        heard = coloured(await asyncio.to_thread(hear, said.text), said.tone)
         felt = await done(self._partner.take(heard))
         answer = await self._reply(said.text, felt)
         if answer is None:

@@ -12,6 +12,7 @@ from miburi.feelings.temperament import Source
 from miburi.gestures import Direction
 from miburi.live.state import Eight, Share
 from miburi.senses.happenings import Kind
+from miburi.senses.tone import Tone
 
 __all__ = [
     "BodyIn",
@@ -62,6 +63,7 @@ class SayIn(Message):
     """What somebody says to the partner, in English or Japanese."""
 
     text: Annotated[str, Field(min_length=1, max_length=1000)]
+    tone: Tone = Field(default="plain", description="How it was said; weighs what the words say.")
 
 
 class WhyOut(BaseModel):
