@@ -8,9 +8,16 @@ from urllib.parse import urljoin, urlsplit
 import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, Page, expect
+from tests.fixtures.broker import Listener, Mosquitto
 from tests.fixtures.browser import PATIENCE, ask, needs_browser, press_above, until, without_3d
-from tests.fixtures.live import started, started_by_https
+from tests.fixtures.live import serving, started, started_by_https
 
+from miburi.interface.access import Gate
+from miburi.interface.broker import find_broker
+from miburi.interface.fleet import Fleet
+from miburi.interface.report import HomeReport, Topics
+from miburi.safety.stop import StopReason
+from miburi.studio.fleet_page import make_fleet_app
 from miburi.studio.words import LANGUAGES
 
 pytestmark = needs_browser
@@ -117,6 +124,30 @@ def test_the_pages_that_lead_to_https_have_no_violation(
     page.locator("summary").click()
     found += violations(page, "by https")
     phone.close()
+    assert found == []
+
+
+def test_the_fleet_has_no_violation(visitor: Page, broker: Mosquitto, listener: Listener) -> None:
+    """One partner is well, one is stopped, one is lost; then the broker is lost, too."""
+    for name, stopped in (("hall", None), ("kitchen", StopReason.CONTACT), ("attic", None)):
+        listener.say(
+            Topics(name).available, "offline" if name == "attic" else "online", retain=True
+        )
+        report = HomeReport(
+            feeling="happiness", mood=60, body="stopped" if stopped else "moving", paused=False,
+            stopped=stopped, motor="waist" if stopped else None, held=False, stops_today=3,
+            temperatures={"waist": 41.0},
+        )  # fmt: skip
+        listener.say(Topics(name).report, report.model_dump_json(), retain=True)
+    fleet = Fleet(find_broker(f"127.0.0.1:{broker.port}"))
+    with serving(Gate(make_fleet_app(fleet)), lifespan=True) as url:
+        visitor.goto(url)
+        expect(visitor.locator("tr.stopped")).to_contain_text("waist")
+        expect(visitor.locator("tr.lost")).to_have_count(1)
+        found = violations(visitor, "the fleet")
+        broker.kill()
+        expect(visitor.locator("[role=alert]")).not_to_be_empty()
+        found += violations(visitor, "without its broker")
     assert found == []
 
 
