@@ -40,6 +40,6 @@ def add_face_page(app: FastAPI) -> None:
             words=content,
             light=light,
             talk=talk_form(say),
-            senses=senses_form(say, "voice", "motion", "ears", "eyes"),
+            senses=senses_form(say, "voice", "speech", "motion", "ears", "eyes"),
         )
         return HTMLResponse(page)

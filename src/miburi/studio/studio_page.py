@@ -202,7 +202,8 @@ class _Studio:
                 )
                 ui.label(level["press"]).classes("field-label")
             ui.html(
-                talk_form(self._words) + senses_form(self._words, "voice", "ears", "eyes"),
+                talk_form(self._words)
+                + senses_form(self._words, "voice", "speech", "ears", "eyes"),
                 sanitize=False,
             )
 

@@ -2,8 +2,9 @@
 // switched on; its start() returns what switches it off again, or throws the name of a refusal.
 const MODULES = {
   voice: "/static/voice.js", motion: "/static/motion.js", ears: "/static/ears.js", eyes: "/static/eyes.js",
+  speech: "/static/speech.js",
 };
-const SECURE = ["motion", "ears", "eyes"]; // browsers give these to secure pages alone
+const SECURE = ["motion", "ears", "eyes", "speech"]; // browsers give these to secure pages alone
 const KEPT = ["voice"]; // what a reload leaves on; microphone and camera are off after each
 const running = new Map(), wishes = new Map();
 
