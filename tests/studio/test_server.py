@@ -50,12 +50,12 @@ def awake(folder: Path, *options: str) -> subprocess.Popen[str]:
 
 
 def session(leader: int) -> dict[int, str]:
-    """The living processes of a session, and their command lines."""
+    """The living processes of a session and those that its leader started; their command lines."""
     found = {}
     for folder in Path("/proc").glob("[0-9]*"):
         with suppress(OSError):
-            state, _, _, session = (folder / "stat").read_text().rsplit(")", 1)[1].split()[:4]
-            if session == str(leader) and state != "Z":
+            state, parent, _, session = (folder / "stat").read_text().rsplit(")", 1)[1].split()[:4]
+            if str(leader) in (parent, session) and state != "Z":
                 found[int(folder.name)] = (folder / "cmdline").read_text()
     return found
 
@@ -66,8 +66,9 @@ def server_of(partner: int) -> int:
     return server
 
 
-def nobody_left(leader: int) -> None:
-    while session(leader):
+def nobody_left(partner: int, server: int) -> None:
+    """Wait until both are gone; the server has a session of its own."""
+    while session(partner) or session(server):
         pass
 
 
@@ -301,15 +302,16 @@ def test_ctrl_c_leaves_a_stopped_body_where_it_is(tmp_path: Path) -> None:
     assert said.startswith("Good-bye. The body was stopped and stays where it is, softly held; ")
 
 
-def test_ctrl_c_in_a_terminal_reaches_both_processes_and_is_a_good_end(tmp_path: Path) -> None:
+def test_ctrl_c_in_a_terminal_is_a_good_end_of_both_processes(tmp_path: Path) -> None:
     process = awake(tmp_path)
     assert process.stdout is not None
     process.stdout.readline()
+    server = server_of(process.pid)
     os.killpg(process.pid, signal.SIGINT)
     said, errors = process.communicate(timeout=30)
     assert (process.returncode, errors) == (0, "")
     assert said.startswith("Good-bye. The body rests at neutral")
-    nobody_left(process.pid)
+    nobody_left(process.pid, server)
 
 
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGTERM])
@@ -319,20 +321,22 @@ def test_if_the_server_ends_the_body_is_stopped_and_the_program_ends_with_a_word
     process = awake(tmp_path)
     assert process.stdout is not None
     process.stdout.readline()
-    os.kill(server_of(process.pid), how)
+    server = server_of(process.pid)
+    os.kill(server, how)
     said, errors = process.communicate(timeout=30)
     assert (process.returncode, said) == (1, "")
     assert "the server has ended" in errors
     assert "stopped where it was" in errors
     assert "Traceback" not in errors
     assert remembered(tmp_path / "feelings.json", shipped_temperament("playful")) is not None
-    nobody_left(process.pid)
+    nobody_left(process.pid, server)
 
 
 def test_if_the_partner_is_killed_the_server_ends_too(tmp_path: Path) -> None:
     process = awake(tmp_path)
     assert process.stdout is not None
     url = address(process.stdout.readline())
+    server = server_of(process.pid)
     with connect(url.replace("http", "ws") + "/api/v1/live") as socket:
         socket.recv()
         process.kill()
@@ -341,7 +345,7 @@ def test_if_the_partner_is_killed_the_server_ends_too(tmp_path: Path) -> None:
                 socket.recv(10)
     _, errors = process.communicate(timeout=30)
     assert "Traceback" not in errors
-    nobody_left(process.pid)
+    nobody_left(process.pid, server)
 
 
 def test_while_the_partner_hangs_the_server_says_that_it_cannot_be_reached(tmp_path: Path) -> None:
