@@ -268,6 +268,24 @@ def test_of_wishes_that_come_at_once_the_latest_is_taken(door: RemotePartner, pe
     assert len(felt) <= 3
 
 
+def test_a_peer_that_takes_nothing_holds_up_nobody(live: Runner, peer: Peer) -> None:
+    """With room for few messages, a write would wait for its reader; none may."""
+    marks = "<WhcLow>1 kB</WhcLow><WhcHigh>2 kB</WhcHigh><WhcHighInit>2 kB</WhcHighInit>"
+    small = f"<Internal><Watermarks>{marks}</Watermarks></Internal>"
+    more = f"{TAG},<CycloneDDS><Domain>{small}</Domain></CycloneDDS>"
+    with in_ros(live, RosNetwork(DOMAIN, more=more)) as server, connect(server.url) as partner:
+        peer.listen("/joint_states", JOINT_STATE)
+        peer.listen("/tf", TRANSFORMS)
+        peer.hear("/joint_states")
+        peer.hear("/tf")
+        then = last = partner.state.time
+        peer.freeze()
+        while last < then + 4:
+            now = partner.state.time
+            assert now < last + 3  # a write that waits takes 10 s, until the peer is given up
+            last = now
+
+
 def test_partners_in_one_network_have_names_of_their_own(live: Runner, peer: Peer) -> None:
     with in_ros(live, RosNetwork(DOMAIN, name="kitchen_1", more=TAG)) as server:
         peer.listen("/kitchen_1/joint_states", JOINT_STATE)
