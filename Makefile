@@ -84,13 +84,13 @@ clean: ## remove what was built
 # Sixteen thousand trials. Interrupted, each goes on where it was.
 .PHONY: docs-safety
 TRIALS = $(BIN)/miburi trials --seed 1 --out $@
-SOME := --free 150 --blocked 150
+SOME := --free 80 --blocked 80
 out/trials/default-servo.parquet: .venv/run.stamp
-	$(TRIALS) --free 5000 --blocked 5000
+	$(TRIALS) --free 1500 --blocked 1500
 out/trials/twelve-servos.parquet: .venv/run.stamp
-	$(TRIALS) --free 2000 --blocked 2000 --servos 12
+	$(TRIALS) --free 1000 --blocked 1000 --servos 12
 out/trials/imagined-servo.parquet: .venv/run.stamp
-	$(TRIALS) $(SOME) --servo imagined
+	$(TRIALS) --free 100 --blocked 100 --servo imagined
 out/trials/rule-off.parquet: .venv/run.stamp
 	$(TRIALS) --free 10 --blocked 500 --rule off
 out/trials/states/%.parquet: .venv/run.stamp

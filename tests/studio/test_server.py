@@ -79,6 +79,7 @@ def test_on_this_computer_it_answers_at_once_and_moves(start: Start, tmp_path: P
         page = httpx.get(url)
         assert page.status_code == 200
         assert "Miburi" in page.text
+        assert "Simulated, servo XL330-M288-T as identified by others." in page.text
         for source in ("http://", "https://"):
             assert source not in page.text.replace("http://www.w3.org", "")
         assert httpx.get(url + "/face").status_code == 200

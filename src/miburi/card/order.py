@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from miburi.card.settings import FULL_PWM, CardSettings, real_acceleration, real_speed
+from miburi.card.settings import FULL_PWM, CardSettings, next_speed, real_acceleration, real_speed
 from miburi.robot import JOINTS, Robot
 from miburi.safety.contact import Loading
 from miburi.safety.drive import aim, demand
@@ -51,7 +51,9 @@ class Order(NamedTuple):
         robot = settings.identified(robot)
         lower, upper = to_steps(robot, robot.lower), to_steps(robot, robot.upper)
         goals = np.clip(to_steps(robot, aim(robot, move.angles)), lower, upper)
-        speeds = np.minimum(to_steps(robot, move.speeds), settings.general.max_speed)
+        # A slow motor whose speed were rounded down would arrive long after the others.
+        asked = to_steps(robot, move.speeds).tolist()
+        speeds = np.minimum([next_speed(speed) for speed in asked], settings.general.max_speed)
         return cls._loaded(robot, settings, positions, origin, goals, speeds)
 
     @classmethod

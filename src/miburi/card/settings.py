@@ -39,6 +39,7 @@ __all__ = [
     "JointSettings",
     "check_encoder",
     "format_value",
+    "next_speed",
     "real_acceleration",
     "real_speed",
     "refusal",
@@ -107,6 +108,11 @@ def real_speed(speed: int) -> int:
     The servo counts in units of 0.229 turns/min.
     """
     return (max((speed * 1000 + 7816) // 15_633, 1) * 400_207 + 50) // 100
+
+
+def next_speed(speed: int) -> int:
+    """Return the least speed that an XL330 can do and that is no less than ``speed``; steps/s."""
+    return (-(-speed * 1000 // 15_633) * 15_633 + 500) // 1000
 
 
 def real_acceleration(acceleration: int) -> int:

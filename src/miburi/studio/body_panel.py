@@ -15,6 +15,7 @@ from miburi.live.archive import Kept
 from miburi.live.bodies import KINDS
 from miburi.live.state import MotorOut, MotorsOut, State
 from miburi.live.view import LivePartner, Recordings
+from miburi.servos import Servo
 from miburi.studio.elements import Choice
 from miburi.studio.parts import attempt, button, heading, set_label
 from miburi.studio.words import Words
@@ -25,6 +26,13 @@ __all__ = ["Update", "body_panel"]
 _WARM = 5.0
 #: s between two looks at the recordings, and the length of their list.
 _LOOK, _LISTED = 0.5, 20
+#: Bodies whose servos are simulated, and the word for where their constants come from.
+_SIMULATED = ("simulated", "emulated-card")
+_STANDINGS = {
+    "identified by others": "servo_identified",
+    "data sheet": "servo_sheet",
+    "ours": "servo_ours",
+}
 Update = Callable[[State], None]
 
 
@@ -178,6 +186,7 @@ def _motors(runner: LivePartner, words: Words, updates: list[Update]) -> None:
     heading(say["motors"])
     table = ui.html("", sanitize=False)
     health = ui.label().classes("field-label")
+    servo = ui.label(_servo(runner.robot.servo.model, say)).classes("field-label")
     calibration = ui.html("", sanitize=False).classes("field-label")
 
     def update(state: State) -> None:
@@ -189,9 +198,14 @@ def _motors(runner: LivePartner, words: Words, updates: list[Update]) -> None:
             if limits
             else say["temperature"]
         )
+        servo.set_visibility(motors.body in _SIMULATED)
         calibration.set_content(_calibration(motors, say))
 
     updates.append(update)
+
+
+def _servo(servo: Servo, say: dict[str, str]) -> str:
+    return say[_STANDINGS[servo.motor.standing]].format(servo=servo.name)
 
 
 def _table(state: State, motors: MotorsOut, words: Words) -> str:
