@@ -213,9 +213,9 @@ class FarPartner:
 
     def _take(self, news: Latest) -> None:
         self._heard = time.monotonic()
-        self._snapshot = Snapshot(json=news.state)
         self._log.extend(news.entries)
         self._samples.extend(news.samples)
+        self._snapshot = Snapshot(json=news.state)  # last: who sees it finds its entries
         if news.motors is not None:
             self._motors = news.motors
 

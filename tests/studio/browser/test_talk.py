@@ -43,16 +43,16 @@ def test_it_says_what_it_heard_and_why_and_what_it_feels(
 
 def test_the_log_says_why_and_what_is_open_stays_open(context: BrowserContext, url: str) -> None:
     page = without_3d(context, url)
-    say(page, "I am so sad today")
-    entry = page.locator(".log details", has_text="for “sad”").first
+    say(page, "I feel miserable")
+    entry = page.locator(".log details", has_text="for “miserable”").first
     entry.locator("summary").focus()
     page.keyboard.press("Enter")
-    expect(entry.get_by_text("“sad” +")).to_be_visible()
+    expect(entry.get_by_text("“miserable” +")).to_be_visible()
     ask(page, "/stimulus", feeling="happiness", strength=0.3)
     expect(page.locator(".log li").first).to_contain_text("happiness, strength 0.30")
-    expect(entry.get_by_text("“sad” +")).to_be_visible()
+    expect(entry.get_by_text("“miserable” +")).to_be_visible()
     entry.locator("summary").click()
-    expect(entry.get_by_text("“sad” +")).to_be_hidden()
+    expect(entry.get_by_text("“miserable” +")).to_be_hidden()
 
 
 def test_it_understands_and_answers_in_japanese(context: BrowserContext, url: str) -> None:
