@@ -16,11 +16,11 @@ run: .venv/run.stamp ## the main job: the live partner and its studio (Ctrl-C en
 experiment: .venv/run.stamp ## the paper's experiment, written to out/experiment
 	$(BIN)/miburi experiment --seed 1 --seconds 30 --out out/experiment
 
-# The tests in a browser come last and alone: without a graphics card one takes the whole machine.
+# The tests in a browser come last, two files at a time: without a graphics card each takes a core.
 PAGES := tests/studio/browser
 test: .venv/test.stamp ## all tests
 	$(BIN)/python -m pytest -n auto --ignore $(PAGES)
-	$(BIN)/python -m pytest $(PAGES)
+	$(BIN)/python -m pytest -n 2 --dist loadfile $(PAGES)
 
 screenshots: .venv/test.stamp ## pictures of the studio and the face, in out/screenshots
 	$(BIN)/python tools/screenshots out/screenshots
