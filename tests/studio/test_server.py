@@ -10,6 +10,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from contextlib import AbstractContextManager, suppress
+from itertools import islice
 from pathlib import Path
 from urllib.error import URLError
 from urllib.parse import urlsplit
@@ -167,7 +168,7 @@ def test_by_https_a_phone_comes_in_and_by_http_only_this_computer(tmp_path: Path
             evil = {"Origin": "https://evil.example"}
             assert it.post("/api/v1/stop", headers=evil).status_code == 403
         with miburi.connect(safe, token, authority) as partner:
-            assert next(partner.watch()).phase == "stopped"
+            assert any(state.phase == "stopped" for state in islice(partner.watch(), 100))
         door = f"http://{urlsplit(safe).hostname}:{urlsplit(url).port}"
         if httpx.get(door + "/pair").status_code == 200:
             assert safe + "/pair" in httpx.get(door + "/pair").text

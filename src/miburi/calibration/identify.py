@@ -51,6 +51,9 @@ _BOX = (0.2, 5.0)
 #: A servo that differs from its mirror image, or from all others, by more than these factors, and
 #: from its description too, is worth words (ours).
 _MIRRORED, _SINGLE, _EXPECTED = 1.5, 2.0, 1.25
+#: The same for a servo that is softer than its mirror image: one whose motor gives a third of its
+#: torque is found at 0.67 of it, and one with twice the friction at 0.7 (ours).
+_SOFTER = 1.45
 #: Wear beyond this is not believed; gears would take all of a motor's torque (ours).
 _MOST_WEAR = 2.5
 #: How often wear is tried, and the share of the dry friction that free moves show: it is more at
@@ -303,7 +306,8 @@ def in_words(found: Shares) -> list[str]:
             told = f"{name.replace('_', ' ')}: {_often(times)} the {what} of {than}"
             if times > much and shares[motor] > _EXPECTED:
                 lines.append(told)
-            if what == "stiffness" and 1 / times > much and 1 / shares[motor] > _EXPECTED:
+            soft = 1 / times > (_SOFTER if side in _MIRROR else _SINGLE)
+            if what == "stiffness" and soft and 1 / shares[motor] > _EXPECTED:
                 lines.append(f"{told}; look at its horn's screw and at its plug")
     return lines
 

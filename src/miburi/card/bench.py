@@ -22,7 +22,7 @@ from miburi.card.card import Card
 from miburi.card.free_moves import free_moves, record
 from miburi.card.link import FrameKind, Report
 from miburi.card.order import Order
-from miburi.card.settings import FULL_PWM, real_speed
+from miburi.card.settings import FULL_PWM, next_speed, real_speed
 from miburi.errors import BodyError
 from miburi.feelings import FEELINGS
 from miburi.gestures import key_poses, load
@@ -356,7 +356,7 @@ def _measure_clock(bench: Bench) -> BenchFindings:
     way = _positions(reports)[:, 0]
     middle = slice(len(way) // 10, -len(way) // 10)
     times = np.array([report.time for report in reports])[middle] / SECOND
-    told = real_speed(round(_SLOW / robot.servo.step)) / FINE
+    told = real_speed(next_speed(round(_SLOW / robot.servo.step))) / FINE
     fast = float(np.polyfit(times, way[middle], 1)[0]) / told
     late = max(found.delay / SECOND - robot.guards.lag[0], 0.0)
     return BenchFindings(
