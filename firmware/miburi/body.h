@@ -180,8 +180,9 @@ class Body {
     if (servos_.detuned(table_.joints, gains_of(table_)) != 0) {
       servos_.set_torque(table_.joints, false);
     }
-    // A motor that was just made known must be read twice to be believed.
-    for (uint8_t tries = 0; tries < FIRST && !look_around(); tries++) {
+    // A motor that was just made known, or was turned, must be read again to be believed.
+    const uint8_t limp = servos_.limp(table_.joints);
+    for (uint8_t tries = 0; tries < SETTLED && !look_around(limp); tries++) {
     }
     for (uint8_t i = 0; i < MOTORS; i++) {
       const Reason fault = readings_.fault_now(i);
@@ -197,7 +198,6 @@ class Body {
     if (reason != Reason::none) {
       return unready(motor, reason, out);
     }
-    const uint8_t limp = servos_.limp(table_.joints);
     for (uint8_t i = 0; i < MOTORS; i++) {
       const int16_t beyond = limp & (1u << i) ? LIES_BEYOND : HANGS_BEYOND;
       const int16_t angle = readings_.angles()[i];
@@ -317,7 +317,7 @@ class Body {
   // Steps outside its limits that a joint may be at a release: limp, its servo may have lost count
   // of the turns; held, it hangs from a goal inside.
   static const int16_t LIES_BEYOND = 8;
-  static const int16_t HANGS_BEYOND = 128;
+  static const int16_t HANGS_BEYOND = HANGS;
 
   // The clock: 64 bits that never wrap; called at least once in 71 minutes.
   int64_t now() {
@@ -334,9 +334,9 @@ class Body {
   }
 
   // Reads all positions, once; true when every servo answered, and is believed.
-  bool look_around() {
-    // A stopped motor that may yet yield follows its reading.
-    return readings_.take(table_, now(), controller_.phase == Phase::stopped && !controller_.yields);
+  bool look_around() { return look_around(limp_ ? ALL : 0); }
+  bool look_around(uint8_t limp) {
+    return readings_.take(table_, now(), limp, controller_.origin);
   }
 
   void poll() {

@@ -10,6 +10,11 @@ namespace miburi {
 
 const int32_t MODEL_STEP = 5000;  // µs
 
+// What the model may come to, so that nothing overflows: 128 steps in 5 ms (six turns a second),
+// and four turns from the start. No free servo does; one without any friction at its ceiling would.
+const int32_t MODEL_FASTEST = 0x7FFFFF;
+const int32_t MODEL_FARTHEST = 0x40000000;
+
 // A motor with its joint; found by calibration.
 struct FreeServo {
   uint16_t pull;      // 1/65536: what an error changes of the speed in a step
@@ -31,13 +36,17 @@ struct FreeMotion {
   int32_t v;
 };
 
+inline int32_t clamped(int32_t value, int32_t most) {
+  return value > most ? most : value < -most ? -most : value;
+}
+
 // Lets `steps` steps pass while the profile goes from `before` to `now`.
 inline void advance(FreeMotion& motion, const FreeServo& servo, int32_t before, int32_t now,
                     int32_t steps, int32_t sag, int32_t most) {
   const int32_t weight = (servo.pull * sag) >> 8;
   for (int32_t k = 1; k <= steps; k++) {
     int32_t error = before + (now - before) * k / steps - (motion.x >> 8);
-    error = error > most ? most : error < -most ? -most : error;
+    error = clamped(error, most);
     const int32_t motor = ((servo.pull * error) >> 8) - ((servo.brake * (motion.v >> 8)) >> 8);
     const int32_t speed = motion.v + motor - weight;
     const int32_t lost = (servo.lost * (motor < 0 ? -motor : motor)) >> 8;
@@ -47,7 +56,8 @@ inline void advance(FreeMotion& motion, const FreeServo& servo, int32_t before, 
     } else {
       motion.v = speed < -taken ? speed + taken : 0;
     }
-    motion.x += motion.v;
+    motion.v = clamped(motion.v, MODEL_FASTEST);
+    motion.x = clamped(motion.x + motion.v, MODEL_FARTHEST);
   }
 }
 

@@ -13,7 +13,8 @@ const int64_t LONGEST_GAP = 60000;  // µs; a longer silence allows no further w
 const int32_t FARTHEST = 1L << 20;  // an XL330 counts no further, in either direction
 const uint8_t BAD_READING = 2;      // what a reading that cannot be adds to the doubt …
 const uint8_t TOO_DOUBTFUL = 4;     // … and how much is too much: two in a row, or every other
-const uint8_t SETTLED = 3;          // readings that agree on another place while nothing may move
+const uint8_t SETTLED = 3;          // readings that agree on another place
+const int32_t HANGS = 128;          // steps from its goal at which a held joint may hang
 const uint8_t FIRST = 2;            // readings that agree on the first place of all
 
 struct Place {
@@ -30,10 +31,11 @@ inline int32_t reach(int64_t time, uint16_t speed) {
   return JERK + ((gap >> 10) * speed >> 10);  // 2^20 µs is a second, nearly: a division takes long
 }
 
-// Takes a reading in; true when it is believed: no motor is faster than `fastest` steps/s. While
-// nothing may move (`still`) a place on which some readings agree is taken for the new one: somebody
-// has turned a limp joint.
-inline bool believe(Place& place, int32_t reading, int64_t time, uint16_t fastest, bool still) {
+// Takes a reading in; true when it is believed: no motor is faster than `fastest` steps/s. If
+// some readings agree on another place, a `limp` joint is believed to be there, since somebody may
+// have turned it; a joint that is held is pulled back to `held`, and is astray until it gets there.
+inline bool believe(Place& place, int32_t reading, int64_t time, uint16_t fastest, bool limp,
+                    int32_t held) {
   reading = reading > FARTHEST ? FARTHEST : reading < -FARTHEST ? -FARTHEST : reading;
   const int32_t may = reach(time - place.time, fastest);
   bool believed = place.known && distance_between(reading, place.steps) <= may;
@@ -46,7 +48,8 @@ inline bool believe(Place& place, int32_t reading, int64_t time, uint16_t fastes
     if (place.known && place.doubt < TOO_DOUBTFUL) {
       place.doubt = static_cast<uint8_t>(place.doubt + BAD_READING);
     }
-    believed = place.known ? still && place.agreeing >= SETTLED : place.agreeing >= FIRST;
+    const bool there = limp || distance_between(reading, held) <= HANGS;
+    believed = place.known ? there && place.agreeing >= SETTLED : place.agreeing >= FIRST;
   }
   if (believed) {
     place.steps = reading;

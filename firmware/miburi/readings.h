@@ -14,9 +14,9 @@ class Readings {
  public:
   explicit Readings(Servos& servos) : servos_(servos) {}
 
-  // Reads all motors once; true when every one answered, and is believed. `still`: nothing moves
-  // them, so they may be somewhere else only because somebody has turned them.
-  bool take(const Table& table, int64_t time, bool still) {
+  // Reads all motors once; true when every one answered, and is believed. `limp`: the motors that
+  // anybody may have turned; `held`: the angles at which the others are held.
+  bool take(const Table& table, int64_t time, uint8_t limp, const int16_t* held) {
     heard_ = answered_ = servos_.read_motion(table.joints, motion_);
     time_ = time;
     for (uint8_t i = 0; i < MOTORS; i++) {
@@ -25,9 +25,11 @@ class Readings {
         continue;
       }
       last_heard_[i] = time;
-      if (believe(places_[i], motion_[i].position, time, table.settings.max_speed, still)) {
+      const Joint& joint = table.joints[i];
+      if (believe(places_[i], motion_[i].position, time, table.settings.max_speed, limp & bit,
+                  to_servo(joint, held[i]))) {
         known_ = static_cast<uint8_t>(known_ | bit);
-        angles_[i] = to_joint(table.joints[i], places_[i].steps);
+        angles_[i] = to_joint(joint, places_[i].steps);
       } else {
         heard_ = static_cast<uint8_t>(heard_ & ~bit);
       }

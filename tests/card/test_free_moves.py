@@ -3,7 +3,7 @@
 import numpy as np
 
 from miburi.bodies.simulated import Simulated
-from miburi.card.free_moves import free_moves, gestures
+from miburi.card.free_moves import free_moves, gestures, swings
 from miburi.card.settings import CardSettings
 from miburi.feelings import FEELINGS
 from miburi.robot import Robot
@@ -17,7 +17,7 @@ def test_a_calibrations_moves_meet_nothing_and_end_where_they_began(robot: Robot
     plant = TrialPlant(robot)
     plant.begin(robot.neutral, Variation(), np.random.default_rng(0))
     body = Simulated(robot, CardSettings.of(robot).generous.rule, plant=plant)
-    for _, move in free_moves(robot):
+    for move in [*(move for _, move in free_moves(robot)), *swings(robot)]:
         body.move(move)
         while body.phase is Phase.MOVING:
             body.read()

@@ -86,6 +86,31 @@ def test_a_limp_joint_that_is_turned_by_hand_is_believed(rig: Rig) -> None:
     rig.body.wake()
 
 
+@pytest.mark.parametrize("size", [317, -1000])
+@pytest.mark.parametrize("phase", [Phase.STOPPED, Phase.IDLE])
+def test_a_held_joint_that_jumped_is_astray_until_it_is_limp(
+    rig: Rig, phase: Phase, size: int
+) -> None:
+    """However long it says so; whoever lets it go limp is believed to have turned it."""
+    orders = Orders(rig)
+    begin(rig, phase, 0)
+    rig.servos[0].lie = lambda place: place + size
+    rig.run(0.5)
+    for _ in range(3):
+        with pytest.raises(BodyError, match=f"{JOINTS[0]}: .* cannot be"):
+            rig.body.release()
+    assert not orders.wrong
+    rig.servos[0].lie = lambda place: place
+    if size > 0:
+        rig.body.relax()
+    else:  # it was switched off and on
+        rig.servos[0].power_up()
+    rig.run(0.1)
+    rig.servos[0].shaft.place += size / 4
+    rig.run(0.1)
+    rig.body.wake()
+
+
 @pytest.mark.parametrize("alias", [1, 8])
 def test_a_servo_that_answers_with_anothers_id_is_named(rig: Rig, alias: int) -> None:
     orders = Orders(rig)

@@ -33,6 +33,21 @@ def test_native_rule_equals_the_reference(native: Path, seed: int) -> None:
     assert np.mean(expected["arrived"]) > 0.01
 
 
+def test_a_model_that_nothing_holds_stays_where_the_card_can_count(native: Path) -> None:
+    """The load takes all that the motors may push, no friction brakes, and seconds pass.
+
+    Found among 100,000 traces: the model's place overflowed.
+    """
+    (trace,) = random_traces(np.random.default_rng(3), 1)
+    trace["rule"] = (20_000, 9372)
+    trace["motors"] = (2033, 5, 1, 32, 45, 29, 13_920, 1, 0, 0)
+    trace["motion"] = (1893, 131_072, 3514, 687, -1, -1658, 4820, -5031, 5031)
+    trace["looks"]["time"] = [151_841, 160_000, 3_865_001, 3_875_000]
+    trace["looks"]["positions"] = 687
+    traces = np.array([trace])
+    assert np.array_equal(decided(native, traces), decide(traces))
+
+
 def test_rule_on_the_avr_equals_the_reference(firmware: Path, rule_on_avr: Path) -> None:
     traces = random_traces(np.random.default_rng(9), AVR_TRACES)
     expected = decide(traces)

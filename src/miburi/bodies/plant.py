@@ -49,7 +49,12 @@ class Plant:
         self.data = mujoco.MjData(self.model)
         self.joints = np.array([self.model.joint(name).qposadr[0] for name in JOINTS])
         self._dofs = np.array([self.model.joint(name).dofadr[0] for name in JOINTS])
-        self._positions: Array = self.data.qpos  # MuJoCo's own memory, at the same place for life
+        # MuJoCo's own memory, at the same place for life.
+        self._positions: Array = self.data.qpos
+        self._control: Array = self.data.ctrl
+        self._gain: Array = self.model.actuator_gainprm[:, 0]
+        #: Whose motor :meth:`push` drives by its duty; None before the first.
+        self._driven: NDArray[np.bool_] | None = None
         self._hand = self.model.geom("hand").id
         #: What a placed hand stays out of; a sprung one gives way by itself.
         trunk = [] if sprung_hand else [self.model.body(name).id for name in ("base", "torso")]
@@ -90,6 +95,7 @@ class Plant:
     def rest(self, pose: Array, settle: float = 0.5) -> None:
         """Begin anew, at rest in ``pose`` (8,) rad, after gravity has pulled for ``settle`` s."""
         mujoco.mj_resetData(self.model, self.data)
+        self._driven = None
         self.power(self._servo.motor_torque)
         self.model.dof_frictionloss[self._dofs] = self.friction[:, :2].sum(axis=1)
         self.data.qpos[self.joints] = pose
@@ -185,18 +191,22 @@ class Plant:
         Whose motor is not ``driven`` (8,) turns freely: no current flows, so nothing brakes it but
         its gears. A plant that was pushed once does not :meth:`advance`.
         """
-        model, servo = self.model, self._servo
-        braking = servo.damping - servo.friction.viscous
-        self._braking = np.where(driven, braking, 0.0)
-        model.dof_damping[self._dofs] = servo.friction.viscous + self._braking
-        model.actuator_gainprm[:, 0] = (
-            servo.motor_torque * self.loaded_voltage / servo.supply.voltage
-        )
-        model.actuator_biasprm[:] = 0.0
-        model.actuator_forcerange[:, 0], model.actuator_forcerange[:, 1] = -np.inf, np.inf
-        self.data.ctrl[:] = np.where(driven, duties, 0.0)
+        if self._driven is None or not np.array_equal(driven, self._driven):
+            self._drive(driven)
+        servo = self._servo
+        self._gain[:] = servo.motor_torque * self.loaded_voltage / servo.supply.voltage
+        self._control[:] = np.where(driven, duties, 0.0)
         self.step()
         return self._touch() if self.data.ncon else Touch()
+
+    def _drive(self, driven: NDArray[np.bool_]) -> None:
+        """Drive these motors (8,) by their duty alone."""
+        model, servo = self.model, self._servo
+        braking = servo.damping - servo.friction.viscous
+        self._driven, self._braking = driven, np.where(driven, braking, 0.0)
+        model.dof_damping[self._dofs] = servo.friction.viscous + self._braking
+        model.actuator_biasprm[:] = 0.0
+        model.actuator_forcerange[:, 0], model.actuator_forcerange[:, 1] = -np.inf, np.inf
 
     def step(self) -> None:
         """Let one physics step pass, and dry friction follow the torques."""

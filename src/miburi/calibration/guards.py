@@ -23,7 +23,7 @@ from miburi.safety.contact import UNLOADED
 from miburi.safety.free import FreeRule, granted_share
 from miburi.safety.profile import FINE, Steps
 
-__all__ = ["MARGIN", "STATES", "STATE_MARGIN", "FreeTrace", "free_rule", "granted"]
+__all__ = ["MARGIN", "STATES", "STATE_MARGIN", "FreeTrace", "free_rule", "granted", "shaken"]
 
 #: Guards are this many times what the model missed of the free moves, and no less than the floors;
 #: the second is for moves in another state, of which the model tells a part (both ours).
@@ -54,6 +54,20 @@ def granted(rule: FreeRule, traces: Sequence[Trace]) -> FreeRule:
     for friction, voltage in STATES:
         other = _in_state(rule, friction, voltage)
         guards = _widened(rule, guards, _shifted(free, other), STATE_MARGIN)
+    return replace(rule, guards=guards)
+
+
+def shaken(rule: FreeRule, traces: Sequence[Trace]) -> FreeRule:
+    """Return a rule that lets motors be where others shake them, as in these free moves.
+
+    These moves shake harder than gestures do. What a motor may be behind or ahead grows with the
+    usual margins, its slack only to what was needed: with more, contacts at the waist are noticed
+    too late.
+    """
+    free = [FreeTrace(**vars(trace), rule=rule) for trace in traces]
+    slack = _widened(rule, rule.guards, free, 1.0).slack
+    wider = granted(rule, traces).guards
+    guards = replace(rule.guards, slack=slack, behind=wider.behind, ahead=wider.ahead)
     return replace(rule, guards=guards)
 
 

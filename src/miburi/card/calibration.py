@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 from miburi.calibration.file import Calibration
 from miburi.calibration.free_motion import Trace
-from miburi.calibration.guards import free_rule, granted
+from miburi.calibration.guards import free_rule, granted, shaken
 from miburi.calibration.identify import (
     Shares,
     check,
@@ -24,7 +24,7 @@ from miburi.calibration.identify import (
     worn,
 )
 from miburi.card.card import Card
-from miburi.card.free_moves import free_moves, gestures, record
+from miburi.card.free_moves import free_moves, gestures, record, swings
 from miburi.card.settings import ALLOWED, STEPS_PER_TURN, CardSettings, format_value
 from miburi.errors import BodyError
 from miburi.robot import JOINTS, Robot
@@ -126,12 +126,14 @@ def _measure(card: Card, tell: Callable[[str], None]) -> Measurement:
     robot, found, traces = worn(robot, found, traces)
     fits = replace(free_rule(robot, found, traces), period=rule.period, ratio=rule.ratio)
     settings = settings.with_servos(robot, fits)
+    swinging = [("both arms", move) for move in swings(robot)]
+    settings = settings.with_rule(shaken(settings.rule, _trace(card, settings, swinging, tell)))
     _check(settings)
     card.configure(settings)
     settings = settings.with_rule(granted(settings.rule, _test(card, tell)))
     _check(settings)
     card.configure(settings)
-    count += len(moves)
+    count += len(moves) + len(swinging)
     return Measurement(robot, found, settings, tuple(words), count, card.state.time - began)
 
 

@@ -15,7 +15,7 @@ from miburi.robot import JOINTS, Array, Robot
 from miburi.safety.move import Move, plan_move
 from miburi.safety.stop import Phase
 
-__all__ = ["free_moves", "gestures", "record"]
+__all__ = ["free_moves", "gestures", "record", "swings"]
 
 #: How far a joint moves to both sides of the middle, as a share of half its range; at top speed
 #: so much farther that it gets there and stays for a while, but no farther than that (ours).
@@ -74,6 +74,23 @@ def free_moves(robot: Robot) -> Iterator[tuple[str, Move]]:
             yield "all joints", plan_move(robot, here, there, duration)
             here = there
     yield "all joints", plan_move(robot, here, robot.neutral, _DURATIONS[0])
+
+
+def swings(robot: Robot) -> Iterator[Move]:
+    """Yield moves in which the arms swing against each other, from neutral to neutral.
+
+    They shake a waist that hardly turns itself, with them or against them.
+    """
+    middle, half = (robot.lower + robot.upper) / 2, (robot.upper - robot.lower) / 2
+    # The left elbow and fingertip are mirrored already, so only the shoulder changes its sign.
+    against = np.where([name == "left_shoulder" for name in JOINTS], -1.0, 1.0)
+    here = robot.neutral
+    for side, turn in ((-1, -1), (1, 1), (-1, 3)):
+        there = middle + side * against * _REACH * half
+        there[JOINTS.index("waist")] = middle[JOINTS.index("waist")] + turn * _BIT
+        yield plan_move(robot, here, there, _DURATIONS[-1])
+        here = there
+    yield plan_move(robot, here, robot.neutral, _DURATIONS[1])
 
 
 def gestures(robot: Robot) -> Iterator[tuple[str, list[Move]]]:

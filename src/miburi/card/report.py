@@ -23,7 +23,7 @@ _UNREADY = {
     Reason.FAULTY: "servo reported a hardware error and was restarted; let it cool",
     Reason.HOT: "servo is too hot; let it cool",
     Reason.LOW_VOLTAGE: "supply voltage is too low; use a stronger supply or thicker wires",
-    Reason.ASTRAY: "servo reports a place where it cannot be; check its cable and magnet",
+    Reason.ASTRAY: "servo reports a place where it cannot be; see its cable, switch it off and on",
     Reason.MISNAMED: "servo answers with another's id; give it its own (calibrate --ids)",
 }
 _REASONS = {

@@ -45,10 +45,15 @@ class _Joint(Shaft):
         """Return the present speed, in steps/s."""
         return self._settings.direction * float(self._plant.velocities[self._motor]) / self._step
 
-    def drive(self, servo: Servo, time: float) -> float | None:
-        """Return the duty at which the servo drives the joint; None with torque off."""
-        duty = servo.drive(time, self.position(servo, time), self.speed(servo, time))
-        return None if duty is None else self._settings.direction * duty
+    def drive(self, servo: Servo, time: float, angle: float, velocity: float) -> float | None:
+        """Return the duty at which the servo drives the joint; None with torque off.
+
+        ``angle`` and ``velocity``, in rad and rad/s, are the joint's.
+        """
+        settings, step = self._settings, self._step
+        place = settings.zero + settings.direction * angle / step
+        duty = servo.drive(time, place, settings.direction * velocity / step)
+        return None if duty is None else settings.direction * duty
 
 
 class _World:
@@ -62,9 +67,12 @@ class _World:
         """Run the physics until ``time`` µs."""
         while (self._plant.time + _TURN) * 1e6 <= time:
             now = (self._plant.time + _TURN) * 1e6
+            angles, velocities = self._plant.angles.tolist(), self._plant.velocities.tolist()
             duties = [
-                joint.drive(servo, now)
-                for joint, servo in zip(self._joints, self._servos, strict=True)
+                joint.drive(servo, now, angle, velocity)
+                for joint, servo, angle, velocity in zip(
+                    self._joints, self._servos, angles, velocities, strict=True
+                )
             ]
             driven = np.array([duty is not None for duty in duties])
             push = np.array([duty or 0.0 for duty in duties])

@@ -50,6 +50,13 @@ class Control:
     _sum: float = 0.0
     _before: float = 0.0
 
+    def __post_init__(self) -> None:
+        # Read once: a turn of the control comes every ms, for each of eight servos.
+        model = self.model
+        self._rate, self._p_divisor = model.loop.rate, model.divisor.p_divisor
+        self._d_divisor = model.gains.d_divisor
+        self._slope, self._voltage = model.gains.pwm_slope, model.supply.voltage
+
     def rest(self) -> None:
         """Forget all, as with torque off."""
         self.duty = self._sum = self._before = 0.0
@@ -61,11 +68,11 @@ class Control:
 
         ``error`` is in steps, ``speed`` and the trajectory's, ``wanted``, in steps/s.
         """
-        rate = self.model.loop.rate
+        rate = self._rate
         ahead = gains.first * wanted + gains.second * (wanted - self._before)
         pwm = (
-            gains.p / self.model.divisor.p_divisor * error
-            - gains.d / self.model.gains.d_divisor * speed / rate
+            gains.p / self._p_divisor * error
+            - gains.d / self._d_divisor * speed / rate
             + ahead / _FF_DIVISOR / rate
         )
         self._before = wanted
@@ -80,7 +87,6 @@ class Control:
 
         ``slope`` is register 62.
         """
-        volts = self.model.gains.pwm_slope * slope / _SLOPE
-        most = volts / self.model.loop.rate / self.model.supply.voltage
+        most = self._slope * slope / _SLOPE / self._rate / self._voltage
         self.duty += min(max(pwm / FULL - self.duty, -most), most)
         return self.duty

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 from itertools import groupby
+from struct import Struct
 
 from miburi.emulation.control_table import EEPROM_END, REGISTERS, SIZE, Register
 from miburi.servos import Servo as Model
@@ -27,11 +28,14 @@ _SIGNED = (
     "bus_watchdog", "pwm", "current", "speed", "position", "velocity_trajectory",
     "position_trajectory",
 )  # fmt: skip
-#: The bytes of each register, from and to, and whether it counts to both sides of 0.
-_BYTES = {
-    name: (at.address, at.address + at.size, at.low < 0 or name in _SIGNED)
+_FORMATS = {1: "b", 2: "h", 4: "i"}
+#: What reads each register, and where it is.
+_READERS = {
+    name: (Struct("<" + (form if at.low < 0 or name in _SIGNED else form.upper())).unpack_from,
+           at.address)
     for name, at in REGISTERS.items()
-}
+    for form in [_FORMATS[at.size]]
+}  # fmt: skip
 #: Indirect data, and the addresses that they lead to.
 _DATA, _DATA_END = REGISTERS["indirect_data_1"].address, SIZE
 #: The register at each defined address.
@@ -54,8 +58,9 @@ class ControlTable:
 
     def get(self, name: str) -> int:
         """Return an entry."""
-        start, end, signed = _BYTES[name]
-        return int.from_bytes(self.data[start:end], "little", signed=signed)
+        read, address = _READERS[name]
+        value: int = read(self.data, address)[0]
+        return value
 
     def set(self, name: str, value: int) -> None:
         """Set an entry, past all protection."""

@@ -1,6 +1,7 @@
 """The way that a servo makes of a goal: speed up, cruise, slow down."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from math import sqrt
 
 __all__ = ["Segment"]
@@ -38,25 +39,30 @@ class Segment:
         far = self.speed * self.speed / self.acceleration
         return _TRIANGLE if far > abs(self.goal - self.origin) else _TRAPEZOID
 
-    def at(self, time: float) -> float:
-        """Where the trajectory is at ``time``, in steps."""
-        t = (time - self.began) / 1e6
+    @cached_property
+    def _shape(self) -> tuple[float, float, float]:
+        """Its ramp, s, the speed that it reaches, steps/s, and its whole time, s."""
         way = abs(self.goal - self.origin)
-        if t <= 0:
-            return self.origin
         if self.speed == 0 or way == 0:
-            return self.goal
+            return 0.0, 0.0, 0.0
         ramp = self.speed / self.acceleration if self.acceleration else 0.0
         if self.acceleration and self.speed * ramp > way:
             ramp = sqrt(way / self.acceleration)
         top = self.acceleration * ramp if self.acceleration else self.speed
-        total = way / top + ramp
+        return ramp, top, way / top + ramp
+
+    def at(self, time: float) -> float:
+        """Where the trajectory is at ``time``, in steps."""
+        t = (time - self.began) / 1e6
+        if t <= 0:
+            return self.origin
+        ramp, top, total = self._shape
         if t >= total:
             return self.goal
         if t < ramp:
             done = self.acceleration * t * t / 2
         elif t > total - ramp:
-            done = way - self.acceleration * (total - t) ** 2 / 2
+            done = abs(self.goal - self.origin) - self.acceleration * (total - t) ** 2 / 2
         else:
             done = top * (t - ramp / 2)
         return self.origin + done * (1 if self.goal > self.origin else -1)

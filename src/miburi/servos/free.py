@@ -26,6 +26,9 @@ Steps = NDArray[np.int64]
 
 #: µs of one step of the model.
 STEP = 5000
+#: What the model may come to, so that it fits: 128 encoder steps in 5 ms, and four turns away. No
+#: free servo does; one without any friction at its ceiling would.
+FASTEST, FARTHEST = 0x7FFFFF, 0x40000000
 #: The coefficients' unit, and that of the share of a torque that the gears take.
 _ONE, _SHARE = 1 << 16, 1 << 8
 
@@ -97,8 +100,9 @@ def advance(
             motor = ((servo.pull[j] * error) >> 8) - ((servo.brake[j] * (v[j] >> 8)) >> 8)
             speed = v[j] + motor - ((servo.pull[j] * sag[j]) >> 8)
             taken = servo.friction[j] + ((servo.lost[j] * abs(motor)) >> 8)
-            v[j] = max(speed - taken, 0) if speed > 0 else min(speed + taken, 0)
-            x[j] += v[j]
+            free = max(speed - taken, 0) if speed > 0 else min(speed + taken, 0)
+            v[j] = min(max(free, -FASTEST), FASTEST)
+            x[j] = min(max(x[j] + v[j], -FARTHEST), FARTHEST)
 
 
 @compiled

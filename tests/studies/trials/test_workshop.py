@@ -1,6 +1,7 @@
 """A maker's calibration: servos are identified, named in words, refused where they must be."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from miburi.calibration.identify import (
     proposed_gain,
 )
 from miburi.errors import BodyError, InputError
-from miburi.robot import JOINTS, Robot
+from miburi.robot import JOINTS, Robot, load_robot
 from miburi.safety.free import FreeRule
 from miburi.studies.trials.plant import TrialPlant
 from miburi.studies.trials.trial import TrialKind, trial
@@ -144,6 +145,13 @@ def test_worn_servos_pass_freely_when_they_are_cold_and_the_supply_is_low(robot:
     assert [one.index for one in free if one.stopped] == []
     held = [trial(plant, done.rule, 101, TrialKind.BLOCKED, index) for index in range(12)]
     assert all(one.stopped and not one.false_stop for one in held)
+
+
+@pytest.mark.parametrize("seed", [0, 2])
+def test_longer_arms_shake_a_waist_and_its_guards_know_it(tall_file: Path, seed: int) -> None:
+    """Without moves in which arms swing against each other, a gesture that tests it is stopped."""
+    waist = calibrate_servos(load_robot(tall_file), seed).rule.guards
+    assert waist.ahead[0] > 12
 
 
 def test_guards_hold_in_another_state_than_the_calibrations(

@@ -29,7 +29,9 @@ def test_it_says_what_it_heard_and_why_and_what_it_feels(
     if place == "/face":
         page.goto(urljoin(url, place))
         page.get_by_text("Say something", exact=True).click()
+    page.set_viewport_size({"width": 1000 if place == "/" else 390, "height": 720})
     heard = say(page, "I am so sad today")
+    expect(page.locator(".talk output")).to_be_in_viewport(ratio=1)
     assert heard.startswith("I heard sadness in “sad”")
     assert "% sure" in heard
     assert "Now I feel sadness" in heard
@@ -41,6 +43,28 @@ def test_it_says_what_it_heard_and_why_and_what_it_feels(
     assert "Tell me with a plain word" in nothing
 
 
+def test_of_the_faces_panels_one_is_open_at_a_time(context: BrowserContext, url: str) -> None:
+    page = context.new_page()
+    page.goto(urljoin(url, "/face"))
+    page.get_by_text("Say something", exact=True).click()
+    line, switch = page.get_by_label("Say something to it"), page.get_by_role("switch").first
+    expect(line).to_be_visible()
+    page.get_by_text("Voice and senses").click()
+    expect(switch).to_be_visible()
+    expect(line).to_be_hidden()
+
+
+def test_what_watches_or_listens_is_told_beside_stop(context: BrowserContext, url: str) -> None:
+    page = without_3d(context, url)
+    page.evaluate("document.documentElement.dataset.eyes = 'on'")
+    for size in ({"width": 1280, "height": 800}, {"width": 390, "height": 844}):
+        page.set_viewport_size(size)
+        for edge in (0, 10_000):
+            page.evaluate("edge => scrollTo(0, edge)", edge)
+            expect(page.get_by_text("Watching", exact=True)).to_be_in_viewport(ratio=1)
+    expect(page.get_by_text("Listening", exact=True)).to_be_hidden()
+
+
 def test_the_log_says_why_and_what_is_open_stays_open(context: BrowserContext, url: str) -> None:
     page = without_3d(context, url)
     say(page, "I feel miserable")
@@ -49,9 +73,17 @@ def test_the_log_says_why_and_what_is_open_stays_open(context: BrowserContext, u
     page.keyboard.press("Enter")
     expect(entry.get_by_text("“miserable” +")).to_be_visible()
     ask(page, "/stimulus", feeling="happiness", strength=0.3)
-    expect(page.locator(".log li").first).to_contain_text("happiness, strength 0.30")
+    expect(page.locator(".log li", has_text="happiness, strength 0.30")).to_be_visible()
     expect(entry.get_by_text("“miserable” +")).to_be_visible()
-    entry.locator("summary").click()
+    # Shut at the moment at which the page writes something else.
+    page.evaluate(
+        """() => {
+          document.querySelector(".log details[open] summary").click();
+          document.body.append(document.createElement("i"));
+        }"""
+    )
+    ask(page, "/stimulus", feeling="sadness", strength=0.3)
+    expect(page.locator(".log li", has_text="sadness, strength 0.30")).to_be_visible()
     expect(entry.get_by_text("“miserable” +")).to_be_hidden()
 
 

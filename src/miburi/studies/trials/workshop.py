@@ -4,13 +4,14 @@ The robot may differ from its description as one from a workshop does
 (:mod:`miburi.robot.specimens`); who calibrates it sees the description and the encoders alone.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
 from miburi.bodies.simulated import Simulated
 from miburi.calibration.free_motion import Trace
-from miburi.calibration.guards import free_rule, granted
+from miburi.calibration.guards import free_rule, granted, shaken
 from miburi.calibration.identify import (
     Identified,
     check,
@@ -20,7 +21,7 @@ from miburi.calibration.identify import (
     proposed_gain,
     worn,
 )
-from miburi.card.free_moves import free_moves, gestures
+from miburi.card.free_moves import free_moves, gestures, swings
 from miburi.errors import BodyError
 from miburi.robot import JOINTS, Array, Robot
 from miburi.safety.free import FreeRule
@@ -106,7 +107,10 @@ def calibrate_servos(robot: Robot, seed: int, true: Robot | None = None) -> Cali
         )
     robot, found, traces = worn(robot, found, traces)
     plant = TrialPlant(robot, true)
-    rule = free_rule(robot, found, traces)
+    rng = np.random.default_rng([seed, _STREAM, 2])
+    swung = _record_all(plant, swings(robot), USUAL, rng, after=0)
+    seconds += plant.time
+    rule = shaken(free_rule(robot, found, traces), swung)
     rule = granted(rule, _test(plant, rule, seed))
     return Calibrated(robot, true, rule, found, tuple(words), seconds + plant.time)
 
@@ -118,14 +122,24 @@ def record_free_moves(
 
     ``together`` leaves out the moves of single joints.
     """
-    robot, here = plant.robot, np.array(plant.robot.neutral)
-    plant.begin(here, variation, np.random.default_rng([seed, _STREAM]))
-    body = Simulated(robot, DeafRule.of(robot), plant=plant)
+    moves = (m for name, m in free_moves(plant.robot) if not (together and name in JOINTS))
+    return _record_all(plant, moves, variation, np.random.default_rng([seed, _STREAM]), _AFTER)
+
+
+def _record_all(
+    plant: TrialPlant,
+    moves: Iterable[Move],
+    variation: Variation,
+    rng: np.random.Generator,
+    after: int,
+) -> list[Trace]:
+    """Let a robot make moves from neutral with no rule on; return their traces."""
+    here = np.array(plant.robot.neutral)
+    plant.begin(here, variation, rng)
+    body = Simulated(plant.robot, DeafRule.of(plant.robot), plant=plant)
     traces = []
-    for name, move in free_moves(robot):
-        if together and name in JOINTS:
-            continue
-        traces.append(_record(body, here, move, _AFTER))
+    for move in moves:
+        traces.append(_record(body, here, move, after))
         here = move.angles
     return traces
 
