@@ -1,9 +1,13 @@
 """Time Miburi's inverse kinematics beside its peers: same targets, same machine, in turns.
 
-``make bench-ik`` runs it, with one thread for everybody. Three processes, one after the other;
-in each, rounds in which every solver has its turn, so that what else the machine does meets all
-of them. A ratio is that of two medians of one round. It writes ``comparison.md`` and
-``comparison.png`` beside itself, and what each process measured to ``out/compare-*.json``.
+``make bench-ik`` runs it, with one thread for everybody. Five processes, one after the other;
+in each, rounds in which every solver has its turn. A ratio is that of two medians of one turn:
+Miburi is timed before the peer, after it, and each few milliseconds between its targets, so that
+what else the machine does meets both. Leave the machine alone meanwhile: with a load of 20 a peer
+with much code loses more than Miburi does, and its ratio doubles.
+
+It writes ``comparison.md`` and ``comparison.png`` beside itself, and what each process measured to
+``out/bench-ik``; ``spread.py`` compares such runs.
 """
 
 import argparse
@@ -14,6 +18,7 @@ import subprocess
 import sys
 import time
 from importlib.metadata import version
+from itertools import cycle
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -28,13 +33,15 @@ from miburi import __version__, bma, ik
 from miburi.robot import forward, inverse
 
 HERE = Path(__file__).parent
+RUNS = HERE.parents[1] / "out" / "bench-ik"
 MIDDLE = (ROBOT.lower + ROBOT.upper) / 2
 OURS = "**Miburi `ik.solve`**"
 WARM = "Miburi, from a pose 0.1 rad off"
-PROCESSES, ROUNDS, SLOW_ROUNDS = 3, 7, 1
+PROCESSES, ROUNDS, SLOW_ROUNDS = 5, 7, 1
 GOOD = 1e-4  # m, the residual at which a solver may stop
 SOLVED = GOOD * np.sqrt(3)  # m, each extremity as near as that
 BEYOND_STARTS, IN_VAIN = 8, 3  # out of reach: starts allowed, and starts in vain before it ends
+PAUSE = 5e-3  # s of a peer's own time, after which Miburi is timed
 
 
 def timed(solve, target, start):
@@ -49,11 +56,12 @@ def timed(solve, target, start):
     return pose, min(wall, time.process_time() - processor)
 
 
-def measure(solve, targets, starts, good, in_vain, first_starts):
+def measure(solve, targets, starts, good, in_vain, first_starts, look=lambda _: None):
     """Call a solver for all targets, then from random poses for those that are left.
 
     A target is left until its residual is ``good``, or ``in_vain`` starts in a row have found
-    nothing better. Returns times and residuals, each (n,).
+    nothing better. After each call, ``look`` is told the time. Returns times and residuals, each
+    (n,).
     """
     generator = np.random.default_rng(1)
     spent, best = np.zeros(len(targets)), np.full(len(targets), np.inf)
@@ -64,6 +72,7 @@ def measure(solve, targets, starts, good, in_vain, first_starts):
             start = generator.uniform(ROBOT.lower, ROBOT.upper) if attempt else first_starts[i]
             poses[k], took = timed(solve, targets[i], start)
             spent[i] += took
+            look(took)
         inside = np.clip(poses, ROBOT.lower, ROBOT.upper)
         residual = np.linalg.norm(forward(ROBOT, inside) - targets[left], axis=1)
         idle[left] = np.where(residual < best[left] - 1e-6, 0, idle[left] + 1)
@@ -77,6 +86,30 @@ def own(settings):
         return ik.solve(ROBOT, target, settings=settings).angles
 
     return solve, solve
+
+
+own_default = own(None)[0]
+
+
+class Beside:
+    """Miburi's times for some targets, taken between those of a peer, in the same loop."""
+
+    def __init__(self, targets, at_once):
+        self.parts = cycle(np.split(targets, len(targets) // at_once))
+        self.times, self.since = [], 0.0
+
+    def take(self):
+        """Solve for a few targets."""
+        part = next(self.parts)
+        spent, _ = measure(own_default, part, 1, 0.0, 1, [MIDDLE] * len(part))
+        self.times += spent.tolist()
+        self.since = 0.0
+
+    def look(self, took):
+        """Do so where the peer has had its pause."""
+        self.since += took
+        if self.since > PAUSE:
+            self.take()
 
 
 def own_warm(target, start):
@@ -111,48 +144,73 @@ def solvers():
     return found, missing
 
 
-def one_process(path):
-    """Measure rounds in turns; write medians, high percentiles and residuals of each solver."""
+def one_process(path, first_of_all):
+    """Measure rounds in turns; write medians, high percentiles and ratios of each solver.
+
+    How many targets are solved, and how well, is the same in each process: the first counts it.
+    """
     poses, near = reachable(ROUNDS * 500)
     warm = poses + np.random.default_rng(5).uniform(-0.1, 0.1, poses.shape)
     far = out_of_reach(ROUNDS * 100, seed=2)
-    least = np.array([optimum(ROBOT, target) for target in far])
     hard = np.array(json.loads(FILE.read_text())["hard_reachable"])[:20]
     found, missing = solvers()
+    least = np.array([optimum(ROBOT, target) for target in far]) if first_of_all else None
     load = [os.getloadavg()[0]]
     results = {
-        name: {"version": number, "near": [], "far": [], "p99": [], "solved": [], "excess": []}
+        name: {"version": number, "solved": [], "excess": []}
+        | {field: [] for field in ("near", "far", "p99", "times_near", "times_far")}
         for name, (_, number, *_) in found.items()
     }
-    for (first, second), _, _, count, beyond in found.values():  # warm caches for all
-        measure(first, near[-2:] if count > 1 else near[-1:], 1, 0, 1, warm[-2:])
+    for name, ((first, second), _, starts, count, beyond) in found.items():
+        if first_of_all:
+            some = hard if count > 1 else hard[:1]
+            _, best = measure(first, some, starts, GOOD, starts, [MIDDLE] * len(some))
+            results[name]["hard"] = np.mean(best <= SOLVED)
+        if count > 1:  # warm caches for all
+            measure(first, near[-2:], 1, 0, 1, warm[-2:])
         if beyond:
             measure(second, far[-2:], 1, 0, 1, warm[-2:])
     for turn in range(ROUNDS):
         for name, ((first, second), _, starts, count, beyond) in found.items():
             if count == 1 and turn >= SLOW_ROUNDS:
                 continue
+            result = results[name]
             rows = slice(turn * count, (turn + 1) * count)
             begin = warm[rows] if name == WARM else [MIDDLE] * count
-            spent, best = measure(first, near[rows], starts, GOOD, starts, begin)
-            result = results[name]
+            own_rows = slice(turn * 500, (turn + 1) * 500)
+            spent, best, ratio = beside(
+                near[own_rows], 100, first, near[rows], starts, GOOD, starts, begin
+            )
             result["near"].append(np.median(spent))
+            result["times_near"].append(ratio)
             result["p99"].append(np.percentile(spent, 99))
             result["solved"] += (best <= SOLVED).tolist()
             if beyond:
                 rows = slice(turn * beyond, (turn + 1) * beyond)
-                allowed = 1 if starts == 1 else BEYOND_STARTS
-                spent, best = measure(second, far[rows], allowed, -1.0, IN_VAIN, [MIDDLE] * beyond)
+                own_rows = slice(turn * 100, (turn + 1) * 100)
+                allowed, begin = 1 if starts == 1 else BEYOND_STARTS, [MIDDLE] * beyond
+                spent, best, ratio = beside(
+                    far[own_rows], 20, second, far[rows], allowed, -1.0, IN_VAIN, begin
+                )
                 result["far"].append(np.median(spent))
-                result["excess"] += (best - least[rows]).tolist()
+                result["times_far"].append(ratio)
+                if first_of_all:
+                    result["excess"] += (best - least[rows]).tolist()
         print(f"round {turn + 1} of {ROUNDS}", flush=True)
-    for name, ((first, _), _, starts, count, _) in found.items():
-        targets = hard if count > 1 else hard[:1]
-        _, best = measure(first, targets, starts, GOOD, starts, [MIDDLE] * len(targets))
-        results[name]["hard"] = np.mean(best <= SOLVED)
     load.append(os.getloadavg()[0])
     data = {"load": load, "missing": missing, "batch": batch(), "results": results}
     path.write_text(json.dumps(data))
+
+
+def beside(own_targets, at_once, solve, *arguments):
+    """Measure a solver and Miburi in turns; return times, residuals and the ratio of medians."""
+    own_times = Beside(own_targets, at_once)
+    own_times.take()
+    own_times.take()
+    spent, best = measure(solve, *arguments, own_times.look)
+    own_times.take()
+    own_times.take()
+    return spent, best, np.median(spent) / np.median(own_times.times)
 
 
 def batch():
@@ -166,23 +224,13 @@ def batch():
 
 
 def ratio(processes, name, field):
-    """Return the ratio to Miburi's median, its least and greatest over processes; or dashes."""
-    each = []
-    for process in processes:
-        ours, theirs = process["results"][OURS][field], process["results"][name][field]
-        if not theirs:
-            return "– | –"
-        each.append(np.median([a / b for a, b in zip(theirs, ours, strict=False)]))
-    every = [
-        a / b
-        for process in processes
-        for a, b in zip(
-            process["results"][name][field], process["results"][OURS][field], strict=False
-        )
-    ]
-    low, high = np.percentile(every, [10, 90])
-    runs = ", ".join(f"{value:.3g}" for value in each)
-    return f"**{np.median(every):.3g}** ({low:.3g}–{high:.3g}) | {runs}"
+    """Return the ratio to Miburi's median, its spread over rounds, and that of each process."""
+    each = [process["results"][name][field] for process in processes]
+    if not each[0]:
+        return "– | –"
+    low, high = np.percentile(np.concatenate(each), [10, 90])
+    runs = ", ".join(f"{np.median(times):.3g}" for times in each)
+    return f"**{np.median(np.concatenate(each)):.3g}** ({low:.3g}–{high:.3g}) | {runs}"
 
 
 def table(processes):
@@ -201,12 +249,12 @@ def table(processes):
         line = (
             f"| {name} | {every[0]['version']} | {np.mean(solved):.1%} | {every[0]['hard']:.0%} "
             f"| {np.median(near) * 1e6:,.1f} | {np.median(p99) * 1e6:,.0f} "
-            f"| {ratio(processes, name, 'near')} |"
+            f"| {ratio(processes, name, 'times_near')} |"
         )
         if len(far):
             line += (
                 f" {np.mean(excess <= 1e-4):.1%} | {np.mean(excess <= 1e-6):.1%} "
-                f"| {np.median(far) * 1e6:,.0f} | {ratio(processes, name, 'far')} |"
+                f"| {np.median(far) * 1e6:,.0f} | {ratio(processes, name, 'times_far')} |"
             )
         else:
             line += " – | – | – | – | – |"
@@ -241,8 +289,9 @@ def explanation(processes):
         f"{platform.machine()}, {os.cpu_count()} cores, one thread. {PROCESSES} processes of "
         f"{ROUNDS} rounds, in each of which every solver has its turn (the evolutionary ones one "
         f"target in each process). The machine's load before and after each process: {loads}. "
-        "Times are the lesser of wall clock and processor time; *times Miburi* is the "
-        "median of a round by Miburi's in the same round.",
+        "Times are the lesser of wall clock and processor time; *times Miburi* is the median of a "
+        "solver's turn by that of Miburi's times taken before it, after it, and every "
+        f"{PAUSE * 1e3:.0f} ms between its targets.",
         "",
         "A solver begins at the middle of the limits. Until the residual is 0.1 mm it begins anew "
         "at random poses, 20 starts in all. The robotics toolbox makes its own restarts, and the "
@@ -258,16 +307,19 @@ def explanation(processes):
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--one", type=Path, help="measure in this process, write the file")
+    parser.add_argument("--first", action="store_true", help="and count what is solved")
     options = parser.parse_args()
     if options.one:
-        one_process(options.one)
+        one_process(options.one, options.first)
         return
-    folder = HERE.parents[1] / "out"
-    folder.mkdir(exist_ok=True)
+    RUNS.mkdir(parents=True, exist_ok=True)
+    run = RUNS / str(1 + len(list(RUNS.iterdir())))
+    run.mkdir()
     processes = []
     for number in range(PROCESSES):
-        path = folder / f"compare-{number}.json"
-        subprocess.run([sys.executable, __file__, "--one", path], check=True)
+        path = run / f"process-{number}.json"
+        first = [] if number else ["--first"]
+        subprocess.run([sys.executable, __file__, "--one", path, *first], check=True)
         processes.append(json.loads(path.read_text()))
     rates = [process["batch"] for process in processes]
     text = [

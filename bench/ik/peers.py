@@ -396,9 +396,9 @@ def pymoo_genetic(_):
     return solve
 
 
-#: What those that solve a quadratic programme are damped with: nearly nothing converges quickest
-#: on a reachable target, and not at all out of reach.
-DAMPING, DAMPING_BEYOND = 1e-6, 1e-3
+#: What those that solve a quadratic programme are damped with: mink's and pink's default, which
+#: ``damping.py`` finds quickest on reachable targets, and what converges out of reach.
+DAMPING, DAMPING_BEYOND = 1e-12, 1e-3
 
 #: name in the table → (its maker, distribution, starts allowed, targets a round in reach and
 #: out of reach; 0 where it has no answer)
@@ -409,9 +409,9 @@ PEERS = {
     "pink (daqp)": (pink_solver, "pin-pink", 20, 8, 2),
     "robotics toolbox ik_LM (arms apart)": (toolbox_arms, "roboticstoolbox-python", 1, 300, 0),
     "ikpy (arms apart)": (ikpy_arms, "ikpy", 20, 3, 0),
-    "scipy trf": (scipy_trf, "scipy", 20, 5, 2),
-    "scipy L-BFGS-B": (lambda _: scipy_minimize("L-BFGS-B"), "scipy", 20, 5, 2),
-    "scipy SLSQP": (lambda _: scipy_minimize("SLSQP"), "scipy", 20, 5, 2),
+    "scipy trf": (scipy_trf, "scipy", 20, 5, 4),
+    "scipy L-BFGS-B": (lambda _: scipy_minimize("L-BFGS-B"), "scipy", 20, 5, 4),
+    "scipy SLSQP": (lambda _: scipy_minimize("SLSQP"), "scipy", 20, 5, 4),
     "cma": (cma_solver, "cma", 1, 1, 0),
     "scipy differential evolution": (scipy_evolution, "scipy", 1, 1, 0),
     "pymoo GA, 42,000 evaluations": (pymoo_genetic, "pymoo", 1, 1, 0),

@@ -94,6 +94,9 @@ def far_cases(count):
     targets = out_of_reach(700, seed=2)[400:460]  # one of them has a valley 5 mrad wide
     best = [optimum(ROBOT, target) for target in targets]
     cases.insert(0, {"name": "pushed", "targets": targets.tolist(), "optimum": best})
+    target = beyond("gross, all", 500, seed=[0, 5])[195]
+    case = {"targets": [target.tolist()], "optimum": [optimum(ROBOT, target)]}
+    cases.append({"name": "two valleys, 6 mrad apart"} | case)
     return {"cases": cases}
 
 

@@ -6,89 +6,114 @@ some of them, and for each combination of limits it is known. What is left is a 
 angle: a grid, then its best cells ever finer. No code is shared with the solver.
 """
 
+from math import acos, atan2, cos, pi, sin, sqrt
+
+import numba
 import numpy as np
 
 GRID = 721  # waist angles; 0.28 degrees apart
 CELLS = 6  # of them are refined
 ZOOMS = 7  # times, 8 times finer each
 
+_compiled = numba.njit(cache=True, error_model="numpy", nogil=True)
+
 
 def optimum(robot, target):
     """The least residual, in m, that any pose inside the limits has for a target, (9,) m."""
-    target = np.asarray(target, dtype=float)
-    low, high = robot.lower[0], robot.upper[0]
-    waists = np.linspace(low, high, GRID)
-    costs = _cost(robot, target, waists)
+    size = tuple(robot.lengths.model_dump().values())
+    return _optimum(size, robot.lower, robot.upper, np.array(target, dtype=float))
+
+
+@_compiled
+def _optimum(size, lower, upper, target):
+    waists = np.linspace(lower[0], upper[0], GRID)
+    costs = np.array([_cost(size, lower, upper, target, waist) for waist in waists])
     step = waists[1] - waists[0]
-    inner = np.r_[True, costs[1:] <= costs[:-1]] & np.r_[costs[:-1] <= costs[1:], True]
+    inner = np.ones(GRID, np.bool_)
+    inner[1:] &= costs[1:] <= costs[:-1]
+    inner[:-1] &= costs[:-1] <= costs[1:]
     valleys = np.flatnonzero(inner)
     valleys = valleys[np.argsort(costs[valleys])][:CELLS]
-    centres, best = waists[valleys], costs[valleys].min()
-    for _ in range(ZOOMS):
-        fine = np.clip(centres[:, None] + np.linspace(-step, step, 17), low, high)
-        values = _cost(robot, target, fine.ravel()).reshape(fine.shape)
-        centres = fine[np.arange(len(fine)), values.argmin(axis=1)]
-        best = min(best, values.min())
-        step /= 8
-    return float(np.sqrt(best))
+    best = costs[valleys].min()
+    for valley in waists[valleys]:
+        centre, half = valley, step
+        for _ in range(ZOOMS):
+            fine = np.minimum(np.maximum(centre + np.linspace(-half, half, 17), lower[0]), upper[0])
+            values = np.array([_cost(size, lower, upper, target, waist) for waist in fine])
+            centre = fine[values.argmin()]
+            best = min(best, values.min())
+            half /= 8
+    return sqrt(best)
 
 
-def _cost(robot, target, waist):
-    size, (lower, upper) = robot.lengths, (robot.lower, robot.upper)
-    left = np.stack([-np.sin(waist), np.cos(waist)], axis=-1)
-    fwd = np.stack([np.cos(waist), np.sin(waist)], axis=-1)
-    right = _arm(
-        size, -left @ target[0:2] - size.L12, fwd @ target[0:2], target[2] - size.L01,
-        lower[1:4], upper[1:4],
-    )  # fmt: skip
-    mirrored = (
-        np.array([lower[4], -upper[5], -upper[6]]),
-        np.array([upper[4], -lower[5], -lower[6]]),
-    )
-    other = _arm(
-        size, left @ target[3:5] - size.L12, fwd @ target[3:5], target[5] - size.L01, *mirrored
-    )
-    ahead, rise = fwd @ target[6:8], np.full(waist.shape, target[8] - size.L01 - size.LH1)
-    nod = np.stack([np.arctan2(rise, ahead), *np.broadcast_arrays(lower[7], upper[7], waist)[:2]])
-    nod = np.clip(nod, lower[7], upper[7])
-    head = (size.LH2 * np.cos(nod) - ahead) ** 2 + (size.LH2 * np.sin(nod) - rise) ** 2
-    return right + other + head.min(axis=0) + (left @ target[6:8]) ** 2
+@_compiled
+def _cost(size, lower, upper, target, waist):
+    """The least of Eq. 13 with this waist."""
+    l01, l12, l23, l34, lh1, lh2 = size
+    s, c = sin(waist), cos(waist)
+    total = (target[6] * s - target[7] * c) ** 2
+    ahead, rise = target[6] * c + target[7] * s, target[8] - l01 - lh1
+    head = np.inf
+    for nod in (atan2(rise, ahead), lower[7], upper[7]):
+        n = _clipped(nod, lower[7], upper[7])
+        head = min(head, (lh2 * cos(n) - ahead) ** 2 + (lh2 * sin(n) - rise) ** 2)
+    total += head
+    for first, side in ((1, 1.0), (4, -1.0)):
+        x, y, height = target[first - 1], target[first], target[first + 1] - l01
+        along, ahead = side * (x * s - y * c) - l12, x * c + y * s
+        shoulder = lower[first], upper[first]
+        low, high = lower[first + 1 : first + 3], upper[first + 1 : first + 3]
+        if side < 0.0:
+            low, high = -high, -low
+        total += _arm((l23, l34), along, ahead, height, shoulder, low, high)
+    return total
 
 
-def _arm(size, along, ahead, height, lower, upper):
-    """Least squared distance of a hand from points, (k,), given from the shoulder."""
-    height = np.full(along.shape, height)
-    towards = np.arctan2(ahead, -height)
-    best = np.full(along.shape, np.inf)
-    for shoulder in (towards, towards + np.pi, towards - np.pi, lower[0], upper[0]):
-        s = np.clip(np.broadcast_to(shoulder, along.shape), lower[0], upper[0])
-        out = np.sin(s) * ahead - np.cos(s) * height
-        across = (np.cos(s) * ahead + np.sin(s) * height) ** 2
-        best = np.minimum(best, across + _two_links(size, along, out, lower[1:], upper[1:]))
+@_compiled
+def _arm(links, along, ahead, height, shoulder, lower, upper):
+    """Least squared distance of a hand from a point that is given from the shoulder."""
+    towards = atan2(ahead, -height)
+    best = np.inf
+    for candidate in (towards, towards + pi, towards - pi, shoulder[0], shoulder[1]):
+        s = _clipped(candidate, shoulder[0], shoulder[1])
+        out = sin(s) * ahead - cos(s) * height
+        across = (cos(s) * ahead + sin(s) * height) ** 2
+        if across < best:
+            best = min(best, across + _two_links(links, along, out, lower, upper))
     return best
 
 
-def _two_links(size, x, y, lower, upper):
-    """Least squared distance of a planar two-link arm's tip from points (x, y)."""
-    a, b = size.L23, size.L34
-    bearing = np.arctan2(y, x)
-    candidates = []
-    bend = np.arccos(np.clip((x**2 + y**2 - a**2 - b**2) / (2 * a * b), -1, 1))
-    for free in (bend, -bend, 0 * bend, lower[1] + 0 * bend, upper[1] + 0 * bend):
-        f = np.clip(free, lower[1], upper[1])
-        offset = np.arctan2(b * np.sin(f), a + b * np.cos(f))
-        candidates += [(_wrapped(bearing - offset + turn), f) for turn in (0, np.pi)]
-        candidates += [(lower[0] + 0 * f, f), (upper[0] + 0 * f, f)]
+@_compiled
+def _two_links(links, x, y, lower, upper):
+    """Least squared distance of a planar two-link arm's tip from (x, y)."""
+    a, b = links
+    bearing = atan2(y, x)
+    bend = acos(_clipped((x**2 + y**2 - a**2 - b**2) / (2 * a * b), -1.0, 1.0))
+    best = np.inf
+    for free in (bend, -bend, 0.0, lower[1], upper[1]):
+        f = _clipped(free, lower[1], upper[1])
+        direct = bearing - atan2(b * sin(f), a + b * cos(f))
+        for e in (_wrapped(direct), _wrapped(direct + pi), lower[0], upper[0]):
+            best = min(best, _missed(links, x, y, _clipped(e, lower[0], upper[0]), f))
     for e in (lower[0], upper[0]):
-        direct = np.arctan2(y - a * np.sin(e), x - a * np.cos(e)) - e
-        candidates += [(e + 0 * x, _wrapped(direct + turn)) for turn in (0, np.pi)]
-    best = np.full(x.shape, np.inf)
-    for bent in candidates:
-        e, f = (np.clip(bent[i], lower[i], upper[i]) for i in (0, 1))
-        tip_x, tip_y = a * np.cos(e) + b * np.cos(e + f), a * np.sin(e) + b * np.sin(e + f)
-        best = np.minimum(best, (tip_x - x) ** 2 + (tip_y - y) ** 2)
+        direct = atan2(y - a * sin(e), x - a * cos(e)) - e
+        for f in (_wrapped(direct), _wrapped(direct + pi)):
+            best = min(best, _missed(links, x, y, e, _clipped(f, lower[1], upper[1])))
     return best
 
 
+@_compiled
+def _missed(links, x, y, e, f):
+    """Squared distance of the tip from (x, y), with elbow and fingertip at these angles."""
+    a, b = links
+    return (a * cos(e) + b * cos(e + f) - x) ** 2 + (a * sin(e) + b * sin(e + f) - y) ** 2
+
+
+@_compiled
+def _clipped(value, low, high):
+    return min(max(value, low), high)
+
+
+@_compiled
 def _wrapped(angle):
-    return (angle + np.pi) % (2 * np.pi) - np.pi
+    return (angle + pi) % (2 * pi) - pi

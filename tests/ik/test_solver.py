@@ -172,7 +172,7 @@ class TestOutOfReach:
         assert set(found.status) <= {ik.OUT_OF_REACH, ik.CONVERGED}
 
     def test_best_is_only_said_where_it_is_so(self):
-        case = FAR["cases"][-1]
+        case = next(case for case in FAR["cases"] if case["name"] == "gross, all")
         found = ik.solve_batch(ROBOT, case["targets"], settings=RESIDUAL)
         assert ik.OUT_OF_REACH not in found.status
         assert ik.NEAR in found.status

@@ -1,9 +1,9 @@
 """The Bacterial Memetic Algorithm compiled around the kinematics of the body.
 
-In: a problem, as :func:`miburi.ik.problem.pack` packs it, and a target. Out: the best pose, and
-how the search ended. The operators are those of :mod:`miburi.bma.operators`; here they minimise
-Eq. 13. Importing this module loads Numba, which compiles each function at its first call, or
-loads it from the disk.
+In: a problem, as :func:`miburi.ik.problem.pack` packs it, and a work, which holds the target. Out:
+the best pose, in the work, and how the search ended. The operators are those of
+:mod:`miburi.bma.operators`; here they minimise Eq. 13. Importing this module loads Numba, which
+compiles each function at its first call, or loads it from the disk.
 """
 
 from math import sqrt
@@ -37,30 +37,26 @@ from miburi.bma.operators import (
 )
 from miburi.ground.compiled import compiled
 from miburi.ik.kinematics import (
-    Best,
-    Pose,
     better,
     body_step,
     changed,
     changed_in_turn,
     know,
-    known_pose,
     linearise,
 )
 from miburi.ik.limbs import choose_nearest, point_body, search_waist
-from miburi.ik.problem import FARTHEST, Problem
+from miburi.ik.problem import FARTHEST, WORK, Problem, Work
 
 __all__ = [
     "CONVERGED",
     "GOES_ON",
     "SETTLED",
-    "Best",
     "Population",
     "begin",
     "evolve",
     "finish",
-    "new_best",
     "new_population",
+    "new_work",
     "solve",
     "solve_many",
 ]
@@ -85,24 +81,23 @@ class Population(NamedTuple):
 
 @compiled
 def _search_by_residual(
-    problem: Problem, target: Array, iterations: int, damping: float, q: Array, best: Best
+    problem: Problem, work: Work, iterations: int, damping: float, q: Array
 ) -> float:
     """Levenberg-Marquardt on the residuals, in place; return the value reached."""
-    memory = np.zeros((14, 8))
-    normal, gradient, free, step, new = memory[:8], memory[8], memory[9], memory[10], memory[11]
-    pose = Pose(memory[12], memory[13], free[:3])
-    worth = 0.0 if problem.by_structure else best.value[0]
-    value = linearise(problem.size, target, q, pose, normal, gradient)
-    best.evaluations[0] += 1
+    lower, upper = problem.lower, problem.upper
+    normal, gradient, free, step, new = work.normal, work.gradient, work.free, work.step, work.new
+    worth = 0.0 if problem.by_structure else work.value
+    value = linearise(problem.size, work, q)
+    work.evaluations += 1
     for _ in range(iterations):
         if value <= problem.enough:
             break
-        if hold(q, gradient, problem.lower, problem.upper, free) <= problem.gradient_tolerance:
+        if hold(q, gradient, lower, upper, free) <= problem.gradient_tolerance:
             break
-        body_step(normal, gradient, free, damping, step)
-        predicted = into_box(q, normal, gradient, damping, problem.lower, problem.upper, step, new)
-        new_value = linearise(problem.size, target, new, pose, normal, gradient)
-        best.evaluations[0] += 1
+        body_step(work, damping)
+        predicted = into_box(q, normal, gradient, damping, lower, upper, step, new)
+        new_value = linearise(problem.size, work, new)
+        work.evaluations += 1
         gain = value - new_value
         damping = damped(damping, -gain, predicted)
         if gain > 0.0:
@@ -112,27 +107,24 @@ def _search_by_residual(
             if hopeless(value, gain, worth):
                 break
         else:
-            linearise(problem.size, target, q, pose, normal, gradient)
-    better(best, q, value)
+            linearise(problem.size, work, q)
+    better(work, q, value)
     return value
 
 
 @compiled
-def _search_from_ends(
-    problem: Problem, target: Array, iterations: int, q: Array, best: Best
-) -> float:
+def _search_from_ends(problem: Problem, work: Work, iterations: int, q: Array) -> float:
     """Search locally, then from clones with one joint at a limit, as long as that helps."""
-    value = _search_by_residual(problem, target, iterations, problem.damping, q, best)
+    value = _search_by_residual(problem, work, iterations, problem.damping, q)
     if problem.ends == 0 or value <= problem.enough:
         return value
     clones, values, tried = np.empty((16, 8)), np.empty((3, 16)), np.empty(16, np.int64)
-    pose = known_pose()
     for _ in range(SWEEPS):
         ends(q, problem.lower, problem.upper, clones)
-        know(problem.size, target, q, pose)
-        changed_in_turn(problem.size, target, clones, pose, values)
+        know(problem.size, work, q)
+        changed_in_turn(problem.size, work, clones, values)
         tried[:] = 0
-        best.evaluations[0] += 16
+        work.evaluations += 16
         gained = False
         for _ in range(problem.ends):
             i = most_promising(q, problem.lower, problem.upper, values[0], tried)
@@ -140,7 +132,7 @@ def _search_from_ends(
                 break
             tried[i] = 1
             new = clones[i]
-            new_value = _search_by_residual(problem, target, iterations, problem.damping, new, best)
+            new_value = _search_by_residual(problem, work, iterations, problem.damping, new)
             gained = new_value < value * (1.0 - SLIGHT)
             if gained:
                 value = new_value
@@ -154,182 +146,169 @@ def _search_from_ends(
 
 @compiled
 def _search_as_printed(
-    problem: Problem,
-    target: Array,
-    iterations: int,
-    q: Array,
-    value: float,
-    best: Best,
+    problem: Problem, work: Work, iterations: int, q: Array, value: float
 ) -> float:
     """Eq. 12 with central differences, in place; return the value reached."""
     points, values, jacobian = np.empty((16, 8)), np.empty((3, 16)), np.empty((1, 8))
-    pose, new, gradient, centre = known_pose(), np.empty(8), jacobian[0], np.empty(1)
+    new, gradient, centre = np.empty(8), jacobian[0], np.empty(1)
     damping, accepted = problem.damping, True
     for _ in range(iterations):
         if accepted:
             stencil(q, problem.lower, problem.upper, points)
-            know(problem.size, target, q, pose)
-            changed_in_turn(problem.size, target, points, pose, values)
-            best.evaluations[0] += 16
+            know(problem.size, work, q)
+            changed_in_turn(problem.size, work, points, values)
+            work.evaluations += 16
             centre[0] = value
             differences(q, centre, points, values[:1].T, jacobian)
         if length(gradient) <= problem.gradient_tolerance:
             break
         predicted = printed_step(q, gradient, damping, problem.lower, problem.upper, new)
-        new_value = know(problem.size, target, new, pose)
-        best.evaluations[0] += 1
+        new_value = know(problem.size, work, new)
+        work.evaluations += 1
         damping = damped(damping, new_value - value, predicted)
         accepted = new_value < value
         if accepted:
             value = new_value
             for j in range(8):
                 q[j] = new[j]
-    better(best, q, value)
+    better(work, q, value)
     return value
 
 
 @compiled
-def _populate(problem: Problem, target: Array, population: Population, best: Best) -> None:
-    poses, costs, pose = population.poses, population.costs, known_pose()
+def _populate(problem: Problem, work: Work, population: Population) -> None:
+    poses, costs = population.poses, population.costs
     populate(poses, problem.lower, problem.upper, population.state)
-    if best.value[0] < np.inf:
-        poses[-1] = best.pose
+    if work.value < np.inf:
+        poses[-1] = work.best
     for i in range(costs.size):
-        costs[i] = know(problem.size, target, poses[i], pose)
-        better(best, poses[i], costs[i])
-    best.evaluations[0] += costs.size
+        costs[i] = know(problem.size, work, poses[i])
+        better(work, poses[i], costs[i])
+    work.evaluations += costs.size
 
 
 @compiled
-def _search_locally(
-    problem: Problem,
-    target: Array,
-    iterations: int,
-    q: Array,
-    value: float,
-    best: Best,
-) -> float:
+def _search_locally(problem: Problem, work: Work, iterations: int, q: Array, value: float) -> float:
     if problem.by_residual:
-        return _search_from_ends(problem, target, iterations, q, best)
-    return _search_as_printed(problem, target, iterations, q, value, best)
+        return _search_from_ends(problem, work, iterations, q)
+    return _search_as_printed(problem, work, iterations, q, value)
 
 
 @compiled
-def _mutate_all(problem: Problem, target: Array, population: Population, best: Best) -> None:
+def _mutate_all(problem: Problem, work: Work, population: Population) -> None:
     """Bacterial mutation of every bacterium, segment by segment in random order."""
     costs, genes, state = population.costs, population.genes, population.state
     clones, tried = np.empty((problem.clones - 1, 8)), np.empty((3, problem.clones - 1))
-    pose = known_pose()
     for i in range(costs.size):
         bacterium = population.poses[i]
-        know(problem.size, target, bacterium, pose)
+        know(problem.size, work, bacterium)
         shuffle(genes, state)
         for first in range(0, 8, problem.segment):
             segment = genes[first : first + problem.segment]
             mutate(bacterium, segment, problem.lower, problem.upper, state, clones)
             if segment.size == 1:
-                changed(problem.size, target, clones, segment[0], pose, tried)
+                changed(problem.size, work, clones, segment[0], tried)
             else:
                 for k in range(clones.shape[0]):
-                    tried[0, k] = know(problem.size, target, clones[k], pose)
+                    tried[0, k] = know(problem.size, work, clones[k])
             chosen = -1
             for k in range(clones.shape[0]):
                 if tried[0, k] < costs[i]:
                     costs[i], chosen = tried[0, k], k
-            best.evaluations[0] += clones.shape[0]
+            work.evaluations += clones.shape[0]
             if chosen >= 0:
                 for j in range(8):
                     bacterium[j] = clones[chosen, j]
-                know(problem.size, target, bacterium, pose)
-        better(best, bacterium, costs[i])
+                know(problem.size, work, bacterium)
+        better(work, bacterium, costs[i])
 
 
 @compiled
-def _transfer_genes(problem: Problem, target: Array, population: Population, best: Best) -> None:
-    poses, costs, pose = population.poses, population.costs, known_pose()
+def _transfer_genes(problem: Problem, work: Work, population: Population) -> None:
+    poses, costs = population.poses, population.costs
     rank(poses, costs)
     for _ in range(problem.transfers):
         taker = transfer(poses, problem.transferred, population.genes, population.state)
-        costs[taker] = know(problem.size, target, poses[taker], pose)
-        best.evaluations[0] += 1
-        better(best, poses[taker], costs[taker])
+        costs[taker] = know(problem.size, work, poses[taker])
+        work.evaluations += 1
+        better(work, poses[taker], costs[taker])
         rank(poses, costs)
 
 
 @compiled
-def _generation(problem: Problem, target: Array, population: Population, best: Best) -> int:
+def _generation(problem: Problem, work: Work, population: Population) -> int:
     """Apply the three operators; return how the search stands, as soon as it is over."""
     poses, costs, counts = population.poses, population.costs, population.counts
     if not problem.local_first:
-        _mutate_all(problem, target, population, best)
+        _mutate_all(problem, work, population)
     for i in range(costs.size):
-        if best.value[0] <= problem.enough:
+        if work.value <= problem.enough:
             return CONVERGED
         if uniform(population.state) < problem.local_probability:
-            before = best.value[0]
-            costs[i] = _search_locally(
-                problem, target, problem.local_iterations, poses[i], costs[i], best
-            )
-            counts[1] = 0 if best.value[0] < before * (1.0 - SLIGHT) else counts[1] + 1
-            if best.value[0] > problem.enough and 0 < problem.patience <= counts[1]:
+            before = work.value
+            costs[i] = _search_locally(problem, work, problem.local_iterations, poses[i], costs[i])
+            counts[1] = 0 if work.value < before * (1.0 - SLIGHT) else counts[1] + 1
+            if work.value > problem.enough and 0 < problem.patience <= counts[1]:
                 return SETTLED
-    if problem.local_first and best.value[0] > problem.enough:
-        _mutate_all(problem, target, population, best)
-    if best.value[0] > problem.enough:
-        _transfer_genes(problem, target, population, best)
-    return CONVERGED if best.value[0] <= problem.enough else GOES_ON
+    if problem.local_first and work.value > problem.enough:
+        _mutate_all(problem, work, population)
+    if work.value > problem.enough:
+        _transfer_genes(problem, work, population)
+    return CONVERGED if work.value <= problem.enough else GOES_ON
 
 
 @compiled
-def begin(problem: Problem, target: Array, has_start: bool, best: Best) -> int:
-    """Search locally from the pose in ``best``, and if that was given, from the middle too.
+def begin(problem: Problem, work: Work, start: Array) -> int:
+    """Search locally from ``start``, (8,), and from the middle of the limits; (0,) for no start.
 
     Returns how the search stands.
     """
+    lower, upper, pose = problem.lower, problem.upper, np.empty(8)
+    has_start = start.size > 0
     for j in range(8):
-        best.pose[j] = min(max(best.pose[j], problem.lower[j]), problem.upper[j])
+        middle = 0.5 * (lower[j] + upper[j])
+        pose[j] = min(max(start[j], lower[j]), upper[j]) if has_start else middle
+        work.best[j] = pose[j]
     if problem.by_structure:
-        return _begin_by_structure(problem, target, has_start, best)
+        return _begin_by_structure(problem, work, has_start, pose)
     if has_start or (problem.first_iterations > 0 and not problem.by_residual):
-        best.value[0] = know(problem.size, target, best.pose, known_pose())
-        best.evaluations[0] += 1
+        work.value = know(problem.size, work, pose)
+        work.evaluations += 1
     if problem.first_iterations > 0:
-        pose, value = best.pose.copy(), best.value[0]
-        _search_locally(problem, target, problem.first_iterations, pose, value, best)
-        if has_start and best.value[0] > problem.enough:
-            pose = 0.5 * (problem.lower + problem.upper)
-            value = know(problem.size, target, pose, known_pose())
-            _search_locally(problem, target, problem.first_iterations, pose, value, best)
-    return CONVERGED if best.value[0] <= problem.enough else GOES_ON
+        _search_locally(problem, work, problem.first_iterations, pose, work.value)
+        if has_start and work.value > problem.enough:
+            for j in range(8):
+                pose[j] = 0.5 * (lower[j] + upper[j])
+            value = know(problem.size, work, pose)
+            _search_locally(problem, work, problem.first_iterations, pose, value)
+    return CONVERGED if work.value <= problem.enough else GOES_ON
 
 
 @compiled
-def _begin_by_structure(problem: Problem, target: Array, has_start: bool, best: Best) -> int:
+def _begin_by_structure(problem: Problem, work: Work, has_start: bool, pose: Array) -> int:
     """Search locally from the start, then from where the target points; then along the waist."""
-    pose, iterations = best.pose.copy(), problem.first_iterations
+    iterations = problem.first_iterations
     if has_start:
-        _search_by_residual(problem, target, iterations, _NEAR * problem.damping, pose, best)
-    if best.value[0] > problem.enough:
-        point_body(problem, target, pose)
-        _search_by_residual(problem, target, iterations, problem.damping, pose, best)
-    if best.value[0] <= problem.enough:
+        _search_by_residual(problem, work, iterations, _NEAR * problem.damping, pose)
+    if work.value > problem.enough:
+        point_body(problem, work, pose)
+        _search_by_residual(problem, work, iterations, problem.damping, pose)
+    if work.value <= problem.enough:
         return CONVERGED
-    search_waist(problem, target, best)
-    return CONVERGED if best.value[0] <= problem.enough else BEST
+    search_waist(problem, work)
+    return CONVERGED if work.value <= problem.enough else BEST
 
 
 @compiled
-def evolve(
-    problem: Problem, target: Array, population: Population, best: Best, generations: int
-) -> int:
+def evolve(problem: Problem, work: Work, population: Population, generations: int) -> int:
     """Run ``generations`` more, or fewer if the search ends; return how it stands."""
     counts = population.counts
     if counts[0] < 0:
         counts[0] = counts[1] = 0
-        _populate(problem, target, population, best)
+        _populate(problem, work, population)
     for _ in range(generations):
         counts[0] += 1
-        status = _generation(problem, target, population, best)
+        status = _generation(problem, work, population)
         if status != GOES_ON:
             return status
     return GOES_ON
@@ -348,33 +327,29 @@ def new_population(individuals: int, seed: int) -> Population:
 
 
 @compiled
-def new_best(start: Array) -> Best:
-    """Return memory for the best pose: ``start``, not evaluated yet."""
-    return Best(start.copy(), np.full(1, np.inf), np.zeros(1, np.int64))
+def new_work(target: Array) -> NDArray[np.void]:
+    """Return memory for a search, a row of ``WORK``."""
+    memory = np.zeros(1, WORK)
+    work: Work = memory[0]
+    for j in range(9):
+        work.target[j] = target[j]
+    work.value = np.inf
+    return memory
 
 
 @compiled
-def finish(
-    problem: Problem,
-    target: Array,
-    start: Array,
-    has_start: bool,
-    pose: Array,
-    angles: Array,
-    error: Array,
-) -> float:
+def finish(problem: Problem, work: Work, start: Array, angles: Array, error: Array) -> float:
     """Of the poses that do the same, choose the one nearest to ``start``, if there is one.
 
     Writes the angles, (8,), and the error of each extremity, (3,); returns the residual, in m.
     """
-    if has_start:
-        choose_nearest(problem, target, start, pose)
-    known = known_pose()
-    total = know(problem.size, target, pose, known)
     for j in range(8):
-        angles[j] = pose[j]
+        angles[j] = work.best[j]
+    if start.size > 0:
+        choose_nearest(problem, work, start, angles)
+    total = know(problem.size, work, angles)
     for limb in range(3):
-        error[limb] = sqrt(known.errors[limb])
+        error[limb] = sqrt(work.errors[limb])
     return sqrt(total)
 
 
@@ -383,26 +358,40 @@ def solve(
     record: NDArray[np.void],
     target: Array,
     start: Array,
-    has_start: bool,
     seed: int,
     angles: Array,
     error: Array,
 ) -> tuple[int, float, int, int]:
     """Search to the end; write the angles, (8,), and the error of each extremity, (3,).
 
+    ``start`` is (8,), or (0,) for none: an argument less takes 0.1 µs less.
+
     Returns how the search ended, the residual, the evaluations and the generations.
     """
-    problem: Problem = record[0]
     if not (_bounded(target) and _bounded(start)):
         return REFUSED, np.nan, 0, 0
-    best = new_best(start)
-    status, generations = begin(problem, target, has_start, best), 0
+    return _solve(record, new_work(target), start, seed, angles, error)
+
+
+@compiled
+def _solve(
+    record: NDArray[np.void],
+    memory: NDArray[np.void],
+    start: Array,
+    seed: int,
+    angles: Array,
+    error: Array,
+) -> tuple[int, float, int, int]:
+    """Do so with memory that the caller holds: a record alone does not keep its array alive."""
+    problem: Problem = record[0]
+    work: Work = memory[0]
+    status, generations = begin(problem, work, start), 0
     if status == GOES_ON:
         population = new_population(problem.individuals, seed)
-        status = evolve(problem, target, population, best, problem.generations)
+        status = evolve(problem, work, population, problem.generations)
         generations = population.counts[0]
-    residual = finish(problem, target, start, has_start, best.pose, angles, error)
-    return status, residual, best.evaluations[0], generations
+    residual = finish(problem, work, start, angles, error)
+    return status, residual, work.evaluations, generations
 
 
 @compiled
@@ -419,7 +408,6 @@ def solve_many(
     record: NDArray[np.void],
     targets: Array,
     start: Array,
-    has_start: bool,
     seed: int,
     angles: Array,
     errors: Array,
@@ -433,7 +421,7 @@ def solve_many(
     """
     for i in range(targets.shape[0]):
         status, residual, evaluations, generations = solve(
-            record, targets[i], start, has_start, seed, angles[i], errors[i]
+            record, targets[i], start, seed, angles[i], errors[i]
         )
         residuals[i] = residual
         counts[i, 0] = status

@@ -6,58 +6,30 @@ loads Numba.
 """
 
 from math import factorial, pi
-from typing import NamedTuple
 
-import numpy as np
-
-from miburi.bma.operators import TINY, Array, Ints
+from miburi.bma.operators import TINY, Array
 from miburi.ground.compiled import compiled
+from miburi.ik.problem import Work
 from miburi.robot.description import Lengths
 
 __all__ = [
-    "Best",
-    "Pose",
     "better",
     "body_step",
     "changed",
     "changed_in_turn",
     "know",
-    "known_pose",
     "linearise",
     "sine_and_cosine",
 ]
 
 
-class Pose(NamedTuple):
-    """The parts of one pose's evaluation that a change of one joint leaves as they are."""
-
-    sines: Array  # (8,) of the angles
-    cosines: Array  # (8,)
-    errors: Array  # (3,) m², the squared errors of right hand, left hand and head
-
-
-class Best(NamedTuple):
-    """The best pose so far, the value of Eq. 13 there, and how many poses were evaluated."""
-
-    pose: Array  # (8,)
-    value: Array  # (1,)
-    evaluations: Ints  # (1,)
-
-
 @compiled
-def better(best: Best, pose: Array, value: float) -> None:
+def better(work: Work, pose: Array, value: float) -> None:
     """Keep the pose if its value is the best so far."""
-    if value < best.value[0]:
-        best.value[0] = value
+    if value < work.value:
+        work.value = value
         for j in range(8):
-            best.pose[j] = pose[j]
-
-
-@compiled
-def known_pose() -> Pose:
-    """Return memory for a pose."""
-    memory = np.empty((3, 8))
-    return Pose(memory[0], memory[1], memory[2, :3])
+            work.best[j] = pose[j]
 
 
 # 1/3!, 1/5! ... 1/15! and 1/4!, 1/6! ... 1/16!, with the signs of Taylor's series
@@ -96,61 +68,62 @@ def _know_angles(q: Array, sines: Array, cosines: Array) -> None:
 
 
 @compiled
-def know(size: Lengths, target: Array, q: Array, pose: Pose) -> float:
-    """Evaluate the pose ``q`` and write the parts to ``pose``; return Eq. 13."""
-    _know_angles(q, pose.sines, pose.cosines)
-    pose.errors[0] = _arm_error(size, target, 0, pose.sines, pose.cosines)
-    pose.errors[1] = _arm_error(size, target, 1, pose.sines, pose.cosines)
-    pose.errors[2] = _head_error(size, target, pose.sines, pose.cosines)
-    total: float = pose.errors[0] + pose.errors[1] + pose.errors[2]
+def know(size: Lengths, work: Work, q: Array) -> float:
+    """Evaluate the pose ``q``; return Eq. 13.
+
+    Of ``work``, sines, cosines and errors are written.
+    """
+    _know_angles(q, work.sines, work.cosines)
+    work.errors[0] = _arm_error(size, work, 0)
+    work.errors[1] = _arm_error(size, work, 1)
+    work.errors[2] = _head_error(size, work)
+    total: float = work.errors[0] + work.errors[1] + work.errors[2]
     return total
 
 
 @compiled
-def changed(
-    size: Lengths, target: Array, poses: Array, joint: int, pose: Pose, tried: Array
-) -> None:
-    """Evaluate poses, (k, 8), that differ from ``pose`` in one joint.
+def changed(size: Lengths, work: Work, poses: Array, joint: int, tried: Array) -> None:
+    """Evaluate poses, (k, 8), that differ from the one known in one joint.
 
     Writes Eq. 13 to the first row of ``tried``, (3, k); the other rows are working memory.
     """
     for i in range(poses.shape[0]):
         tried[0, i] = poses[i, joint]
     _know_angles(tried[0], tried[1], tried[2])
-    _changed(size, target, joint, pose, tried)
+    _changed(size, work, joint, tried)
 
 
 @compiled
-def changed_in_turn(size: Lengths, target: Array, poses: Array, pose: Pose, tried: Array) -> None:
+def changed_in_turn(size: Lengths, work: Work, poses: Array, tried: Array) -> None:
     """Do the same for (16, 8): the first two poses differ in the first joint, and so on."""
     for i in range(16):
         tried[0, i] = poses[i, i // 2]
     _know_angles(tried[0], tried[1], tried[2])
     for joint in range(8):
-        _changed(size, target, joint, pose, tried[:, 2 * joint : 2 * joint + 2])
+        _changed(size, work, joint, tried[:, 2 * joint : 2 * joint + 2])
 
 
 @compiled
-def _changed(size: Lengths, target: Array, joint: int, pose: Pose, tried: Array) -> None:
+def _changed(size: Lengths, work: Work, joint: int, tried: Array) -> None:
     """Write Eq. 13 for each sine and cosine of the joint, in the second and third row."""
-    sines, cosines, errors = pose
-    sine, cosine = sines[joint], cosines[joint]
-    right, left, head = errors[0], errors[1], errors[2]
+    sine, cosine = work.sines[joint], work.cosines[joint]
+    right, left, head = work.errors[0], work.errors[1], work.errors[2]
     for i in range(tried.shape[1]):
-        sines[joint], cosines[joint] = tried[1, i], tried[2, i]
+        work.sines[joint], work.cosines[joint] = tried[1, i], tried[2, i]
         if joint < 4:
-            right = _arm_error(size, target, 0, sines, cosines)
+            right = _arm_error(size, work, 0)
         if joint == 0 or 4 <= joint < 7:
-            left = _arm_error(size, target, 1, sines, cosines)
+            left = _arm_error(size, work, 1)
         if joint in (0, 7):
-            head = _head_error(size, target, sines, cosines)
+            head = _head_error(size, work)
         tried[0, i] = right + left + head
-    sines[joint], cosines[joint] = sine, cosine
+    work.sines[joint], work.cosines[joint] = sine, cosine
 
 
 @compiled
-def _arm_error(size: Lengths, target: Array, limb: int, sines: Array, cosines: Array) -> float:
+def _arm_error(size: Lengths, work: Work, limb: int) -> float:
     """Return the squared error of a hand: 0 the right one, 1 the left."""
+    target, sines, cosines = work.target, work.sines, work.cosines
     side, first = (-1.0, 4) if limb else (1.0, 1)
     x, y, z = target[3 * limb], target[3 * limb + 1], target[3 * limb + 2]
     se, ce = side * sines[first + 1], cosines[first + 1]
@@ -165,7 +138,8 @@ def _arm_error(size: Lengths, target: Array, limb: int, sines: Array, cosines: A
 
 
 @compiled
-def _head_error(size: Lengths, target: Array, sines: Array, cosines: Array) -> float:
+def _head_error(size: Lengths, work: Work) -> float:
+    target, sines, cosines = work.target, work.sines, work.cosines
     aside = target[6] * sines[0] - target[7] * cosines[0]
     ahead = size.LH2 * cosines[7] - (target[6] * cosines[0] + target[7] * sines[0])
     above = size.L01 + size.LH1 + size.LH2 * sines[7] - target[8]
@@ -174,15 +148,13 @@ def _head_error(size: Lengths, target: Array, sines: Array, cosines: Array) -> f
 
 
 @compiled
-def linearise(
-    size: Lengths, target: Array, q: Array, pose: Pose, normal: Array, gradient: Array
-) -> float:
-    """Write JᵀJ (its lower triangle) and the gradient of Eq. 13, 2 Jᵀe; return Eq. 13.
+def linearise(size: Lengths, work: Work, q: Array) -> float:
+    """Evaluate the pose ``q`` with its neighbourhood; return Eq. 13.
 
-    ``normal`` must come with zeros where no joint of one limb meets one of another. Of ``pose``,
-    sines and cosines are written.
+    Of ``work``, sines, cosines, JᵀJ and the gradient are written.
     """
-    sines, cosines = pose.sines, pose.cosines
+    target, sines, cosines = work.target, work.sines, work.cosines
+    normal, gradient = work.normal, work.gradient
     _know_angles(q, sines, cosines)
     sw, cw = sines[0], cosines[0]
     reach, rise = size.LH2 * cosines[7], size.LH2 * sines[7]
@@ -194,26 +166,20 @@ def linearise(
     gradient[0] = 2.0 * reach * aside
     gradient[7] = 2.0 * (reach * above - rise * ahead)
     total: float = ahead * ahead + aside * aside + above * above
-    total += _add_arm(size, target, 0, sines, cosines, normal, gradient)
-    total += _add_arm(size, target, 1, sines, cosines, normal, gradient)
+    total += _add_arm(size, work, 0)
+    total += _add_arm(size, work, 1)
     return total
 
 
 @compiled
-def _add_arm(
-    size: Lengths,
-    target: Array,
-    limb: int,
-    sines: Array,
-    cosines: Array,
-    normal: Array,
-    gradient: Array,
-) -> float:
+def _add_arm(size: Lengths, work: Work, limb: int) -> float:
     """Write an arm's part of JᵀJ and 2 Jᵀe, add its part for the waist; return its part of Eq. 13.
 
     A column of J holds the hand's velocity sideways, forward and up, for the waist (w), the
     shoulder (s), the elbow (e) or the fingertip (f).
     """
+    target, sines, cosines = work.target, work.sines, work.cosines
+    normal, gradient = work.normal, work.gradient
     side, first = (-1.0, 4) if limb else (1.0, 1)
     x, y, z = target[3 * limb], target[3 * limb + 1], target[3 * limb + 2]
     ss, cs = sines[first], cosines[first]
@@ -248,14 +214,15 @@ def _add_arm(
 
 
 @compiled
-def body_step(normal: Array, gradient: Array, free: Array, damping: float, step: Array) -> None:
-    """Solve what ``bma.operators.residual_step`` solves, using the zeros of the body's JᵀJ.
+def body_step(work: Work, damping: float) -> None:
+    """Write the step that ``bma.operators.residual_step`` would, using the zeros of the body's JᵀJ.
 
     Only the waist couples the arms, and nothing couples the head. So each arm gives its step as a
     fixed part less a multiple of the waist's step, and the waist's step follows from both arms.
     """
-    right, right_stiffness, right_push = _arm_step(normal, gradient, free, damping, 1, step)
-    left, left_stiffness, left_push = _arm_step(normal, gradient, free, damping, 4, step)
+    normal, gradient, free, step = work.normal, work.gradient, work.free, work.step
+    right, right_stiffness, right_push = _arm_step(work, damping, 1)
+    left, left_stiffness, left_push = _arm_step(work, damping, 4)
     stiffness = normal[0, 0] + damping - right_stiffness - left_stiffness
     push = -0.5 * gradient[0] - right_push - left_push
     waist = free[0] * push / max(stiffness, TINY)
@@ -268,7 +235,7 @@ def body_step(normal: Array, gradient: Array, free: Array, damping: float, step:
 
 @compiled
 def _arm_step(
-    normal: Array, gradient: Array, free: Array, damping: float, first: int, step: Array
+    work: Work, damping: float, first: int
 ) -> tuple[tuple[float, float, float], float, float]:
     """Write an arm's step with the waist at rest.
 
@@ -276,6 +243,7 @@ def _arm_step(
     away from the waist's stiffness and push. L D Lᵀ from the fingertip (f) to the elbow (e) and
     the shoulder (s); w is the waist.
     """
+    normal, gradient, free, step = work.normal, work.gradient, work.free, work.step
     s, e, f = first, first + 1, first + 2
     fe = free[f] * free[e] * normal[f, e]
     fs = free[f] * free[s] * normal[f, s]

@@ -1,8 +1,8 @@
 """Each limb alone: with the waist at rest, the best angles of an arm or the head are known exactly.
 
-In: a problem, a target and an angle of the waist. Out: a pose, and Eq. 13 there. A search over
-one angle is left, which finds the best pose of a target out of reach. This is ours, not the
-paper's, and the only part of the solver that knows more of the body than how to evaluate it.
+In: a problem, a work with its target, and an angle of the waist. Out: a pose, and Eq. 13 there. A
+search over one angle is left, which finds the best pose of a target out of reach. This is ours, not
+the paper's, and the only part of the solver that knows more of the body than how to evaluate it.
 Importing this module loads Numba.
 """
 
@@ -13,11 +13,12 @@ import numpy as np
 
 from miburi.bma.operators import Array
 from miburi.ground.compiled import compiled
-from miburi.ik.kinematics import Best, better, sine_and_cosine
-from miburi.ik.problem import Problem
+from miburi.ik.kinematics import better, sine_and_cosine
+from miburi.ik.problem import Problem, Work
 
 __all__ = [
     "Planar",
+    "Waist",
     "Waists",
     "choose_nearest",
     "nearest_angle",
@@ -63,12 +64,12 @@ def wrapped(angle: float) -> float:
 
 
 @compiled
-def point_body(problem: Problem, target: Array, pose: Array) -> None:
+def point_body(problem: Problem, work: Work, pose: Array) -> None:
     """Write a pose to begin at: head and shoulders point at their targets, the arms are half bent.
 
     Of a target in reach, waist and head are then right, and the shoulders mostly.
     """
-    size, lower, upper = problem.size, problem.lower, problem.upper
+    size, lower, upper, target = problem.size, problem.lower, problem.upper, work.target
     waist = nearest_angle(atan2(target[7], target[6]), lower[0], upper[0])
     sine, cosine = sine_and_cosine(waist)
     pose[0] = waist
@@ -84,12 +85,13 @@ def point_body(problem: Problem, target: Array, pose: Array) -> None:
 
 
 @compiled
-def place_body(problem: Problem, target: Array, waist: float, pose: Array) -> tuple[float, float]:
-    """Write the best pose with this waist; return Eq. 13 there, and its slope by the waist.
+def place_body(problem: Problem, work: Work, waist: float) -> tuple[float, float]:
+    """Write the best pose with this waist to ``new``; return Eq. 13 and its slope by the waist.
 
     The other joints are at their best, so that their motion adds nothing to the slope.
     """
     sine, cosine = sine_and_cosine(waist)
+    target, pose = work.target, work.new
     pose[0] = waist
     size, lower, upper = problem.size, problem.lower, problem.upper
     ahead = target[6] * cosine + target[7] * sine
@@ -100,14 +102,14 @@ def place_body(problem: Problem, target: Array, waist: float, pose: Array) -> tu
     reach = size.LH2 * nod_cosine
     value = (reach - ahead) ** 2 + (size.LH2 * nod_sine - rise) ** 2 + aside**2
     slope = 2.0 * reach * aside
-    right, right_slope = _place_arm(problem, target, 0, sine, cosine, pose)
-    left, left_slope = _place_arm(problem, target, 1, sine, cosine, pose)
+    right, right_slope = _place_arm(problem, work, 0, sine, cosine)
+    left, left_slope = _place_arm(problem, work, 1, sine, cosine)
     return value + right + left, slope + right_slope + left_slope
 
 
 @compiled
 def _place_arm(
-    problem: Problem, target: Array, limb: int, sine: float, cosine: float, pose: Array
+    problem: Problem, work: Work, limb: int, sine: float, cosine: float
 ) -> tuple[float, float]:
     """Write the best angles of an arm, 0 the right one, 1 the left; return error and slope.
 
@@ -115,6 +117,7 @@ def _place_arm(
     shoulder's axis to which the shoulder turns it, or on the other: so two shoulder angles count.
     """
     size, lower, upper = problem.size, problem.lower, problem.upper
+    target, pose = work.target, work.new
     side, first = (-1.0, 4) if limb else (1.0, 1)
     x, y = target[3 * limb], target[3 * limb + 1]
     along = side * (x * sine - y * cosine) - size.L12
@@ -195,6 +198,14 @@ def _place_planar(
     return best
 
 
+class Waist(NamedTuple):
+    """An angle of the waist, and the best pose with it."""
+
+    angle: float  # rad
+    value: float  # Eq. 13
+    slope: float  # its derivative by the angle
+
+
 class Waists(NamedTuple):
     """Angles of the waist, from limit to limit: a cell lies between two neighbours."""
 
@@ -205,7 +216,7 @@ class Waists(NamedTuple):
 
 
 @compiled
-def search_waist(problem: Problem, target: Array, best: Best) -> None:
+def search_waist(problem: Problem, work: Work) -> None:
     """Find the best pose of all.
 
     Of a target in reach the head alone gives the waist. Otherwise the range of the waist is cut
@@ -213,54 +224,60 @@ def search_waist(problem: Problem, target: Array, best: Best) -> None:
     the best value known. Then each of the finest cells is searched in which there is a valley: one
     into which it goes down from its lower end.
     """
-    low, high, new = problem.lower[0], problem.upper[0], np.empty(8)
-    bearing = atan2(target[7], target[6])
+    low, high = problem.lower[0], problem.upper[0]
+    bearing = atan2(work.target[7], work.target[6])
     for turn in (0.0, pi):
-        _visit(problem, target, nearest_angle(bearing + turn, low, high), new, best)
-        if best.value[0] <= problem.enough:
+        _visit(problem, work, nearest_angle(bearing + turn, low, high))
+        if work.value <= problem.enough:
             return
     count = _HALVES * (int((high - low) / (_CELL * _HALVES)) + 1) + 1
     waists = Waists(
         np.linspace(low, high, count),
         np.full(count, np.inf),
         np.empty(count),
-        _fastest(problem, target),
+        _fastest(problem, work),
     )
     for k in range(0, count, _HALVES):
-        waists.values[k], waists.slopes[k] = _visit(problem, target, waists.angles[k], new, best)
+        _note(waists, k, _visit(problem, work, waists.angles[k]))
     width = _HALVES
     while width > 1:
         half = width // 2
         for k in range(half, count, width):
-            if _promises(waists, k - half, k + half, best):
-                waists.values[k], waists.slopes[k] = _visit(
-                    problem, target, waists.angles[k], new, best
-                )
+            if _promises(waists, k - half, k + half, work):
+                _note(waists, k, _visit(problem, work, waists.angles[k]))
         width = half
     for k in range(count - 1):
-        if _promises(waists, k, k + 1, best) and _falls_inwards(waists, k):
-            _descend(problem, target, waists, k, new, best)
+        if _promises(waists, k, k + 1, work) and _falls_inwards(waists, k):
+            _search_cell(problem, work, _known(waists, k), _known(waists, k + 1))
 
 
 @compiled
-def _visit(
-    problem: Problem, target: Array, waist: float, new: Array, best: Best
-) -> tuple[float, float]:
+def _visit(problem: Problem, work: Work, angle: float) -> Waist:
     """Call :func:`place_body`, count it, and keep the pose if it is the best so far."""
-    value, slope = place_body(problem, target, waist, new)
-    best.evaluations[0] += 1
-    better(best, new, value)
-    return value, slope
+    value, slope = place_body(problem, work, angle)
+    work.evaluations += 1
+    better(work, work.new, value)
+    return Waist(angle, value, slope)
 
 
 @compiled
-def _fastest(problem: Problem, target: Array) -> float:
+def _note(waists: Waists, cell: int, waist: Waist) -> None:
+    waists.values[cell], waists.slopes[cell] = waist.value, waist.slope
+
+
+@compiled
+def _known(waists: Waists, cell: int) -> Waist:
+    return Waist(waists.angles[cell], waists.values[cell], waists.slopes[cell])
+
+
+@compiled
+def _fastest(problem: Problem, work: Work) -> float:
     """Return how fast the residual can change with the waist, in m/rad.
 
     An extremity moves by its distance from the waist's axis, and seen from the body so does a
     target: whichever is less.
     """
-    size = problem.size
+    size, target = problem.size, work.target
     total = 0.0
     for limb in range(3):
         circle = size.LH2 if limb == 2 else size.L12 + size.L23 + size.L34
@@ -270,13 +287,13 @@ def _fastest(problem: Problem, target: Array) -> float:
 
 
 @compiled
-def _promises(waists: Waists, left: int, right: int, best: Best) -> bool:
+def _promises(waists: Waists, left: int, right: int, work: Work) -> bool:
     """Whether both ends of a cell are known, and something better may lie between them."""
     if waists.values[left] == np.inf or waists.values[right] == np.inf:
         return False
     fall = waists.fastest * (waists.angles[right] - waists.angles[left])
     least = 0.5 * (sqrt(waists.values[left]) + sqrt(waists.values[right]) - fall)
-    promises: bool = least < sqrt(best.value[0])
+    promises: bool = least < sqrt(work.value)
     return promises
 
 
@@ -289,38 +306,52 @@ def _falls_inwards(waists: Waists, cell: int) -> bool:
 
 
 @compiled
-def _descend(
-    problem: Problem, target: Array, waists: Waists, cell: int, new: Array, best: Best
-) -> None:
-    """Find the floor of a valley, where the slope is 0.
+def _search_cell(problem: Problem, work: Work, left: Waist, right: Waist) -> None:
+    """Find the floor of the valley in a cell, and that of a second one.
+
+    Halfway from the floor to an end of the cell it goes up towards the end, unless another valley
+    lies there.
+    """
+    floor = _descend(problem, work, left, right)
+    halfway = _visit(problem, work, 0.5 * (left.angle + floor))
+    if halfway.slope > 0.0:
+        _descend(problem, work, left, halfway)
+    halfway = _visit(problem, work, 0.5 * (floor + right.angle))
+    if halfway.slope < 0.0:
+        _descend(problem, work, halfway, right)
+
+
+@compiled
+def _descend(problem: Problem, work: Work, left: Waist, right: Waist) -> float:
+    """Find the floor of a valley, where the slope is 0; return the waist's angle there.
 
     Regula falsi (Illinois) while the slope falls on the left and rises on the right; otherwise, and
     every third time, the middle. Where a cell holds two valleys, the side with the lower end is
     kept. Ends where what is left to gain, at most slope times width, is a hundredth of what counts.
     """
-    left, right = waists.angles[cell], waists.angles[cell + 1]
-    falls, rises = waists.slopes[cell], waists.slopes[cell + 1]
-    left_value, right_value = waists.values[cell], waists.values[cell + 1]
+    falls, rises = left.slope, right.slope
     turn, gain = 0, np.inf
-    while right - left > _FINE and gain > 0.01 * sqrt(problem.enough * best.value[0]):
+    angle = 0.5 * (left.angle + right.angle)
+    while right.angle - left.angle > _FINE and gain > 0.01 * sqrt(problem.enough * work.value):
         turn += 1
-        waist = 0.5 * (left + right)
+        angle = 0.5 * (left.angle + right.angle)
         if falls < 0.0 < rises and turn % 3 > 0:
-            waist = (left * rises - right * falls) / (rises - falls)
-        value, slope = _visit(problem, target, waist, new, best)
-        to_the_right = slope < 0.0
-        if value > min(left_value, right_value):
-            to_the_right = right_value < left_value
+            angle = (left.angle * rises - right.angle * falls) / (rises - falls)
+        new = _visit(problem, work, angle)
+        to_the_right = new.slope < 0.0
+        if new.value > min(left.value, right.value):
+            to_the_right = right.value < left.value
         else:
-            gain = abs(slope) * (right - left)
+            gain = abs(new.slope) * (right.angle - left.angle)
         if to_the_right:
-            left, falls, left_value, rises = waist, slope, value, 0.5 * rises
+            left, falls, rises = new, new.slope, 0.5 * rises
         else:
-            right, rises, right_value, falls = waist, slope, value, 0.5 * falls
+            right, rises, falls = new, new.slope, 0.5 * falls
+    return angle
 
 
 @compiled
-def choose_nearest(problem: Problem, target: Array, start: Array, pose: Array) -> None:
+def choose_nearest(problem: Problem, work: Work, start: Array, pose: Array) -> None:
     """Of the poses that put hands and head on the same points, take the one nearest to ``start``.
 
     While the waist stays, those are four for each arm. With the waist turned by π the head can be
@@ -336,7 +367,8 @@ def choose_nearest(problem: Problem, target: Array, start: Array, pose: Array) -
     nod = nearest_angle(pi - pose[7], lower[7], upper[7])
     if abs(wrapped(waist - pose[0] - pi)) > _SLIGHT or abs(wrapped(nod + pose[7] - pi)) > _SLIGHT:
         return
-    value, _ = place_body(problem, target, waist, other)
+    value, _ = place_body(problem, work, waist)
+    other[:] = work.new
     if value <= problem.enough and _choose_arms(problem, present, other) < distance:
         pose[:] = other
 
