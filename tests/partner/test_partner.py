@@ -224,7 +224,7 @@ def test_a_robot_that_cannot_do_the_shipped_gestures_moves_all_the_same(
     tall_file: Path, tmp_path: Path, feeling: str
 ) -> None:
     narrow = tmp_path / "narrow.toml"
-    narrow.write_text(tall_file.read_text().replace("max = 2.0", "max = 1.0"))
+    narrow.write_text(tall_file.read_text(encoding="utf-8").replace("max = 2.0", "max = 1.0"))
     body, feelings = PaperBody(load_robot(narrow)), EmotionalModel()
     feelings.set_state(emotion={feeling: 1.0}, mood={feeling: 0.9}, hold=True)
     events = run(Partner(body, feelings), 8.0)

@@ -176,6 +176,10 @@ class Catalogue(Table):
             ],
         }
 
+    def voice(self, name: str | None) -> Voice:
+        """Return how a feeling sounds; None: no feeling."""
+        return next((each.voice for each in self.feeling if each.name == name), Voice())
+
     def voices(self) -> dict[str, object]:
         """Return how each feeling sounds, ready for JSON, and ``rest``: how it does in none."""
         each = {feeling.name: feeling.voice.model_dump() for feeling in self.feeling}

@@ -29,6 +29,7 @@ __all__ = [
     "TakeUp",
     "Temperament",
     "TimeConstants",
+    "Turning",
     "load_temperament",
     "shipped_temperament",
 ]
@@ -87,6 +88,16 @@ class Habituation(Table):
     recovery: Annotated[float, Field(ge=0.1, le=86_400)]
 
 
+class Turning(Table):
+    """How far the waist turns to a face, rad, and how fast at most, rad/s (both ours).
+
+    The waist turns while the partner shows no feeling; at 0 it never does.
+    """
+
+    turn: Annotated[float, Field(ge=0, le=0.7)] = 0.35
+    speed: Annotated[float, Field(ge=0.05, le=0.5)] = 0.2
+
+
 class Temperament(Table):
     """A character: how fast feelings come and go, and how they affect each other."""
 
@@ -101,6 +112,7 @@ class Temperament(Table):
     effects: dict[FeelingName, dict[FeelingName, Annotated[float, Field(ge=-1, le=1)]]]
     #: What somebody's feeling does to the partner; without a row, the same to it (contagion).
     empathy: dict[FeelingName, dict[FeelingName, Share]] = Field(default_factory=dict)
+    gaze: Turning = Field(default_factory=Turning)
 
     @field_validator("sources")
     @classmethod
@@ -169,7 +181,7 @@ def load_temperament(path: Path | str) -> Temperament:
     ----------
     path
         A TOML file with the keys of ``temperaments/default.toml``, all of them and no other, but
-        that the table ``empathy`` may be left out.
+        that the tables ``empathy`` and ``gaze`` may be left out.
 
     Raises
     ------

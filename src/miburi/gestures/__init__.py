@@ -2,8 +2,10 @@
 
 from miburi.gestures.movement import MovementFunction, load, load_for, misfits
 from miburi.gestures.performance import (
+    INWARDS,
     Direction,
     KeyPose,
+    beat,
     blend,
     breath,
     key_poses,
@@ -13,10 +15,12 @@ from miburi.gestures.performance import (
 from miburi.gestures.repertoire import Repertoire, read_repertoire, shipped_repertoire
 
 __all__ = [
+    "INWARDS",
     "Direction",
     "KeyPose",
     "MovementFunction",
     "Repertoire",
+    "beat",
     "blend",
     "breath",
     "key_poses",

@@ -19,11 +19,13 @@ from miburi.gestures.movement import MovementFunction
 from miburi.robot import Array, Robot, forward
 
 __all__ = [
+    "INWARDS",
     "REACH_VARIES",
     "TIME_VARIES",
     "WIDE",
     "Direction",
     "KeyPose",
+    "beat",
     "blend",
     "breath",
     "key_poses",
@@ -38,7 +40,12 @@ WIDE = 0.5
 REACH_VARIES, TIME_VARIES = 0.15, 0.12
 #: Breathing: the offsets at the height of a breath, as in ``COORDINATES``, and s for in and out.
 _BREATH = np.array([-0.007, -0.022, 0.03, -0.007, -0.022, 0.03, 0.0, 0.035])
-_BREATH_TIMES = (1.4, 2.0)
+INWARDS = 1.4
+_BREATH_TIMES = (INWARDS, 2.0)
+#: A beat of the arms, as people make while they speak: the offsets at its height for the arm that
+#: leads to the right (ours), and s up and down.
+_BEAT = np.array([-0.03, 0.0, 0.32, -0.015, 0.0, 0.16, 0.0, 0.0])
+_BEAT_TIMES = (0.45, 0.4)
 #: Where the partner can look. It does not know where people are: ``user`` is ahead.
 Direction = Literal["user", "left", "right", "up", "down", "aside"]
 #: The head's turn to its left and its rise from neutral, rad (ours).
@@ -171,17 +178,49 @@ def blend(
     return performance
 
 
-def breath(robot: Robot, *, variation: int | None = None) -> list[KeyPose]:
-    """Return one breath of a body at rest: in, and out to neutral again."""
+def breath(robot: Robot, *, variation: int | None = None, turn: float = 0.0) -> list[KeyPose]:
+    """Return one breath of a body at rest: in, and out to neutral again.
+
+    Parameters
+    ----------
+    robot
+        Gives lengths, limits and neutral.
+    variation
+        A seed. Each seed gives a slightly different breath.
+    turn
+        rad to its left, as far as the body is turned through the breath, arms and all.
+    """
     depth = slower = 1.0
     if variation is not None:
         rng = np.random.default_rng(variation)
         depth, slower = rng.uniform(0.7, 1.0), rng.uniform(1.0, 1.3)
     inwards, outwards = (slower * time for time in _BREATH_TIMES)
+    turned = np.array([*[0.0] * 6, turn, 0.0])
     return [
-        _key_pose(robot, depth * _BREATH, inwards, 0.1),
-        _key_pose(robot, np.zeros_like(_BREATH), outwards, 0.3 * slower),
+        _key_pose(robot, depth * _BREATH + turned, inwards, 0.1),
+        _key_pose(robot, turned, outwards, 0.3 * slower),
     ]
+
+
+def beat(robot: Robot, *, variation: int, turn: float = 0.0) -> list[KeyPose]:
+    """Return a beat of both arms, one of which leads, and the way back to rest.
+
+    Parameters
+    ----------
+    robot
+        Gives lengths, limits and neutral.
+    variation
+        A seed; it chooses the arm that leads, and how far it goes.
+    turn
+        rad to its left, as far as the body is turned, and stays so.
+    """
+    rng = np.random.default_rng(variation)
+    offset = rng.uniform(0.7, 1.0) * _BEAT
+    if rng.random() < 0.5:
+        offset = offset[[3, 4, 5, 0, 1, 2, 6, 7]]
+    turned = np.array([*[0.0] * 6, turn, 0.0])
+    up, down = _BEAT_TIMES
+    return [_key_pose(robot, offset + turned, up, 0.0), _key_pose(robot, turned, down, 0.1)]
 
 
 def look(robot: Robot, at: Direction, seconds: float) -> list[KeyPose]:

@@ -23,7 +23,7 @@ from miburi.errors import BodyError, InputError
 from miburi.feelings import FEELINGS, Expression, FeelingModel
 from miburi.partner.performance import Performance
 from miburi.partner.recovery import Recovery
-from miburi.robot import Array, Robot
+from miburi.robot import JOINTS, Array, Robot
 from miburi.safety.move import Move, plan_move
 from miburi.safety.stop import Phase, Stop, StopReason
 
@@ -44,6 +44,7 @@ __all__ = [
 HOMECOMING = 1.5
 #: The choice among gestures draws from its own stream of random numbers.
 _CHOICES = 1
+_WAIST = JOINTS.index("waist")
 
 Solve = Callable[[Robot, Array, Array], ik.Solution]
 
@@ -147,6 +148,10 @@ class Partner:
         self._angles = np.array(body.robot.neutral)
         self._resting = False
         self._paused = False
+        #: Where somebody is, rad to its left: it turns there while it breathes, as far and as fast
+        #: as its temperament lets it.
+        self.gaze = 0.0
+        self._speaks_until = 0.0
 
     @property
     def expression(self) -> Expression | None:
@@ -186,6 +191,13 @@ class Partner:
     def resume(self) -> None:
         """End a pause: gestures start again."""
         self._paused = False
+
+    def gesticulate(self, seconds: float) -> None:
+        """Beat with the arms for so many seconds, as who speaks does; gestures come before.
+
+        A partner without life, one that shows a feeling, rests or is stopped, does not.
+        """
+        self._speaks_until = self.body.state.time + seconds
 
     def perform(
         self, expression: Expression | None, poses: Sequence[gestures.KeyPose] | None = None
@@ -319,7 +331,9 @@ class Partner:
             yield from self._begin(state.time)
         performance = self._performance
         if performance is not None and (
-            performance.is_due(state.time) or self._quiet or self._gives_way(performance)
+            performance.is_due(state.time)
+            or self._quiet
+            or self._gives_way(performance, state.time)
         ):
             yield from self._go_on(performance, state.time)
         if self._performance is None and self._quiet:
@@ -335,18 +349,28 @@ class Partner:
             if expression is not None:
                 function = self._repertoire.choose(expression.feeling, self._choices)
                 self._performance = Performance.of_gesture(robot, function, expression, variation)
-            elif self._life is not None:
-                self._performance = Performance.of_breath(robot, variation)
+            elif variation is not None and time < self._speaks_until:
+                turned = float(self._angles[_WAIST])
+                self._performance = Performance.of_beat(robot, variation, turned)
+            elif variation is not None:
+                self._performance = Performance.of_breath(robot, variation, self._turn())
         begun = self._performance
         if begun is not None and begun.expression is not None:
             yield GestureStarted(time, begun.expression, begun.gesture)
+
+    def _turn(self) -> float:
+        """Return how far the next breath is turned, rad: from where the waist is, to the gaze."""
+        allowed, waist = self.feelings.temperament.gaze, float(self._angles[_WAIST])
+        way = float(np.clip(self.gaze, -allowed.turn, allowed.turn)) - waist
+        step = allowed.speed * gestures.INWARDS
+        return waist + float(np.clip(way, -step, step))
 
     def _go_on(self, performance: Performance, time: float) -> Iterator[Event]:
         """Send the next key pose at the present mood, or end the performance."""
         robot, shown = self.body.robot, performance.expression
         # A breath gives way to a gesture, too.
         felt = not performance.asked and shown is None and self.feelings.express()
-        if felt or self._gives_way(performance):
+        if felt or self._gives_way(performance, time):
             yield from self._end(time, complete=False)
             return
         if not self._quiet:
@@ -362,9 +386,10 @@ class Partner:
                 return
         yield from self._end(time, complete=performance.complete)
 
-    def _gives_way(self, performance: Performance) -> bool:
-        """Whether what shows no feeling is broken off for what somebody asks."""
-        return performance.expression is None and self._asked is not None
+    def _gives_way(self, performance: Performance, time: float) -> bool:
+        """Whether what shows no feeling is broken off for what somebody asks, or for a beat."""
+        asked = performance.expression is None and self._asked is not None
+        return asked or (performance.breath and time < self._speaks_until)
 
     def _end(self, time: float, *, complete: bool) -> Iterator[Event]:
         shown, self._performance = self.expression, None

@@ -28,6 +28,8 @@ class Performance:
         The gesture's name; None if the key poses belong to no gesture.
     asked
         Whether somebody asked for it.
+    breath
+        Whether it is a breath, which gives way to whatever else there is.
     """
 
     def __init__(
@@ -37,10 +39,11 @@ class Performance:
         gesture: str | None = None,
         *,
         asked: bool = False,
+        breath: bool = False,
     ) -> None:
         self.expression = expression
         self.gesture = gesture
-        self.asked = asked
+        self.asked, self.breath = asked, breath
         self._poses = poses
         self._next, self._count = 0, -1
         self._hold = 0.0
@@ -62,9 +65,16 @@ class Performance:
         return cls(poses, expression, function.name)
 
     @classmethod
-    def of_breath(cls, robot: Robot, variation: int | None) -> "Performance":
-        """Perform one breath."""
-        return cls(lambda _mood: gestures.breath(robot, variation=variation))
+    def of_breath(cls, robot: Robot, variation: int | None, turn: float) -> "Performance":
+        """Perform one breath, turned by ``turn`` rad to the left."""
+        poses = gestures.breath(robot, variation=variation, turn=turn)
+        return cls(lambda _mood: poses, breath=True)
+
+    @classmethod
+    def of_beat(cls, robot: Robot, variation: int, turn: float) -> "Performance":
+        """Beat once with the arms, turned as the body is."""
+        poses = gestures.beat(robot, variation=variation, turn=turn)
+        return cls(lambda _mood: poses)
 
     def is_due(self, time: float) -> bool:
         """Whether a body at rest at ``time`` s has held its key pose long enough."""

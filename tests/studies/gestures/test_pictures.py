@@ -18,11 +18,17 @@ def strip(robot, surprise):
         return pictures.strip(camera, surprise)
 
 
-def test_a_strip_shows_six_moments_and_the_whole_robot(strip):
+def moments_of(strip):
+    rows = np.split(strip.astype(int), 2)
+    return [moment for row in rows for moment in np.split(row, 6, axis=1)]
+
+
+def test_a_strip_shows_twelve_moments_and_the_whole_robot(strip):
     height, width, _ = strip.shape
-    assert width == 6 * height
-    moments = np.split(strip.astype(int), 6, axis=1)
-    assert all(np.abs(one - moments[0]).max() > 50 for one in moments[1:])
+    assert width == 3 * height
+    moments = moments_of(strip)
+    assert all(np.abs(one - moments[0]).max() > 50 for one in moments[1:6])
+    height //= 2
     # Nothing of the robot is cut off: above and beside it there is only the plain wall.
     for moment in moments:
         for edge in (moment[:8], moment[: height // 2, :8], moment[: height // 2, -8:]):
@@ -30,7 +36,7 @@ def test_a_strip_shows_six_moments_and_the_whole_robot(strip):
 
 
 def test_a_moment_has_a_trail_only_where_something_moves(strip):
-    moments = np.split(strip.astype(int), 6, axis=1)
+    moments = moments_of(strip)
     assert np.abs(moments[2] - moments[3]).mean() < np.abs(moments[0] - moments[1]).mean() / 2
 
 

@@ -71,7 +71,7 @@ def _overview(strips: dict[str, Path]) -> Image.Image:
     for name, path in strips.items():
         strip = Image.open(path).convert("RGB").reduce(2)
         rows.append(add_caption(np.array(strip), name))
-    return Image.fromarray(contact_sheet(rows, 1))
+    return Image.fromarray(contact_sheet(rows, 2))
 
 
 def _page(gestures: dict[str, list[Pictures]]) -> str:

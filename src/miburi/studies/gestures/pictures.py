@@ -1,4 +1,4 @@
-"""Perform a gesture and draw it: a strip of six moments, a film, and the paths of the hands."""
+"""Perform a gesture and draw it: a strip of moments, a film, and the paths of the hands."""
 
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ from miburi.feelings import Expression
 from miburi.gestures import MovementFunction, key_poses
 from miburi.robot import Array, Robot
 from miburi.studies import face as faces
-from miburi.studies.film import Camera, Picture, Scene, camera, write_film
+from miburi.studies.film import Camera, Picture, Scene, camera, contact_sheet, write_film
 from miburi.studies.gestures.measures import Measures
 from miburi.studies.gestures.rehearsal import PERIOD, Rehearsal, rehearse
 
@@ -37,8 +37,9 @@ __all__ = [
 _PIXELS = 320
 #: A film shows every third record: 16.7 pictures a second.
 _FILM_EVERY = 3
-#: A strip shows six moments, this many s apart.
-STRIP_MOMENTS, STRIP_STEP = 6, 0.4
+#: A strip shows twelve moments, this many s apart: a weak thrill takes so long to repeat itself.
+STRIP_MOMENTS, STRIP_STEP = 12, 0.4
+_STRIP_COLUMNS = 6
 #: Each moment fades into those 0.08, 0.16 and 0.24 s before it, so a still picture shows motion.
 _TRAIL = ((0.0, 0.62), (0.08, 0.19), (0.16, 0.12), (0.24, 0.07))
 #: Colours of the right hand, the left hand and the head.
@@ -98,15 +99,15 @@ def show(
 
 
 def strip(camera: Camera, rehearsal: Rehearsal, face: Picture | None = None) -> Picture:
-    """Draw the first two seconds: six moments, 0.4 s apart, each with a fading trail.
+    """Draw the first 4.4 s: twelve moments, 0.4 s apart, in two rows, each with a fading trail.
 
     Returns
     -------
-    (height, 6 · width, 3), without text.
+    (2 · height, 6 · width, 3), without text.
     """
-    return np.hstack(
-        [_moment(camera, rehearsal.angles, STRIP_STEP * k, face) for k in range(STRIP_MOMENTS)]
-    )
+    times = STRIP_STEP * np.arange(STRIP_MOMENTS)
+    moments = [_moment(camera, rehearsal.angles, time, face) for time in times]
+    return contact_sheet(moments, _STRIP_COLUMNS)
 
 
 def film(robot: Robot, rehearsal: Rehearsal, path: Path, face: Picture | None = None) -> Path:

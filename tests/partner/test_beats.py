@@ -1,0 +1,86 @@
+"""Longer words move its arms a little, while it shows no feeling and nothing is in the way."""
+
+import numpy as np
+import pytest
+from tests.fixtures.live import run as live_run
+from tests.fixtures.live import until
+from tests.fixtures.partner import PaperBody, happy, of, run
+
+from miburi.bodies.simulated import Simulated
+from miburi.feelings import EmotionalModel, Stimulus
+from miburi.gestures import beat
+from miburi.live.runner import Runner
+from miburi.partner import GestureStarted, MoveSent, Partner, Stopped
+from miburi.robot import Robot, forward
+
+LONG = "I have thought about that for a while, and I like what you said."
+
+
+def raised(robot: Robot, partner: Partner) -> float:
+    """How high the higher hand is over neutral, m."""
+    now, rest = forward(robot, partner.body.state.angles), forward(robot, robot.neutral)
+    return max(now[2] - rest[2], now[5] - rest[5])
+
+
+def highest(robot: Robot, partner: Partner, seconds: float) -> float:
+    heights = []
+    for _ in range(round(seconds / 0.02)):
+        assert not of(Stopped, partner.step(0.02)), "its own arms are no contact"
+        heights.append(raised(robot, partner))
+    return max(heights)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_it_beats_while_it_speaks_and_then_breathes_on(robot: Robot, seed: int) -> None:
+    partner = Partner(Simulated(robot), EmotionalModel(), life=seed)
+    breathing = highest(robot, partner, 8.0)
+    partner.gesticulate(6.0)
+    assert highest(robot, partner, 6.0) > breathing + 0.008
+    run(partner, 3.0)
+    assert highest(robot, partner, 8.0) < breathing + 0.003
+
+
+def test_a_feeling_comes_before_a_beat(robot: Robot) -> None:
+    partner = Partner(PaperBody(robot), EmotionalModel(), life=1)
+    run(partner, 3.0)
+    partner.gesticulate(20.0)
+    run(partner, 2.0)
+    partner.feelings.stimulate(Stimulus("happiness", 1.0, "speech"))
+    assert of(GestureStarted, run(partner, 4.0))
+
+
+def test_a_gesture_is_the_same_with_words_and_without(robot: Robot) -> None:
+    def moves(seconds: float) -> list[np.ndarray]:
+        partner = Partner(PaperBody(robot), happy(), life=2)
+        partner.gesticulate(seconds)
+        return [sent.move.angles for sent in of(MoveSent, run(partner, 8.0))]
+
+    np.testing.assert_array_equal(moves(0.0), moves(8.0))
+
+
+def test_without_life_paused_or_stopped_it_does_not(robot: Robot) -> None:
+    plain = Partner(PaperBody(robot), EmotionalModel())
+    paused = Partner(PaperBody(robot), EmotionalModel(), life=1)
+    paused.pause()
+    stopped = Partner(PaperBody(robot), EmotionalModel(), life=1)
+    stopped.stop()
+    for partner in (plain, paused, stopped):
+        partner.gesticulate(5.0)
+        assert not of(MoveSent, run(partner, 5.0))
+
+
+def test_it_stays_turned_to_whom_it_speaks(robot: Robot) -> None:
+    turned = [pose.head for pose in beat(robot, variation=1, turn=0.3)]
+    straight = [pose.head for pose in beat(robot, variation=1)]
+    for one, other in zip(turned, straight, strict=True):
+        bearing = np.arctan2(one[1], one[0]) - np.arctan2(other[1], other[0])
+        assert bearing == pytest.approx(0.3, abs=1e-6)
+
+
+@pytest.mark.parametrize(("text", "moves"), [(LONG, True), ("Oh!", False), ("今日は", False)])
+def test_a_live_partner_beats_to_longer_words_alone(runner: Runner, text: str, moves: bool) -> None:
+    until(runner, lambda now: now.phase == "idle")
+    live_run(runner, 4.0)
+    runner.speak(text)
+    extents = [now.extent for now in live_run(runner, 5.0)]
+    assert (max(extents) > 0.012) == moves, max(extents)

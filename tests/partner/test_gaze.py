@@ -1,0 +1,154 @@
+"""The waist turns to whom the partner sees: slowly, so far and no further, and never in the way."""
+
+import numpy as np
+import pytest
+from tests.fixtures.partner import PaperBody, of, run
+
+from miburi import ik
+from miburi.bodies.simulated import Simulated
+from miburi.feelings import EmotionalModel, Stimulus, shipped_temperament
+from miburi.partner import MoveSent, Partner, Released, Stopped, solve_with
+from miburi.robot import JOINTS, Array, Robot, forward
+from miburi.safety.stop import Phase, StopReason
+
+WAIST = JOINTS.index("waist")
+
+
+def waist(partner: Partner) -> float:
+    return float(partner.body.state.angles[WAIST])
+
+
+@pytest.mark.parametrize("name", ["default", "calm", "lively"])
+@pytest.mark.parametrize("side", [1, -1])
+def test_it_turns_slowly_and_as_far_as_its_temperament_lets_it(
+    robot: Robot, name: str, side: int
+) -> None:
+    temperament = shipped_temperament(name)
+    partner = Partner(Simulated(robot), EmotionalModel(temperament), life=3)
+    run(partner, 5.0)
+    partner.gaze = side * 1.2
+    turned = [waist(partner)]
+    for _ in range(40):
+        run(partner, 0.5)
+        turned.append(waist(partner))
+    assert turned[-1] * side == pytest.approx(temperament.gaze.turn, abs=0.02)
+    assert max(turned, key=abs) * side < temperament.gaze.turn + 0.02
+    # What a breath turns, it turns in 1.4 s or more; a servo starts and ends slowly.
+    in_two_seconds = np.abs(np.array(turned[4:]) - np.array(turned[:-4])).max()
+    assert in_two_seconds < temperament.gaze.speed * 2.0 + 0.02
+
+
+def test_it_turns_back_when_nobody_is_there(robot: Robot) -> None:
+    partner = Partner(PaperBody(robot), EmotionalModel(), life=3)
+    partner.gaze = 0.3
+    run(partner, 10.0)
+    assert waist(partner) == pytest.approx(0.3, abs=1e-3)
+    partner.gaze = 0.0
+    run(partner, 10.0)
+    assert waist(partner) == pytest.approx(0.0, abs=1e-3)
+
+
+def test_a_partner_without_life_and_one_that_may_not_turn_stay(robot: Robot) -> None:
+    still = shipped_temperament().model_copy(deep=True)
+    still = still.model_copy(update={"gaze": still.gaze.model_copy(update={"turn": 0.0})})
+    for partner in (
+        Partner(PaperBody(robot), EmotionalModel()),
+        Partner(PaperBody(robot), EmotionalModel(still), life=3),
+    ):
+        partner.gaze = 0.3
+        run(partner, 10.0)
+        assert waist(partner) == pytest.approx(0.0, abs=1e-3)
+
+
+def performed(robot: Robot, gaze: float) -> list[Array]:
+    """Return the places that a happy gesture asks for, somebody being at ``gaze``."""
+    asked: list[Array] = []
+
+    def solve(robot: Robot, target: Array, start: Array) -> ik.Solution:
+        asked.append(target)
+        return solve_with()(robot, target, start)
+
+    partner = Partner(PaperBody(robot), EmotionalModel(), solve=solve, life=3)
+    partner.gaze = gaze
+    run(partner, 10.0)
+    assert waist(partner) == pytest.approx(gaze, abs=1e-3)
+    asked.clear()
+    partner.feelings.stimulate(Stimulus("happiness", 1.0, "speech"))
+    run(partner, 6.0)
+    return asked
+
+
+def test_gestures_keep_their_frame(robot: Robot) -> None:
+    ahead, aside = performed(robot, 0.0), performed(robot, 0.3)
+    assert len(ahead) > 3
+    np.testing.assert_array_equal(ahead, aside)
+
+
+@pytest.mark.parametrize("reason", [StopReason.ASKED, StopReason.CONTACT])
+def test_while_stopped_it_turns_to_nobody(robot: Robot, reason: StopReason) -> None:
+    body = PaperBody(robot)
+    partner = Partner(body, EmotionalModel(), life=3)
+    partner.gaze = 0.3
+    run(partner, 0.1)
+    assert body.phase is Phase.MOVING
+    sent = len(body.moves)
+    if reason is StopReason.ASKED:
+        partner.stop()
+    else:
+        body.touch()
+    (stopped,) = of(Stopped, partner.step(0.02))
+    assert stopped.time == body.time
+    for side in range(20):  # somebody walks about
+        partner.gaze = 0.3 if side % 2 else -0.3
+        partner.step(0.02)
+    assert body.phase is Phase.STOPPED
+    assert len(body.moves) == sent
+
+
+def contact(robot: Robot, *, news: bool) -> float:
+    """Return when a hand in the way of a gesture stops it, s, news of a face coming or not."""
+    partner = Partner(Simulated(robot), EmotionalModel(), life=3)
+    partner.feelings.set_state(emotion={"happiness": 1.0}, mood={"happiness": 1.0}, hold=True)
+    places = []
+    for _ in range(75):
+        partner.step(0.02)
+        places.append(forward(robot, partner.body.state.angles)[:3])
+    body = Simulated(robot)
+    partner = Partner(body, partner.feelings, life=3)
+    body.place_hand(max(places, key=lambda place: place[2]), np.array([1.0, 0.0, 0.0]))
+    for number in range(500):
+        if news:
+            partner.gaze = 0.3 * (-1) ** number
+        if stopped := of(Stopped, partner.step(0.02)):
+            return float(stopped[0].time)
+    pytest.fail("nothing stopped it")
+
+
+def test_a_face_delays_no_contact_stop(robot: Robot) -> None:
+    assert contact(robot, news=True) == contact(robot, news=False)
+
+
+def test_a_hand_in_its_way_stops_the_turn(robot: Robot) -> None:
+    body = Simulated(robot)
+    partner = Partner(body, EmotionalModel(shipped_temperament("lively")), life=3)
+    neutral = forward(robot, robot.neutral)[3:6]
+    turned = 0.25  # rad, on the left hand's way
+    turn = np.array([[np.cos(turned), -np.sin(turned)], [np.sin(turned), np.cos(turned)]])
+    body.place_hand(np.array([*turn @ neutral[:2], neutral[2]]), np.array([0.0, 0.0, 1.0]))
+    partner.gaze = 0.5
+    touched = None
+    for _ in range(1000):
+        events = partner.step(0.02)
+        if touched is None and body.touch.force > 0:
+            touched = body.state.time
+        if stopped := of(Stopped, events):
+            assert stopped[0].stop.reason is StopReason.CONTACT
+            assert touched is not None
+            assert stopped[0].time - touched < 0.5
+            break
+    else:
+        pytest.fail("it pressed on")
+    body.remove_hand()
+    later = run(partner, 10.0)
+    assert of(Released, later)
+    assert of(MoveSent, later), "it breathes and turns again"
