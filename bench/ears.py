@@ -18,9 +18,9 @@ sys.path[:0] = [str(ROOT), str(ROOT / "bench")]
 from tests.fixtures.speech import VOICES, speak  # noqa: E402  (below the folder that holds it)
 from words import share  # noqa: E402  (below the folder that holds it)
 
-from miburi.senses.recogniser import PhraseRecogniser, load_phrases  # noqa: E402
-from miburi.senses.utterances import FRAME, utterances, voice_detector  # noqa: E402
-from miburi.senses.words import hear  # noqa: E402
+from miburi.senses.recogniser import PhraseRecogniser, load_phrases  # noqa: E402  (as above)
+from miburi.senses.utterances import FRAME, utterances, voice_detector  # noqa: E402  (as above)
+from miburi.senses.words import hear  # noqa: E402  (as above)
 
 KNOWN = (
     "i am really glad", "i feel very sad", "i am not happy", "we are very proud",

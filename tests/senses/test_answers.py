@@ -1,6 +1,7 @@
 """Small answers: for every feeling, in every language, never the same twice running."""
 
 import itertools
+import re
 
 import pytest
 from pydantic import ValidationError
@@ -8,7 +9,7 @@ from pydantic import ValidationError
 from miburi.feelings import FEELINGS, Expression
 from miburi.senses import Impression
 from miburi.senses.answers import Answerer, Answers, shipped_answers
-from miburi.senses.language import language_of
+from miburi.senses.language import Language, language_of
 
 LANGUAGES = ("en", "ja")
 CASES = [
@@ -24,6 +25,19 @@ def test_it_never_says_the_same_twice_running(language: str) -> None:
         said = [answerer.answer(heard, own, answers) for _ in range(20)]
         assert all(one != next_one for one, next_one in itertools.pairwise(said))
         assert {language_of(text) for text in said} == {language}
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize("own", [None, *FEELINGS])
+def test_who_speaks_of_ending_their_life_is_sent_to_a_person(
+    language: Language, own: str | None
+) -> None:
+    answerer, answers = Answerer(), shipped_answers(language)
+    heard = Impression("sadness", 0.85, "speech", grave=True)
+    felt = None if own is None else Expression(own, 0.9)
+    for _ in range(10):
+        said = answerer.answer(heard, felt, answers)
+        assert re.search("[Cc]all|doctor|電話|お医者", said), said
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
@@ -57,10 +71,10 @@ def test_a_feeling_without_a_table_is_answered_all_the_same() -> None:
 @pytest.mark.parametrize(
     ("table", "words"),
     [
-        ({"any": {"any": ["a", "b"]}}, "none is missing"),
+        ({"any": {"any": ["a", "b"]}}, "none, grave is missing"),
         ({"any": {"any": ["a", "b"]}, "none": {"fear": ["a", "b"]}}, "none.any is missing"),
         ({"any": {"any": ["a"]}, "none": {"any": ["a", "b"]}}, "at least 2"),
-        ({"any": {"any": ["a", "a"]}, "none": {"any": ["a", "b"]}}, "twice"),
+        ({name: {"any": ["a", "a"]} for name in ("any", "none", "grave")}, "twice"),
         ({"boredom": {"any": ["a", "b"]}}, "boredom"),
     ],
 )

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.fixtures.command import miburi_apart
 
 from miburi.feelings.catalogue import PAPER
 from miburi.senses.text import tokens, without_punctuation
@@ -22,11 +23,44 @@ ROWS = [
 ]
 
 
-def miburi(*arguments: str, given: str = "") -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "miburi", *arguments],
-        input=given, capture_output=True, text=True, check=False,
-    )  # fmt: skip
+@pytest.mark.parametrize(
+    "text",
+    [
+        "I want to kill myself",
+        "I don't want to live any more.",
+        "Sometimes I wish I was dead",
+        "They would be better off without me",
+        "I'm going to end my life",
+        "my life is not worth living",
+        "I can’t go on like this",
+        "もう死にたい",
+        "生きるのが辛いです",
+        "I feel 死にたい",
+    ],
+)
+def test_who_speaks_of_ending_their_life_is_taken_seriously(text: str) -> None:
+    heard = hear(text)
+    assert (heard.feeling, heard.grave) == ("sadness", True)
+    assert heard.strength >= SILENT
+    assert heard.why
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "I would never kill myself",
+        "I don't want to die",
+        "The battery is dead",
+        "I want to live by the sea",
+        "I do not want to wake up early",
+        "I cut myself a piece of cake",
+        "死にたくない",
+        "字が消えた",
+        *(row[-1] for row in ROWS),
+    ],
+)
+def test_who_speaks_of_something_else_is_not(text: str) -> None:
+    assert not hear(text).grave
 
 
 def test_the_model_ships_and_is_small() -> None:
@@ -130,7 +164,7 @@ def test_japanese_is_heard_by_stems(text: str, feeling: str | None) -> None:
 
 
 def test_the_command_answers_a_line_each() -> None:
-    done = miburi("words", "--json", given="I am so sad today\nI am not sad\n\n助けて\n")
+    done = miburi_apart("words", "--json", given="I am so sad today\nI am not sad\n\n助けて\n")
     assert (done.returncode, done.stderr) == (0, "")
     sad, not_sad, nothing, cry = (json.loads(line) for line in done.stdout.splitlines())
     assert set(sad) == {"feeling", "strength", "why"}
@@ -143,7 +177,7 @@ def test_the_command_answers_a_line_each() -> None:
 
 
 def test_the_command_says_it_in_words() -> None:
-    done = miburi("words", given="I am so sad today\nIt is nine.\n")
+    done = miburi_apart("words", given="I am so sad today\nIt is nine.\n")
     first, second = done.stdout.splitlines()
     assert first.startswith("'sad'")
     assert ": sadness " in first
@@ -157,9 +191,9 @@ def test_a_users_feelings_in_another_order_hear_the_same(tmp_path: Path) -> None
     mine = tmp_path / "feelings.toml"
     mine.write_text(head + "[[feeling]]\n" + "[[feeling]]\n".join([pride, *reversed(tables)]))
     given = "I am so sad today\nHelp!\n怖い\n"
-    nine = miburi("--feelings", str(mine), "words", "--json", given=given)
+    nine = miburi_apart("--feelings", str(mine), "words", "--json", given=given)
     assert (nine.returncode, nine.stderr) == (0, "")
-    assert nine.stdout == miburi("words", "--json", given=given).stdout
+    assert nine.stdout == miburi_apart("words", "--json", given=given).stdout
 
 
 def test_nothing_of_the_sense_is_loaded_where_it_is_not_used() -> None:
@@ -170,3 +204,15 @@ def test_nothing_of_the_sense_is_loaded_where_it_is_not_used() -> None:
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert "miburi.senses.words" not in done.stdout
     assert "miburi.senses.phrases" not in done.stdout
+
+
+def test_a_sentence_without_signs_is_no_calmer_for_it() -> None:
+    """Who speaks writes no "!": both readings count."""
+
+    def strength(text: str) -> float:
+        return float(judge(tokens(text))[1][LABELS.index("surprise")])
+
+    said = "i did not expect that at all"
+    plain, exclaimed = strength(said + "."), strength(said + "!")
+    assert min(plain, exclaimed) < strength(said) < max(plain, exclaimed)
+    assert hear(said).why, "each word still says what it brought"

@@ -43,6 +43,8 @@ class Impression:
         One of ``SOURCES``.
     why
         What spoke for it, the most telling first.
+    grave
+        Whether they spoke of ending their life: what is answered then is written by hand.
 
     Raises
     ------
@@ -54,6 +56,7 @@ class Impression:
     strength: float
     source: str
     why: tuple[Brought, ...] = ()
+    grave: bool = False
 
     def __post_init__(self) -> None:
         if self.feeling is not None:

@@ -1,7 +1,7 @@
-"""Lists written by hand: cries of alarm in English, and stems of Japanese words.
+"""Lists written by hand: despair, cries of alarm in English, and stems of Japanese words.
 
 A sentence in, an impression out, with the phrase or the stems that spoke. The lists are
-``alarms.toml`` and ``stems-ja.toml``, beside this module.
+``despair.toml``, ``alarms.toml`` and ``stems-ja.toml``, beside this module.
 """
 
 import re
@@ -19,8 +19,9 @@ from miburi.feelings.catalogue import FeelingName
 from miburi.feelings.temperament import Share
 from miburi.ground.tables import Table
 from miburi.senses.impression import Brought, Impression
+from miburi.senses.text import tokens
 
-__all__ = ["Alarms", "Stems", "alarm_in", "stems_in"]
+__all__ = ["Alarms", "Despair", "Stems", "alarm_in", "despair_in", "stems_in"]
 
 _DENIED = re.compile(r"\b(not|never|no)( \S+){0,3}$")
 
@@ -30,6 +31,14 @@ class Alarms(Table):
 
     strength: Share
     cries: list[str]
+
+
+class Despair(Table):
+    """What people say who speak of ending their life: regular expressions by language."""
+
+    strength: Share
+    en: list[str]
+    ja: list[str]
 
 
 class Stems(Table):
@@ -44,8 +53,13 @@ class Stems(Table):
 @cache
 def _alarms() -> tuple[float, re.Pattern[str]]:
     alarms = Alarms.model_validate(_read("alarms.toml"))
-    either = "|".join(f"(?:{cry})" for cry in alarms.cries)
-    return alarms.strength, re.compile(rf"(?<!\S)(?:{either})(?!\S)")
+    return alarms.strength, _whole_words(alarms.cries)
+
+
+@cache
+def _despair() -> tuple[float, re.Pattern[str], re.Pattern[str]]:
+    despair = Despair.model_validate(_read("despair.toml"))
+    return despair.strength, _whole_words(despair.en), re.compile("|".join(despair.ja))
 
 
 @cache
@@ -57,14 +71,37 @@ def _read(name: str) -> dict[str, object]:
     return tomllib.loads((resources.files(__package__) / name).read_text(encoding="utf-8"))
 
 
+def _whole_words(phrases: list[str]) -> re.Pattern[str]:
+    either = "|".join(f"(?:{phrase})" for phrase in phrases)
+    return re.compile(rf"(?<!\S)(?:{either})(?!\S)")
+
+
+def despair_in(text: str) -> Impression | None:
+    """Return the sadness of who speaks of ending their life, in either language; else none."""
+    strength, english, japanese = _despair()
+    found = japanese.search(unicodedata.normalize("NFKC", text)) or _said(english, tokens(text))
+    if found is None:
+        return None
+    why = Brought(found.group().strip(), round(_odds(strength), 2))
+    return Impression("sadness", strength, "speech", (why,), grave=True)
+
+
 def alarm_in(words: list[str]) -> Impression | None:
     """Return the fright of a sentence that cries, warns or calls for help; none of any other."""
     strength, cries = _alarms()
+    found = _said(cries, words)
+    if found is None:
+        return None
+    why = Brought(found.group().strip(), round(_odds(strength), 2))
+    return Impression("fright", strength, "speech", (why,))
+
+
+def _said(phrases: re.Pattern[str], words: list[str]) -> re.Match[str] | None:
+    """Return the first phrase of a sentence that is not denied."""
     sentence = " ".join(word for word in words if word[0].isalnum())
-    for match in cries.finditer(sentence):
+    for match in phrases.finditer(sentence):
         if not _DENIED.search(sentence[: match.start()].rstrip()):
-            why = Brought(match.group().strip(), round(_odds(strength), 2))
-            return Impression("fright", strength, "speech", (why,))
+            return match
     return None
 
 

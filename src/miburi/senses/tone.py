@@ -22,9 +22,20 @@ from miburi.feelings.temperament import Share
 from miburi.ground.tables import Table
 from miburi.senses.impression import Brought, Impression
 
-__all__ = ["Prosody", "Tone", "ToneOfVoice", "Tones", "coloured", "measure_prosody"]
+__all__ = [
+    "RAISED",
+    "Prosody",
+    "Tone",
+    "ToneOfVoice",
+    "Tones",
+    "coloured",
+    "measure_prosody",
+    "tones",
+]
 
 Tone = Literal["plain", "raised", "soft"]
+#: What speaks for a feeling beside the words; pages say it in their language.
+RAISED = "a raised voice"
 
 _RATE = 16_000
 #: Samples of a window (40 ms), and from one to the next.
@@ -57,7 +68,8 @@ class Prosody(NamedTuple):
 
 
 @cache
-def _tones() -> Tones:
+def tones() -> Tones:
+    """Return the numbers; the file is read once."""
     text = (resources.files(__package__) / "tone.toml").read_text(encoding="utf-8")
     return Tones.model_validate(tomllib.loads(text))
 
@@ -67,11 +79,11 @@ def coloured(heard: Impression, tone: Tone) -> Impression:
     if heard.feeling is None or tone == "plain":
         return heard
     if tone == "soft":
-        return replace(heard, strength=heard.strength * _tones().soft)
-    feeling = _tones().raised.get(heard.feeling, heard.feeling)
+        return replace(heard, strength=heard.strength * tones().soft)
+    feeling = tones().raised.get(heard.feeling, heard.feeling)
     if feeling == heard.feeling:
         return heard
-    return replace(heard, feeling=feeling, why=(*heard.why, Brought("a raised voice", 1.0)))
+    return replace(heard, feeling=feeling, why=(*heard.why, Brought(RAISED, 1.0)))
 
 
 def measure_prosody(sound: bytes) -> Prosody | None:
@@ -119,16 +131,16 @@ class ToneOfVoice:
 
     def take(self, sound: bytes) -> Tone:
         """Return the tone of the next utterance; the first few are plain."""
-        voice, tones = measure_prosody(sound), _tones()
+        voice, numbers = measure_prosody(sound), tones()
         if voice is None:
             return "plain"
         before = [*self._before]
         self._before.append(voice)
         pitches = [one.pitch for one in before if one.pitch is not None]
-        if len(before) < tones.before or voice.pitch is None or not pitches:
+        if len(before) < numbers.before or voice.pitch is None or not pitches:
             return "plain"
         louder = voice.loudness - median(one.loudness for one in before)
         higher = voice.pitch / median(pitches)
-        if louder >= tones.louder and higher >= tones.higher:
+        if louder >= numbers.louder and higher >= numbers.higher:
             return "raised"
-        return "soft" if louder <= -tones.softer and higher <= 1.0 + 1e-9 else "plain"
+        return "soft" if louder <= -numbers.softer and higher <= 1.0 + 1e-9 else "plain"

@@ -1,12 +1,13 @@
 """Words: a sentence in, an impression out, with what each word brought.
 
-Three things listen, and the strongest of them speaks:
+A model and three lists listen; the first list that finds its words speaks, else the model:
 
 - a linear model of the eight feelings and none, for English (``words.npz``, trained by
   ``tools/train_words.py``): a weight for each word, each pair of words, each group of letters and
   each word's meaning (a word vector, folded into nine numbers);
-- a list of what people cry when they are startled or warn (``alarms.toml``), as no data holds it;
-- word stems for Japanese (``stems-ja.toml``).
+- what people say who speak of ending their life (``despair.toml``);
+- what people cry when they are startled or warn (``alarms.toml``), as no data holds it;
+- word stems for Japanese (``stems-ja.toml``), for which there is no model.
 
 The strength is the model's probability, calibrated on sentences that it was not trained on.
 Below ``SILENT`` nothing is shown: a sentence that says little about anybody's feelings.
@@ -22,7 +23,7 @@ from numpy.typing import NDArray
 
 from miburi.senses.impression import Brought, Impression
 from miburi.senses.language import language_of
-from miburi.senses.phrases import alarm_in, stems_in
+from miburi.senses.phrases import alarm_in, despair_in, stems_in
 from miburi.senses.text import letters, numbers_of, tokens
 
 __all__ = [
@@ -156,6 +157,9 @@ def hear(text: str) -> Impression:
         What they said, in English or Japanese. Only the first ``LONGEST`` characters count.
     """
     text = text[:LONGEST].encode(errors="ignore").decode()  # half a character is none
+    despair = despair_in(text)
+    if despair is not None:
+        return despair
     if language_of(text) == "ja":
         return stems_in(text)
     words = tokens(text)
@@ -175,10 +179,17 @@ def hear(text: str) -> Impression:
 
 
 def judge(words: list[str]) -> tuple[Array, Array]:
-    """Return what each word brings, (words, 9), what is denied taken back, and the likelihoods."""
+    """Return what each word brings, (words, 9), what is denied taken back, and the likelihoods.
+
+    Who recognises speech, or types in haste, leaves the signs out, so that none is no evidence:
+    such a sentence is read twice, as it is and with "!" behind it, and the mean counts.
+    """
     model = load_model()
-    evidence = deny(words, model.evidence(words))
-    return evidence, model.probabilities(evidence)
+    signed = any(not word[0].isalnum() for word in words)
+    readings = [words] if signed or not words else [words, [*words, "!"]]
+    each = [deny(reading, model.evidence(reading)) for reading in readings]
+    evidence = np.mean([one[: len(words)] for one in each], axis=0)
+    return evidence, np.mean([model.probabilities(one) for one in each], axis=0)
 
 
 def deny(words: list[str], evidence: Array) -> Array:
