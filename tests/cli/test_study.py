@@ -1,17 +1,22 @@
 """``miburi study``: begin, serve until somebody ends it, report."""
 
+import socket
 import subprocess
 import sys
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import httpx
 import pytest
-from tests.fixtures.live import address, own_environment
-from tests.fixtures.study import Lab
+from tests.fixtures.live import Server, own_environment
+from tests.fixtures.study import TWO_GESTURES, Lab
 from typer.testing import CliRunner
 
 from miburi.cli.main import app
 from miburi.errors import InputError
+from miburi.interface.client import ConnectionLostError, connect
 from miburi.studies.study.plan import FILE, load_study
 
 
@@ -31,22 +36,56 @@ def test_a_new_study_is_whole_and_replaces_none(tmp_path: Path) -> None:
 
 def test_a_study_is_served_until_somebody_ends_it(tmp_path: Path) -> None:
     lab = Lab(tmp_path)
-    command = [sys.executable, "-m", "miburi", "study", "run", tmp_path, "--port", "0"]
+    with served(tmp_path) as (home, said), httpx.Client(follow_redirects=True) as browser:
+        page = browser.post(home, data={"agree": "yes"})
+        assert "Question 1 of 4" in page.text
+        assert browser.post(f"{home}/page", data={"step": "0", "answer": "fear"}).is_success
+    assert "Next: miburi study report" in said[-1]
+    assert [answer.value for answer in lab.store.answers()] == ["fear"]
+    assert (tmp_path / "report" / "index.html") == Path(run("report", tmp_path).strip())
+
+
+@contextmanager
+def served(*options: str | Path) -> Iterator[tuple[str, list[str]]]:
+    """Run ``miburi study run``; yields the address, and what it says until its end."""
+    command = [sys.executable, "-m", "miburi", "study", "run", *map(str, options), "--port", "0"]
     with subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=own_environment()
     ) as process:
         assert process.stdout is not None
-        home = address(process.stdout.readline()) + lab.home
-        with httpx.Client(follow_redirects=True) as browser:
-            page = browser.post(home, data={"agree": "yes"})
-            assert "Question 1 of 4" in page.text
-            assert browser.post(f"{home}/page", data={"step": "0", "answer": "fear"}).is_success
-        process.terminate()
-        said, errors = process.communicate(timeout=60)
+        said = [process.stdout.readline()]
+        while "/study/" not in said[-1] and said[-1]:
+            said.append(process.stdout.readline())
+        try:
+            yield said[-1].strip(), said
+        finally:
+            process.terminate()
+            rest, errors = process.communicate(timeout=60)
+    said.append(rest)
     assert (process.returncode, errors) == (0, "")
-    assert "Next: miburi study report" in said
-    assert [answer.value for answer in lab.store.answers()] == ["fear"]
-    assert (tmp_path / "report" / "index.html") == Path(run("report", tmp_path).strip())
+
+
+def test_a_robot_makes_the_gestures_of_a_study(server: Server, tmp_path: Path) -> None:
+    lab = Lab(tmp_path, TWO_GESTURES)
+    with httpx.Client(timeout=90) as browser, ExitStack() as stack:
+        home, said = stack.enter_context(served(lab.folder, "--partner", server.url))
+        assert said[0] == f"{server.url} makes the gestures, with its simulated body.\n"
+        browser.post(home, data={"agree": "yes"})
+        assert browser.post(f"{home}/perform").status_code == 303
+        with connect(server.url) as robot, ThreadPoolExecutor(1) as pool:
+            again = pool.submit(browser.post, f"{home}/perform")
+            next(state for state in robot.watch() if state.asked)
+            stack.close()  # whoever waits for the robot when all ends is told so
+            assert "Something came between" in again.result().text
+    assert lab.store.showings()[1, 0].whole == 1
+
+
+def test_a_study_with_live_gestures_needs_its_robot(tmp_path: Path) -> None:
+    Lab(tmp_path, TWO_GESTURES)
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    with pytest.raises(ConnectionLostError, match="is `miburi run` running there"):
+        run("run", tmp_path, "--partner", f"http://127.0.0.1:{port}", "--port", "0")
 
 
 def test_an_address_that_is_not_ours_is_named(tmp_path: Path) -> None:

@@ -59,8 +59,8 @@ def run(
     films = find_films(study, folder)
     if len(films) < sum(not film.live for film in study.films):
         body = robot_of(robot)
-        with show_progress("films") as show:
-            films = draw_missing(study, folder, body, repertoire_of(body, gestures), show)
+        with show_progress("films") as progress:
+            films = draw_missing(study, folder, body, repertoire_of(body, gestures), progress)
 
     def say(chosen: int) -> None:
         for name in _names(host):
@@ -68,11 +68,12 @@ def run(
         print("(end with Ctrl-C)", flush=True)
 
     with ExitStack() as stack:
-        perform = None
+        living = None
         if any(film.live for film in study.films):
             known = os.environ.get("MIBURI_TOKEN"), os.environ.get("MIBURI_AUTHORITY")
-            perform = stack.enter_context(connect(partner, *known)).express
-        serve_study(study, store, films, host, port, say, perform)
+            living = stack.enter_context(connect(partner, *known))
+            print(f"{partner} makes the gestures, with its {living.state.body} body.", flush=True)
+        serve_study(study, store, films, host, port, say, living)
     print(f"The answers are in {folder / ANSWERS}. Next: miburi study report {folder}")
 
 

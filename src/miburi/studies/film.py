@@ -7,6 +7,7 @@ ffmpeg writes the films; without it, a sheet of pictures takes the film's place.
 import os
 import shutil
 import subprocess
+import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -139,10 +140,12 @@ def camera(robot: Robot, width: int = 640, height: int = 480) -> Iterator[Camera
         opened = Camera(robot, width, height)
     except Exception as error:  # each graphics layer raises errors of its own
         why = "no EGL" if os.environ.get("MUJOCO_GL") == "off" else error
-        raise DrawingError(
-            f"cannot draw pictures here ({why}). "
+        advice = (
             "On Debian: apt install libegl1 libegl-mesa0 libgl1-mesa-dri"
-        ) from error
+            if sys.platform == "linux"
+            else "It needs a screen and a graphics driver with OpenGL."
+        )
+        raise DrawingError(f"cannot draw pictures here ({why}). {advice}") from error
     try:
         yield opened
     finally:

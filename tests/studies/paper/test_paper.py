@@ -53,7 +53,7 @@ def page(robot: Robot, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_every_claim_has_a_verdict_and_a_number(page: Path) -> None:
-    rows = [line.split("|")[1:-1] for line in page.read_text().splitlines()
+    rows = [line.split("|")[1:-1] for line in page.read_text(encoding="utf-8").splitlines()
             if re.match(r"\| \d", line)]  # fmt: skip
     assert len(rows) > 20
     assert {row[0].strip()[0] for row in rows} == {"2", "3", "4", "5", "6"}
@@ -66,14 +66,27 @@ def test_every_claim_has_a_verdict_and_a_number(page: Path) -> None:
 
 
 def test_what_held_holds(page: Path) -> None:
-    text = page.read_text()
+    text = page.read_text(encoding="utf-8")
     assert "8 of 8 gestures rise strictly" in text
     assert re.search(r"stops in 5 runs of 30 s: 0 false, 0 contacts missed", text)
     assert len(re.findall(r"\*\*differs\*\*", text)) == 3  # misprints, several poses, Table 2
 
 
+def test_the_promise_is_kept_in_centimetres_with_the_search_of_reference_9(page: Path) -> None:
+    """Table 2 has no unit, and its γ and τ are absolute: 9.7 % of the targets in metres."""
+    row = re.search(
+        r"reference \[9\].*?\| ([0-9.]+)% in m, ([0-9.]+)% in cm, ([0-9.]+)% in mm",
+        page.read_text(encoding="utf-8"),
+    )
+    assert row
+    metres, centimetres, millimetres = map(float, row.groups())
+    assert metres < 20
+    assert centimetres > 99
+    assert millimetres > 99
+
+
 def test_every_figure_is_there(page: Path) -> None:
-    pictures = re.findall(r"\]\((images/[a-z-]+\.png)\)", page.read_text())
+    pictures = re.findall(r"\]\((images/[a-z-]+\.png)\)", page.read_text(encoding="utf-8"))
     assert len(pictures) == 8
     for picture in pictures:
         assert (page.parent / picture).read_bytes().startswith(b"\x89PNG")

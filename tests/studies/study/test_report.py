@@ -149,8 +149,8 @@ def test_csv_and_parquet_hold_every_answer_and_no_code(lab: Lab, out: Path) -> N
         ("fear", 0.6, False, "fright")
     }
     assert set(rows[0]) == {
-        "participant", "language", "step", "film", "feeling", "mood", "face", "question", "item",
-        "value",
+        "participant", "language", "step", "film", "feeling", "mood", "face", "whole",
+        "broken", "question", "item", "value",
     }  # fmt: skip
 
 

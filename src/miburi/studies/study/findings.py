@@ -1,7 +1,7 @@
 """From the answers of a study to its findings: numbers that a page and JSON can show."""
 
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from miburi.studies.study.plan import Film, Question, Study
@@ -11,7 +11,7 @@ from miburi.studies.study.statistics import (
     fleiss_kappa,
     right_order,
 )
-from miburi.studies.study.store import Counts, StudyAnswer
+from miburi.studies.study.store import Counts, Shown, StudyAnswer
 from miburi.studies.trials.summary import wilson
 
 __all__ = [
@@ -113,15 +113,21 @@ class WordFindings:
 
 @dataclass(frozen=True)
 class Findings:
-    """All findings of a study."""
+    """All findings of a study; ``shown`` counts its live gestures."""
 
     counts: Counts
+    shown: Shown
     choices: tuple[ChoiceFindings, ...]
     ratings: tuple[RatingFindings, ...]
     words: tuple[WordFindings, ...]
 
 
-def find(study: Study, answers: Sequence[StudyAnswer], counts: Counts) -> Findings:
+def find(
+    study: Study,
+    answers: Sequence[StudyAnswer],
+    counts: Counts,
+    showings: Mapping[tuple[int, int], Shown],
+) -> Findings:
     """Sum up the answers of a study; people who have not finished count as far as they came."""
     films = {film.name: film for film in study.films}
     of = {
@@ -133,6 +139,10 @@ def find(study: Study, answers: Sequence[StudyAnswer], counts: Counts) -> Findin
     }
     return Findings(
         counts,
+        Shown(
+            sum(shown.whole for shown in showings.values()),
+            sum(shown.broken for shown in showings.values()),
+        ),
         tuple(_choices(study, question, of[question.name], films) for question in kinds["choice"]),
         tuple(_ratings(question, of[question.name], films) for question in kinds["rating"]),
         tuple(_words(question, of[question.name], films) for question in kinds["word"]),
@@ -192,12 +202,12 @@ def _ratings(
     table = [[page[name] for name in names] for page in pages.values()]
     value_of = {page: _mean(list(values.values())) for page, values in pages.items()}
     cells: dict[str, dict[str, list[float]]] = defaultdict(lambda: defaultdict(list))
-    # Pairs are one person's, of one feeling, with or without the face.
-    groups: dict[tuple[int, str, bool], list[tuple[float, float]]] = defaultdict(list)
+    # Pairs are one person's, of one feeling, with or without the face, or live.
+    groups: dict[tuple[int, str, str], list[tuple[float, float]]] = defaultdict(list)
     for page, film in film_of.items():
         if film is not None:
             cells[film.feeling][_mood(film)].append(value_of[page])
-            groups[page[0], film.feeling, film.face].append((film.mood, value_of[page]))
+            groups[page[0], film.feeling, _face(film)].append((film.mood, value_of[page]))
     orders: dict[str, list[tuple[float, int]]] = defaultdict(list)
     for (_, feeling, _), pairs in groups.items():
         moods, ratings = zip(*pairs, strict=True)
@@ -252,4 +262,4 @@ def _mood(film: Film) -> str:
 
 
 def _face(film: Film) -> str:
-    return "with the face" if film.face else "without the face"
+    return "live" if film.live else "with the face" if film.face else "without the face"

@@ -7,11 +7,13 @@ browser's Back, mix nothing.
 
 import hashlib
 import secrets
+import time
 import tomllib
 import unicodedata
 from collections.abc import Awaitable, Callable, Mapping
 from functools import cache
 from pathlib import Path
+from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
 from starlette.applications import Starlette
@@ -21,10 +23,11 @@ from starlette.responses import FileResponse, HTMLResponse, RedirectResponse, Re
 from starlette.routing import Route
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from miburi.errors import MiburiError, OutputError
+from miburi.errors import OutputError
 from miburi.feelings import Expression
 from miburi.ground.templates import render
 from miburi.interface.access import Allowance, is_loopback
+from miburi.studies.study.live import Ending, Perform, Turn, Turns
 from miburi.studies.study.order import film_order, option_order
 from miburi.studies.study.plan import NONE, Film, Question, Study, pick
 from miburi.studies.study.store import Participant, Store
@@ -66,7 +69,8 @@ def make_app(
     *,
     local: bool = True,
     code: Callable[[], str] = make_code,
-    perform: Callable[[Expression], None] | None = None,
+    perform: Perform | None = None,
+    clock: Callable[[], float] = time.monotonic,
 ) -> ASGIApp:
     """Return the application with a study's pages, at ``/study/NAME``.
 
@@ -82,8 +86,12 @@ def make_app(
         Makes a new participant's code.
     perform
         Lets the robot in the room make a gesture; for a study with live gestures.
+    clock
+        Gives s; whoever does nothing for :data:`.live.IDLE` leaves the robot to the next, and
+        after a rush of newcomers the next ones may begin.
     """
-    pages = _Pages(study, store, films, code, perform)
+    allowance = Allowance(_RATE, _BURST, clock)
+    pages = _Pages(study, store, films, code, perform, Turns(clock), allowance)
     home = pages.home
     routes = [
         Route("/", lambda _: RedirectResponse(home)),
@@ -111,15 +119,16 @@ class _Pages:
         store: Store,
         films: Mapping[str, Path],
         code: Callable[[], str],
-        perform: Callable[[Expression], None] | None,
+        perform: Perform | None,
+        turns: Turns,
+        allowance: Allowance,
     ) -> None:
         self.home = f"/study/{study.name}"
         self._study, self._store, self._code = study, store, code
-        self._perform = perform
+        self._perform, self._turns, self._allowance = perform, turns, allowance
         # An address must not tell what a film is meant to show.
         self._keys = {name: _key(study, name) for name in films}
         self._films = {self._keys[name]: path for name, path in films.items()}
-        self._allowance = Allowance(_RATE, _BURST)
 
     def welcome(self, request: Request) -> Response:
         """Information and consent; who has begun goes on."""
@@ -159,24 +168,39 @@ class _Pages:
                 return self._ask(request, who, form)
             code = request.cookies[COOKIE]
             film = self._film(who)
+            if not self._has_seen(who):
+                return RedirectResponse(f"{self.home}/page", 303)
             about = film.name if film else None
             self._store.keep(code, who.step, about, question.name, values)
         return RedirectResponse(f"{self.home}/page", 303)
 
     def perform(self, request: Request, _form: Form) -> Response:
-        """Let the robot in the room make the gesture that is asked about."""
+        """Let the robot in the room make the gesture that is asked about, and wait for its end.
+
+        Only a whole one counts as seen; else a page says what has come between.
+        """
         who = self._who(request)
         film = self._film(who) if who is not None else None
-        if film is None or not film.live or self._perform is None:
+        if who is None or film is None or not film.live or self._perform is None:
             return RedirectResponse(self.home, 303)
+        if (turn := self._turns.begin(who.number)) is not Turn.YOURS:
+            return self._show("notice.html", who.language, 409, notice=turn)
         try:
-            self._perform(Expression(film.feeling, film.mood))
-        except MiburiError:
-            return self._show("notice.html", self._language(request), 503, notice="absent")
+            showing = self._perform(Expression(film.feeling, film.mood))
+        finally:
+            self._turns.end(who.number)
+        if showing.begun:
+            trial = self._study.steps[who.step].trial or 0
+            code = request.cookies[COOKIE]
+            self._store.note_showing(code, trial, film.name, showing.ending)
+        if showing.ending is not Ending.WHOLE:
+            return self._show("notice.html", who.language, 503, notice=showing.ending)
         return RedirectResponse(f"{self.home}/page", 303)
 
-    def leave(self, _request: Request, _form: Form) -> Response:
+    def leave(self, request: Request, _form: Form) -> Response:
         """Forget who sits here: the next person may begin."""
+        if (who := self._who(request)) is not None:
+            self._turns.leave(who.number)
         response = RedirectResponse(self.home, 303)
         response.delete_cookie(COOKIE, self.home)
         return response
@@ -192,8 +216,10 @@ class _Pages:
         code = form.get("code", "").strip().upper()
         if not self._allowance.take(_asker(request)):
             return self._show("notice.html", language, 429, notice="busy")
-        if not self._store.withdraw(code):
+        goes = self._store.find(code)
+        if goes is None or not self._store.withdraw(code):
             return self._show("withdraw.html", language, 422, code=code, wrong=True)
+        self._turns.leave(goes.number)
         response = self._show("notice.html", language, notice="withdrawn")
         if request.cookies.get(COOKIE) == code:
             response.delete_cookie(COOKIE, self.home)
@@ -208,7 +234,10 @@ class _Pages:
 
     def refuse_for_now(self, request: Request, _error: Exception) -> Response:
         """Say that nothing could be kept now; what was kept before is safe."""
-        language = preferred(self._study, request.headers.get("accept-language", ""))
+        try:
+            language = self._language(request)
+        except OutputError:  # nothing can be read, either
+            language = preferred(self._study, request.headers.get("accept-language", ""))
         return self._show("notice.html", language, 503, notice="full")
 
     def _who(self, request: Request) -> Participant | None:
@@ -232,13 +261,26 @@ class _Pages:
         order = film_order(len(films), trials, who.number, self._study.seed)
         return films[order[trial]]
 
+    def _has_seen(self, who: Participant) -> bool:
+        """Whether somebody may answer: they have seen the whole gesture, if it is live."""
+        film, trial = self._film(who), self._study.steps[who.step].trial
+        live = film is not None and film.live and trial is not None
+        return not live or self._store.has_seen(who.number, trial or 0)
+
     def _ask(
         self, request: Request, who: Participant, given: Mapping[str, str] | None = None
     ) -> Response:
         """Show a question; ``given`` is an answer that is not whole."""
         study, code = self._study, request.cookies[COOKIE]
         if who.step >= len(study.steps):
+            self._turns.leave(who.number)
             return self._show("thanks.html", who.language, code=code)
+        turn = self._turns.look(who.number)
+        progress: dict[str, Any] = {"code": code, "step": who.step, "steps": len(study.steps)}
+        if not self._has_seen(who):
+            if turn is not Turn.YOURS:
+                return self._show("notice.html", who.language, 409, notice=turn)
+            return self._show("watch.html", who.language, **progress)
         question = study.steps[who.step].question
         film = self._film(who)
         options = study.options(question)
@@ -249,9 +291,7 @@ class _Pages:
             "question.html",
             who.language,
             200 if given is None else 422,
-            code=code,
-            step=who.step,
-            steps=len(study.steps),
+            **progress,
             question=question,
             options=[(option, study.words(question, option, who.language)) for option in options],
             film=f"{self.home}/film/{key}" if key else None,

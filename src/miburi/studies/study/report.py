@@ -2,6 +2,7 @@
 
 import csv
 import json
+from collections.abc import Mapping
 from dataclasses import asdict, astuple, dataclass
 from pathlib import Path
 
@@ -17,8 +18,8 @@ from miburi.feelings.catalogue import CATALOGUE
 from miburi.ground.files import whole_files
 from miburi.ground.templates import render
 from miburi.studies.study.findings import ChoiceFindings, RatingFindings, find
-from miburi.studies.study.plan import Film, Study
-from miburi.studies.study.store import StudyAnswer, open_store
+from miburi.studies.study.plan import Study
+from miburi.studies.study.store import Shown, StudyAnswer, open_store
 
 __all__ = ["ANSWERS", "AnswerRow", "write_report"]
 
@@ -29,7 +30,10 @@ _PAGE = Path(__file__).with_suffix(".html")
 
 @dataclass(frozen=True)
 class AnswerRow:
-    """One value of one answer, with the film that it is about; a participant is only a number."""
+    """One value of one answer, with the film that it is about; a participant is only a number.
+
+    ``whole`` and ``broken`` say how often a live gesture was shown in that trial; None for a film.
+    """
 
     participant: int
     language: str
@@ -38,6 +42,8 @@ class AnswerRow:
     feeling: str | None
     mood: float | None
     face: bool | None
+    whole: int | None
+    broken: int | None
     question: str
     item: str
     value: str
@@ -65,10 +71,10 @@ def write_report(study: Study, folder: Path, out: Path) -> Path:
     if not (folder / ANSWERS).is_file():
         raise InputError(f"{folder} has no {ANSWERS}: nobody has answered yet.")
     store = open_store(folder / ANSWERS, study)
-    answers = store.answers()
-    findings = find(study, answers, store.counts(len(study.steps)))
+    answers, showings = store.answers(), store.showings()
+    findings = find(study, answers, store.counts(len(study.steps)), showings)
     with whole_files(out) as draft:
-        _write_rows([_row(answer, study.films) for answer in answers], draft)
+        _write_rows([_row(answer, study, showings) for answer in answers], draft)
         for choice in findings.choices:
             _confusion_figure(choice, draft / f"{choice.question}.png")
         for rating in findings.ratings:
@@ -81,8 +87,12 @@ def write_report(study: Study, folder: Path, out: Path) -> Path:
     return out / "index.html"
 
 
-def _row(answer: StudyAnswer, films: tuple[Film, ...]) -> AnswerRow:
-    film = next((film for film in films if film.name == answer.film), None)
+def _row(answer: StudyAnswer, study: Study, showings: Mapping[tuple[int, int], Shown]) -> AnswerRow:
+    film = next((film for film in study.films if film.name == answer.film), None)
+    trial = study.steps[answer.step].trial
+    shown = None
+    if film is not None and film.live and trial is not None:
+        shown = showings.get((answer.participant, trial), Shown())
     return AnswerRow(
         answer.participant,
         answer.language,
@@ -90,7 +100,9 @@ def _row(answer: StudyAnswer, films: tuple[Film, ...]) -> AnswerRow:
         answer.film,
         film.feeling if film else None,
         film.mood if film else None,
-        film.face if film else None,
+        film.face if film and not film.live else None,
+        shown.whole if shown else None,
+        shown.broken if shown else None,
         answer.question,
         answer.item,
         answer.value,
@@ -107,7 +119,8 @@ def _write_rows(rows: list[AnswerRow], folder: Path) -> None:
         writer.writerow(names)
         writer.writerows(_safe(astuple(row)) for row in rows)
     text, whole = pyarrow.string(), pyarrow.int32()
-    types = [whole, text, whole, text, text, pyarrow.float64(), pyarrow.bool_(), text, text, text]
+    number, truth = pyarrow.float64(), pyarrow.bool_()
+    types = [whole, text, whole, text, text, number, truth, whole, whole, text, text, text]
     columns = zip(*map(astuple, rows), strict=True) if rows else [[] for _ in names]
     table = pyarrow.table(
         [pyarrow.array(list(column), kind) for column, kind in zip(columns, types, strict=True)],
@@ -148,8 +161,9 @@ def _mood_figure(rating: RatingFindings, path: Path) -> None:
     colours = {feeling.name: feeling.colour.paper for feeling in CATALOGUE.feeling}
     with plt.rc_context({"font.size": 9, "axes.spines.top": False, "axes.spines.right": False}):
         figure, ax = plt.subplots(figsize=(6.4, 3.4), layout="constrained")
-        for feeling, row in rating.means.items():
-            ax.plot([float(mood) for mood in row], list(row.values()), "o-",
+        for place, (feeling, row) in enumerate(rating.means.items()):
+            aside = 0.006 * (place - (len(rating.means) - 1) / 2)  # or equal ones would hide others
+            ax.plot([float(mood) + aside for mood in row], list(row.values()), "o-",
                     color=colours[feeling], label=feeling)  # fmt: skip
         ax.set(xlabel="mood μ", ylabel=f"mean rating, {rating.question}", ylim=(1, rating.points))
         figure.legend(loc="outside right upper", frameon=False)

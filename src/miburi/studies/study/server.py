@@ -2,16 +2,19 @@
 
 import signal
 import socket
+import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
+from types import FrameType
 
 import uvicorn
 
 from miburi.errors import InputError
-from miburi.feelings import Expression
 from miburi.interface.access import is_loopback
 from miburi.interface.http import configure
+from miburi.studies.study.live import Performer, show
 from miburi.studies.study.pages import make_app
 from miburi.studies.study.plan import Study
 from miburi.studies.study.store import Store
@@ -26,11 +29,11 @@ def serve_study(
     host: str,
     port: int,
     ready: Callable[[int], None],
-    perform: Callable[[Expression], None] | None = None,
+    robot: Performer | None = None,
 ) -> None:
     """Serve a study's pages; ``ready`` is told the port once they can be opened.
 
-    ``perform`` lets the robot in the room make a gesture.
+    ``robot`` makes the gestures of a study with live ones.
 
     On a loopback address only this computer may ask. On any other, everybody who reaches it may
     take part.
@@ -49,12 +52,23 @@ def serve_study(
         ) from error
     with listener:
         ready(listener.getsockname()[1])
+        ending = threading.Event()
+        perform = None if robot is None else partial(show, robot, is_over=ending.is_set)
         app = make_app(study, store, films, local=is_loopback(host), perform=perform)
-        _Server(configure(app)).run(sockets=[listener])
+        _Server(configure(app), ending).run(sockets=[listener])
 
 
 class _Server(uvicorn.Server):
     """Ctrl-C and SIGTERM are its good end; uvicorn would raise them again."""
+
+    def __init__(self, config: uvicorn.Config, ending: threading.Event) -> None:
+        super().__init__(config)
+        self._ending = ending
+
+    def handle_exit(self, sig: int, frame: FrameType | None) -> None:
+        """Tell whoever waits for the robot, too."""
+        self._ending.set()
+        super().handle_exit(sig, frame)
 
     @contextmanager
     def capture_signals(self) -> Iterator[None]:

@@ -11,9 +11,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from miburi.errors import OutputError
+from miburi.studies.study.live import Ending
 from miburi.studies.study.plan import Study
 
-__all__ = ["Counts", "Participant", "Store", "StudyAnswer", "open_store"]
+__all__ = ["Counts", "Participant", "Shown", "Store", "StudyAnswer", "open_store"]
 
 _SCHEMA = """
 CREATE TABLE study (digest TEXT NOT NULL);
@@ -31,6 +32,15 @@ CREATE TABLE answer (
     value TEXT NOT NULL,
     PRIMARY KEY (participant, step, item)
 );
+"""
+#: Live gestures, whole or broken off; files from before there were any get the table, too.
+_LIVE = """
+CREATE TABLE IF NOT EXISTS showing (
+    participant INTEGER NOT NULL REFERENCES participant,
+    trial INTEGER NOT NULL,
+    film TEXT NOT NULL,
+    ending TEXT NOT NULL
+)
 """
 
 
@@ -54,6 +64,14 @@ class StudyAnswer:
     question: str
     item: str
     value: str
+
+
+@dataclass(frozen=True)
+class Shown:
+    """How often somebody saw a live gesture: the whole of it, or a part that was broken off."""
+
+    whole: int = 0
+    broken: int = 0
 
 
 @dataclass(frozen=True)
@@ -98,6 +116,33 @@ class Store:
             )
             return True
 
+    def note_showing(self, code: str, trial: int, film: str, ending: Ending) -> None:
+        """Keep that a live gesture was shown, or begun, in a trial."""
+        with self._transaction() as database:
+            participant = _find(database, code)
+            if participant is not None:  # who has withdrawn meanwhile leaves nothing behind
+                row = (participant.number, trial, film, ending.value)
+                database.execute("INSERT INTO showing VALUES (?, ?, ?, ?)", row)
+
+    def showings(self) -> dict[tuple[int, int], Shown]:
+        """Return how often live gestures were shown, by participant and trial."""
+        with self._connection() as database:
+            rows = database.execute(
+                "SELECT participant, trial, SUM(ending = ?), SUM(ending != ?) FROM showing "
+                "GROUP BY participant, trial ORDER BY participant, trial",
+                (Ending.WHOLE.value, Ending.WHOLE.value),
+            )
+            return {(number, trial): Shown(*counts) for number, trial, *counts in rows}
+
+    def has_seen(self, number: int, trial: int) -> bool:
+        """Whether a participant has seen the whole of a trial's live gesture."""
+        with self._connection() as database:
+            seen = database.execute(
+                "SELECT 1 FROM showing WHERE participant = ? AND trial = ? AND ending = ?",
+                (number, trial, Ending.WHOLE.value),
+            )
+            return seen.fetchone() is not None
+
     def withdraw(self, code: str) -> bool:
         """Delete a participant's answers, language and code; False if nobody has the code."""
         with self._transaction() as database:
@@ -106,6 +151,7 @@ class Store:
                 return False
             number = (participant.number,)
             database.execute("DELETE FROM answer WHERE participant = ?", number)
+            database.execute("DELETE FROM showing WHERE participant = ?", number)
             database.execute(
                 "UPDATE participant SET code = NULL, language = NULL WHERE number = ?", number
             )
@@ -173,6 +219,7 @@ def open_store(path: Path, study: Study) -> Store:
             for statement in _SCHEMA.split(";"):
                 database.execute(statement)
             database.execute("INSERT INTO study VALUES (?)", (study.digest,))
+        database.execute(_LIVE)
         (digest,) = database.execute("SELECT digest FROM study").fetchone()
     if digest != study.digest:
         raise OutputError(

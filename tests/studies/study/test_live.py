@@ -1,0 +1,361 @@
+"""Live gestures: a real partner makes them in virtual time; only a whole one counts as seen."""
+
+import itertools
+import socket
+import sqlite3
+from collections.abc import Callable, Generator
+from contextlib import ExitStack
+from functools import partial
+from pathlib import Path
+
+import httpx
+import numpy as np
+import pytest
+from starlette.testclient import TestClient
+from tests.fixtures.live import block, interface, run, serving, until
+from tests.fixtures.study import TWO_GESTURES, Lab, Robot
+
+from miburi.feelings import Expression, Stimulus
+from miburi.interface.access import Gate
+from miburi.interface.client import ConnectionLostError, connect
+from miburi.live.runner import STEP, Runner
+from miburi.live.state import Entry, State
+from miburi.robot import forward
+from miburi.studies.study.live import IDLE, Ending, Showing, show
+from miburi.studies.study.order import film_order
+from miburi.studies.study.report import ANSWERS, write_report
+
+FEAR = Expression("fear", 0.9)
+
+
+class Stage:
+    """A partner whose time passes while somebody looks on; ``then`` comes between.
+
+    ``then`` is called with every state once the gesture has been under way for half a second.
+    ``hidden`` states reach nobody, as on a slow line.
+    """
+
+    def __init__(
+        self,
+        runner: Runner,
+        then: Callable[[], object] | None = None,
+        hidden: tuple[str, ...] = (),
+    ) -> None:
+        self.runner, self._then, self._hidden = runner, then, hidden
+        self.asked: list[Expression] = []
+
+    def watch(self, rate: float = 30.0) -> Generator[State, None, None]:
+        under_way = 0
+        for step in itertools.count():
+            (state,) = run(self.runner, STEP)
+            under_way += state.asked
+            if self._then is not None and under_way > 0.5 / STEP:
+                self._then()
+                self._then = None
+            if step % round(1 / rate / STEP) == 0 and state.phase not in self._hidden:
+                yield state
+
+    def express(self, expression: Expression) -> None:
+        self.asked.append(expression)
+        done = self.runner.perform(expression)
+        self.runner.tick()
+        done.result(0)
+
+    def log(self, after: int = 0) -> list[Entry]:
+        return self.runner.log(after)
+
+
+def gestures(runner: Runner) -> list[str | None]:
+    return [entry.feeling for entry in runner.log() if entry.kind == "gesture"]
+
+
+def test_a_gesture_is_made_once_from_its_beginning_to_its_end(runner: Runner) -> None:
+    stage = Stage(runner)
+    before = runner.snapshot.state.time
+    assert show(stage, FEAR) == Showing(Ending.WHOLE, begun=True)
+    assert runner.snapshot.state.time - before > 1.0
+    assert runner.snapshot.state.expressed is None
+    run(runner, 5.0)
+    assert gestures(runner) == ["fear"]
+
+
+def test_a_gesture_of_its_own_ends_before(runner: Runner) -> None:
+    runner.stimulate(Stimulus("happiness", 1.0))
+    until(runner, lambda state: state.expressed)
+    assert show(Stage(runner), FEAR) == Showing(Ending.WHOLE, begun=True)
+    assert gestures(runner)[0] == "happiness"
+    assert gestures(runner).count("fear") == 1
+
+
+@pytest.mark.parametrize("hidden", [(), ("stopped", "returning")])
+def test_a_stop_by_a_person_breaks_it_off_and_stays(
+    runner: Runner, hidden: tuple[str, ...]
+) -> None:
+    def press_stop() -> None:
+        runner.stop()
+        if hidden:  # a person releases it, too, before the next state comes through
+            until(runner, lambda state: state.phase == "stopped")
+            run(runner, 1.0)
+            runner.release(by_person=True)
+
+    assert show(Stage(runner, press_stop, hidden), FEAR) == Showing(Ending.STOPPED, begun=True)
+    if not hidden:
+        run(runner, 5.0)
+        assert runner.held
+        again = Stage(runner)
+        assert show(again, FEAR) == Showing(Ending.STOPPED, begun=False)
+        assert again.asked == []
+        run(runner, 5.0)
+        assert runner.held
+
+
+def test_a_touch_breaks_it_off_and_it_can_be_shown_again(runner: Runner) -> None:
+    block(runner)
+    assert show(Stage(runner), FEAR) == Showing(Ending.TOUCHED, begun=False)
+    runner.hand(None, np.array([1.0, 0.0, 0.0]))
+    until(runner, lambda state: state.phase == "idle")
+    assert show(Stage(runner), FEAR) == Showing(Ending.WHOLE, begun=True)
+
+
+def test_a_touch_in_its_midst_is_no_whole_gesture(runner: Runner) -> None:
+    wide = Expression("happiness", 1.0)
+
+    def reach_in() -> None:
+        hand = forward(runner.robot, np.array(runner.snapshot.state.angles))[:3]
+        runner.hand(hand, np.array([1.0, 0.0, 0.0]))
+
+    assert show(Stage(runner, reach_in), wide) == Showing(Ending.TOUCHED, begun=True)
+
+
+def test_a_pause_breaks_it_off(runner: Runner) -> None:
+    pause = lambda: runner.pause(True)  # noqa: E731
+    assert show(Stage(runner, pause), FEAR) == Showing(Ending.PAUSED, begun=True)
+    assert show(Stage(runner), FEAR) == Showing(Ending.PAUSED, begun=False)
+    assert runner.snapshot.state.paused
+
+
+def test_another_body_in_its_midst_breaks_it_off(runner: Runner) -> None:
+    change = lambda: runner.use("simulated")  # noqa: E731
+    assert show(Stage(runner, change), FEAR) == Showing(Ending.BROKEN, begun=True)
+
+
+def test_a_partner_that_goes_away_is_absent(runner: Runner) -> None:
+    def go() -> None:
+        raise ConnectionLostError("gone.")
+
+    class Closed(Stage):
+        def watch(self, rate: float = 30.0) -> Generator[State, None, None]:
+            yield from ()
+
+    assert show(Stage(runner, go), FEAR) == Showing(Ending.ABSENT, begun=True)
+    assert show(Closed(runner), FEAR) == Showing(Ending.ABSENT, begun=False)
+
+
+def test_nobody_waits_for_it_once_all_is_over(runner: Runner) -> None:
+    over: list[bool] = []
+    ending = Stage(runner, lambda: over.append(True))
+    assert show(ending, FEAR, lambda: bool(over)) == Showing(Ending.BROKEN, begun=True)
+
+
+def test_a_wish_that_another_replaces_is_given_up(runner: Runner) -> None:
+    class Crowd(Stage):
+        def express(self, expression: Expression) -> None:
+            self.runner.perform(expression)
+            self.runner.perform(Expression("anger", 0.9))
+
+    assert show(Crowd(runner), FEAR) == Showing(Ending.BROKEN, begun=False)
+    assert gestures(runner) == ["anger"]
+
+
+def test_a_study_over_real_http_with_a_real_partner(live: Runner, tmp_path: Path) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    with connect(f"http://127.0.0.1:{port}") as partner, ExitStack() as stack:
+        lab = Lab(tmp_path, TWO_GESTURES, partial(show, partner))
+        home = stack.enter_context(serving(lab.app)) + lab.home
+        browser = stack.enter_context(httpx.Client(timeout=90))
+        browser.post(home, data={"agree": "yes"})
+        with serving(Gate(interface(live)), port=port):
+            assert browser.post(f"{home}/perform").headers["location"].endswith("/page")
+            partner.stop()
+            stopped = browser.post(f"{home}/perform")
+            assert (stopped.status_code, "has been stopped" in stopped.text) == (503, True)
+            assert live.held  # nothing of the study releases it
+            partner.release()
+        browser.post(f"{home}/page", data={"step": "0", "answer": "fear"})
+        browser.post(f"{home}/page", data={"step": "1", "answer": "shaky"})
+        gone = browser.post(f"{home}/perform")
+        assert (gone.status_code, "does not answer" in gone.text) == (503, True)
+        with serving(Gate(interface(live)), port=port):  # it is back
+            assert browser.post(f"{home}/perform").headers["location"].endswith("/page")
+        assert "Question 3 of 4" in browser.get(f"{home}/page").text
+    assert [answer.value for answer in lab.store.answers()] == ["fear", "shaky"]
+    order = film_order(2, 2, 1, lab.study.seed)
+    assert gestures(live) == [lab.study.films[film].feeling for film in order]
+
+
+# The pages, with a robot that does what the test says.
+
+
+def post(lab: Lab, browser: TestClient, page: str = "/page", **data: str):
+    return browser.post(f"{lab.home}{page}", data=data, follow_redirects=False)
+
+
+def page(lab: Lab, browser: TestClient) -> str:
+    return browser.get(f"{lab.home}/page").text
+
+
+def test_the_question_comes_when_the_gesture_has_been_seen(tmp_path: Path) -> None:
+    robot = Robot()
+    lab = Lab(tmp_path, TWO_GESTURES, robot)
+    browser = lab.begin()
+    for step, answer in enumerate(["fear", "shaky", "fear", "shaky"]):
+        if step % 2 == 0:
+            shown = page(lab, browser)
+            assert "Watch the robot" in shown
+            assert 'name="answer"' not in shown
+            assert post(lab, browser, step=str(step), answer=answer).status_code == 303
+            assert len(lab.store.answers()) == step  # nobody answers what they have not seen
+            assert post(lab, browser, "/perform").headers["location"] == f"{lab.home}/page"
+        shown = page(lab, browser)
+        assert 'name="answer"' in shown
+        assert "Show me the gesture again" in shown
+        assert "<video" not in shown
+        post(lab, browser, step=str(step), answer=answer)
+    asked = [answer.film for answer in lab.store.answers() if answer.question == "feeling"]
+    assert [f"{each.feeling}-{each.mood:g}-live" for each in robot.shown] == asked
+    post(lab, browser, "/perform")  # after the end
+    post(lab, lab.visitor(), "/perform")  # nobody's
+    assert len(robot.shown) == 2
+
+
+@pytest.mark.parametrize(
+    ("ending", "words"),
+    [
+        (Ending.TOUCHED, "The robot was touched"),
+        (Ending.STOPPED, "they look at the robot, and let it go on"),
+        (Ending.PAUSED, "The robot is resting"),
+        (Ending.ABSENT, "The robot does not answer"),
+        (Ending.BROKEN, "could not show you the whole gesture"),
+    ],
+)
+def test_what_was_broken_off_is_shown_again_and_marked(
+    tmp_path: Path, ending: Ending, words: str
+) -> None:
+    lab = Lab(tmp_path, TWO_GESTURES, Robot(Ending.WHOLE, ending))
+    browser = lab.begin()
+    for step, answer in enumerate(["fear", "shaky"]):
+        if step == 0:
+            post(lab, browser, "/perform")
+        post(lab, browser, step=str(step), answer=answer)
+    refused = post(lab, browser, "/perform")
+    assert (refused.status_code, words in refused.text) == (503, True)
+    assert "Watch the robot" in page(lab, browser)
+    assert len(lab.store.answers()) == 2  # nothing is lost
+    assert post(lab, browser, "/perform").status_code == 303
+    assert "Question 3 of 4" in page(lab, browser)
+    post(lab, browser, step="2", answer="fear")
+    write_report(lab.study, tmp_path, tmp_path / "report")
+    broken = int(ending is not Ending.PAUSED)  # that one had not begun
+    row = (tmp_path / "report" / "answers.csv").read_text(encoding="utf-8").splitlines()[-1]
+    assert row.split(",")[7:9] == ["1", str(broken)]
+    told = (tmp_path / "report" / "index.html").read_text(encoding="utf-8")
+    assert "The robot showed 2 whole gestures live." in told
+    assert f"shown again before a question came: {broken}." in told
+
+
+def test_every_notice_has_its_words_in_both_languages(tmp_path: Path) -> None:
+    for language in ("en", "ja"):
+        for number, ending in enumerate(o for o in Ending if o is not Ending.WHOLE):
+            lab = Lab(tmp_path / f"{language}{number}", TWO_GESTURES, Robot(ending))
+            browser = lab.visitor()
+            post(lab, browser, "", agree="yes", language=language)
+            shown = post(lab, browser, "/perform").text
+            assert f'lang="{language}"' in shown
+            assert ("安" in shown or "保存" in shown) if language == "ja" else "safe" in shown
+
+
+def test_one_robot_is_with_one_person_at_a_time(tmp_path: Path) -> None:
+    now = [0.0]
+    lab = Lab(tmp_path, TWO_GESTURES, Robot(), clock=lambda: now[0])
+    first, second = lab.begin(), lab.begin()
+    post(lab, first, "/perform")
+    for told in (browser_page := second.get(f"{lab.home}/page"), post(lab, second, "/perform")):
+        assert told.status_code == 409
+        assert "Somebody else is with the robot" in told.text
+    assert browser_page.status_code == 409
+    for step, answer in enumerate(["fear", "shaky", "fear"]):
+        now[0] += IDLE - 1
+        if step == 2:
+            assert post(lab, first, "/perform").status_code == 303
+        page(lab, first)
+        post(lab, first, step=str(step), answer=answer)
+    assert post(lab, second, "/perform").status_code == 409
+    post(lab, first, step="3", answer="shaky")
+    assert "Thank you" in page(lab, first)
+    assert post(lab, second, "/perform").status_code == 303
+    assert {a.participant for a in lab.store.answers()} == {1}
+
+
+@pytest.mark.parametrize("leave", ["/next", "/withdraw", ""])
+def test_who_leaves_the_robot_makes_room(tmp_path: Path, leave: str) -> None:
+    now = [0.0]
+    lab = Lab(tmp_path, TWO_GESTURES, Robot(), clock=lambda: now[0])
+    first, second = lab.begin(), lab.begin()
+    code = first.cookies["miburi_study"]
+    post(lab, first, "/perform")
+    if leave:
+        post(lab, first, leave, code=code)
+    else:
+        now[0] += IDLE  # they only went away
+    assert "Watch the robot" in page(lab, second)
+    assert post(lab, second, "/perform").status_code == 303
+    if leave == "/withdraw":
+        assert set(lab.store.showings()) == {(2, 0)}
+    if not leave:  # who comes back answers what they have seen, and is told to wait then
+        assert "Question 1 of 4" in page(lab, first)
+        post(lab, first, step="0", answer="fear")
+        post(lab, first, step="1", answer="shaky")
+        assert "Somebody else is with the robot" in page(lab, first)
+
+
+def test_a_second_press_while_it_moves_starts_nothing(tmp_path: Path) -> None:
+    shown: list[str] = []
+
+    def perform(_: Expression) -> Showing:
+        shown.append(post(lab, lab.visitor(code), "/perform").text)  # in another tab
+        shown.append(post(lab, second, "/perform").text)
+        return Showing(Ending.WHOLE, begun=True)
+
+    lab = Lab(tmp_path, TWO_GESTURES, perform)
+    browser, second = lab.begin(), lab.begin()
+    code = browser.cookies["miburi_study"]
+    assert post(lab, browser, "/perform").status_code == 303
+    assert "The robot is moving" in shown[0]
+    assert "Somebody else is with the robot" in shown[1]
+    assert len(shown) == 2
+
+
+def test_after_a_fault_of_ours_the_button_works_again(tmp_path: Path) -> None:
+    faults = [RuntimeError("ours")]
+
+    def perform(_: Expression) -> Showing:
+        if faults:
+            raise faults.pop()
+        return Showing(Ending.WHOLE, begun=True)
+
+    lab = Lab(tmp_path, TWO_GESTURES, perform)
+    browser = lab.begin()
+    with pytest.raises(RuntimeError):
+        post(lab, browser, "/perform")
+    assert post(lab, browser, "/perform").status_code == 303
+
+
+def test_answers_from_before_there_were_live_gestures_can_be_gone_on_with(tmp_path: Path) -> None:
+    lab = Lab(tmp_path)
+    with sqlite3.connect(tmp_path / ANSWERS) as database:
+        database.execute("DROP TABLE showing")
+    database.close()
+    lab.begin()
+    (tmp_path / "films").rename(tmp_path / "old")
+    assert Lab(tmp_path).store.showings() == {}
