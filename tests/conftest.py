@@ -2,6 +2,7 @@
 
 import gc
 import os
+import signal
 from importlib import resources
 from importlib.util import find_spec
 from pathlib import Path
@@ -10,6 +11,9 @@ import pytest
 from hypothesis import settings
 
 from miburi.robot import Robot, iphonoid
+
+# A shell's background job ignores Ctrl-C, and so do all whom it starts; some tests press it.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # The same examples on every machine, and no clock: machines are slow and noisy.
 settings.register_profile("miburi", deadline=None, derandomize=True)

@@ -84,7 +84,7 @@ def fleet(ready: Event, over: Event, known: "queue.Queue[int]") -> None:
 
 def cpu(pid: int) -> float:
     """CPU seconds that a process has used."""
-    fields = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
+    fields = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rsplit(")", 1)[1].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
@@ -93,7 +93,7 @@ def main() -> None:
     config = folder / "mosquitto.conf"
     config.write_text(f"listener {PORT} 127.0.0.1\nallow_anonymous true\n")
     broker = subprocess.Popen(["mosquitto", "-c", config], stderr=subprocess.DEVNULL)
-    time.sleep(1)
+    time.sleep(1)  # until the broker listens
     heard = {"report": 0, "stops": 0}
 
     def count(_client: object, _data: object, message: paho.MQTTMessage) -> None:
@@ -121,7 +121,7 @@ def main() -> None:
         being.start()
         reports, seconds = sent.get()
         being.join()
-        time.sleep(1.0)
+        time.sleep(1.0)  # what is still on its way arrives
         used = (cpu(broker.pid) - before[0]) / seconds, (cpu(watching.pid) - before[1]) / seconds
         over.set()
         results[rate].append(

@@ -28,14 +28,19 @@ FIND = (
 
 def cpu(pid: int) -> float:
     """CPU seconds that a process has used."""
-    fields = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
+    fields = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rsplit(")", 1)[1].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def server_of(pid: int) -> int:
     """The process that serves: the child with the most memory."""
-    children = map(int, Path(f"/proc/{pid}/task/{pid}/children").read_text().split())
-    return max(children, key=lambda one: int(Path(f"/proc/{one}/statm").read_text().split()[1]))
+    children = map(
+        int, Path(f"/proc/{pid}/task/{pid}/children").read_text(encoding="utf-8").split()
+    )
+    return max(
+        children,
+        key=lambda one: int(Path(f"/proc/{one}/statm").read_text(encoding="utf-8").split()[1]),
+    )
 
 
 def measure(options: list[str], topics: list[str]) -> float:
@@ -55,10 +60,10 @@ def measure(options: list[str], topics: list[str]) -> float:
             )
             for topic in topics
         ]  # fmt: skip
-        time.sleep(7)
+        time.sleep(7)  # their scan of 4 s is over, and they listen
         server = server_of(run.pid)
         before, then = cpu(server), time.monotonic()
-        time.sleep(SECONDS)
+        time.sleep(SECONDS)  # what is measured is what passes meanwhile
         used = (cpu(server) - before) / (time.monotonic() - then)
         for process in (*heard, run):
             process.terminate()

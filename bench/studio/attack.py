@@ -34,11 +34,13 @@ from collections.abc import Awaitable, Callable
 from contextlib import suppress
 from http.client import HTTPConnection, HTTPException
 from pathlib import Path
+from typing import NamedTuple
 from urllib.parse import urlsplit
 
 import httpx
-from measure import memory
+from measure import memories
 from websockets.asyncio.client import connect as connect_async
+from websockets.exceptions import ConnectionClosed, InvalidHandshake
 from websockets.sync.client import ClientConnection, connect
 
 import miburi
@@ -145,7 +147,21 @@ def prefer(nice: int) -> None:
     """Set the priority of this process, and of its session, where Linux groups by sessions."""
     with suppress(OSError):  # only root may
         os.nice(nice - os.nice(0))
-        Path("/proc/self/autogroup").write_text(str(nice))
+        Path("/proc/self/autogroup").write_text(str(nice), encoding="utf-8")
+
+
+class Look(NamedTuple):
+    """When, s; the robot's time, s; the memory of each process, MB; the machine's load."""
+
+    now: float
+    time: float
+    memories: list[float]
+    load: float
+
+    @property
+    def memory(self) -> float:
+        """Of all processes, MB; what they share is counted twice."""
+        return sum(self.memories)
 
 
 class Watch(threading.Thread):
@@ -153,26 +169,39 @@ class Watch(threading.Thread):
 
     def __init__(self, url: str, pid: int) -> None:
         super().__init__(daemon=True)
-        self.socket: ClientConnection = connect(
-            "ws" + url.removeprefix("http") + "/api/v1/live?rate=2"
-        )
+        self.url = "ws" + url.removeprefix("http") + "/api/v1/live?rate=2"
+        self.socket: ClientConnection = connect(self.url)
+        self.closed: list[str] = []
         self.pid = pid
-        self.seen: list[tuple[float, float, float, float]] = []
+        self.seen: list[Look] = []
         self.endings: set[str] = set()
 
     def release(self) -> None:
         """Let a stopped body go on."""
-        self.socket.send('{"do": "release"}')
+        with suppress(ConnectionClosed):
+            self.socket.send('{"do": "release"}')
 
     def run(self) -> None:
-        with suppress(Exception):
+        with suppress(OSError, InvalidHandshake):  # the partner has gone
+            while True:
+                self.read()
+                self.socket = connect(self.url, open_timeout=30)
+
+    def read(self) -> None:
+        """Read states until the partner closes the connection, and note when and how it did."""
+        try:
             for text in self.socket:
                 state = json.loads(text)
                 if "time" in state:
-                    now = (time.monotonic(), state["time"], memory(self.pid), os.getloadavg()[0])
-                    self.seen.append(now)
+                    load = os.getloadavg()[0]
+                    self.seen.append(
+                        Look(time.monotonic(), state["time"], memories(self.pid), load)
+                    )
                     if state["recording_end"]:
                         self.endings.add(state["recording_end"]["reason"])
+        except ConnectionClosed:
+            pass
+        self.closed.append(f"{time.strftime('%H:%M:%S')} {self.socket.close_code}")
 
 
 def press(url: str, count: int, seconds: float, release: Callable[[], None]) -> list[float]:
@@ -180,8 +209,8 @@ def press(url: str, count: int, seconds: float, release: Callable[[], None]) -> 
     took, kept = [], HTTPConnection(urlsplit(url).netloc, timeout=30)
     begin = time.monotonic()
     for number in range(count):
-        # Presses are spread evenly over the time, however long each takes.
-        time.sleep(max(0.0, begin + number * seconds / count - time.monotonic()))
+        due = begin + number * seconds / count
+        time.sleep(max(0.0, due - time.monotonic()))  # presses are spread evenly over the time
         before = time.monotonic()
         if number % 2 == 0:
             kept.close()  # the next one opens it anew
@@ -214,9 +243,11 @@ def start(folder: Path) -> subprocess.Popen[str]:
             resource.setrlimit(resource.RLIMIT_FSIZE, (1_000_000, 1_000_000))
 
     print("disk:", f"tmpfs of {DISK}" if may else "files of at most 1 MB")
-    # A limit can only be set between fork and exec; no thread is running here yet (PLW1509).
-    return subprocess.Popen([*small, *run] if may else run, stdout=subprocess.PIPE,
-                            stderr=subprocess.PIPE, text=True, preexec_fn=limit)  # noqa: PLW1509  # fmt: skip
+    # A limit can only be set between fork and exec.
+    return subprocess.Popen(
+        [*small, *run] if may else run, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        preexec_fn=limit,  # noqa: PLW1509  (no thread is running here yet)
+    )  # fmt: skip
 
 
 def times(took: list[float]) -> str:
@@ -227,12 +258,29 @@ def times(took: list[float]) -> str:
     return f"Stop within 0.1 s: {sum(one <= 0.1 for one in took)} of {len(took)}; {words}"
 
 
+def times_by_connection(took: list[float]) -> str:
+    """The same, and for each kind of connection."""
+    new, kept = times(took[::2]), times(took[1::2])
+    return f"{times(took)}\n  over a new connection: {new}\n  over an open one: {kept}"
+
+
 def lost(folder: Path, pid: int) -> str:
     """Say what cannot be read any more: recordings, or the feelings."""
     inside = Path(f"/proc/{pid}/root{folder}")  # a tmpfs of its own is seen only from there
     broken = [path.name for path in inside.glob("recordings/*.mcap") if not [*read(path)]]
     feelings = remembered(inside / "feelings.json", shipped_temperament("playful"))
     return ", ".join(broken + ([] if feelings else ["feelings.json"])) or "nothing"
+
+
+def tell_memory(before: Look, during: list[Look], after: Look) -> None:
+    """Print the memory of all processes and of each, and how it grew."""
+    most = max(one.memory for one in during)
+    print(f"memory: {before.memory:.0f} MB before, {most:.0f} MB at most, "
+          f"{after.memory:.0f} MB 10 s after")  # fmt: skip
+    growths = zip(before.memories, after.memories, strict=False)
+    print(f"of each process: {', '.join(f'{a:.0f} → {b:.0f} MB' for a, b in growths)}")
+    quarters = [during[len(during) * part // 4 - 1].memory for part in range(1, 5)]
+    print(f"after each quarter of it: {', '.join(f'{one:.0f} MB' for one in quarters)}")
 
 
 def main() -> None:
@@ -274,21 +322,21 @@ def main() -> None:
                 one.kill()
         last = watch.seen[-1]
         time.sleep(10.0)  # memory falls back once the attackers are gone
-        after = watch.seen[-1]
+        after, closed = watch.seen[-1], watch.closed.copy()
         missing = lost(Path(folder) / "disk", process.pid)
         process.terminate()
         errors = process.communicate(timeout=60)[1].replace(folder, "FOLDER")
-    during = [one for one in watch.seen if calm[0] <= one[0] <= last[0]]
+    during = [one for one in watch.seen if calm.now <= one.now <= last.now]
     print(f"attackers alive at the end: {alive} of {len(ATTACKS)}; {wish.minutes:g} minutes")
     print(f"before the attack: {times(calmly)}")
-    print(f"in the attack: {times(took)}")
-    print(f"robot's time over real time: {(last[1] - calm[1]) / (last[0] - calm[0]):.4f}")
-    print(f"memory: {calm[2]:.0f} MB before, {max(one[2] for one in during):.0f} MB at most, "
-          f"{after[2]:.0f} MB 10 s after")  # fmt: skip
-    print(f"recordings that ended by themselves: {', '.join(sorted(watch.endings)) or 'none'}")
+    print(f"in the attack: {times_by_connection(took)}")
+    print(f"robot's time over real time: {(last.time - calm.time) / (last.now - calm.now):.4f}")
+    tell_memory(calm, during, after)
+    print(f"the watching connection was closed: {', '.join(closed) or 'never'}\n"
+          f"recordings that ended: {', '.join(sorted(watch.endings)) or 'none'}")  # fmt: skip
     print(f"lost: {missing}; exit {process.returncode}, on stderr: {errors.strip() or 'nothing'}")
-    loads = [one[3] for one in during]
-    print(f"load: {min(loads):.1f} to {max(loads):.1f} on {os.cpu_count()} cores")
+    loads = sorted(one.load for one in during)
+    print(f"load: {loads[0]:.1f} to {loads[-1]:.1f} on {os.cpu_count()} cores")
 
 
 if __name__ == "__main__":

@@ -36,11 +36,11 @@ TICKS = os.sysconf("SC_CLK_TCK")
 
 
 @contextmanager
-def partner() -> Iterator[tuple[str, int]]:
+def partner(*options: str) -> Iterator[tuple[str, int]]:
     """Run a partner that knows nobody yet; yields its address and its process."""
     with tempfile.TemporaryDirectory() as folder:
         command = [sys.executable, "-m", "miburi", "run", "--headless", "--port", "0",
-                   "--folder", folder]  # fmt: skip
+                   "--folder", folder, *options]  # fmt: skip
         process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
         try:
             assert process.stdout
@@ -55,7 +55,7 @@ def partner() -> Iterator[tuple[str, int]]:
 
 def processes(pid: int) -> list[int]:
     """Return a process and all its children."""
-    children = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
+    children = Path(f"/proc/{pid}/task/{pid}/children").read_text(encoding="utf-8").split()
     return [pid, *(child for one in children for child in processes(int(one)))]
 
 
@@ -63,18 +63,21 @@ def processor(pid: int) -> float:
     """Return the processor time of a process and its children, s."""
     total = 0
     for one in processes(pid):
-        fields = Path(f"/proc/{one}/stat").read_text().rsplit(")", 1)[1].split()
+        fields = Path(f"/proc/{one}/stat").read_text(encoding="utf-8").rsplit(")", 1)[1].split()
         total += int(fields[11]) + int(fields[12])
     return total / TICKS
 
 
+def memories(pid: int) -> list[float]:
+    """Return the resident memory of a process and of each of its children, MB."""
+    texts = [Path(f"/proc/{one}/status").read_text(encoding="utf-8") for one in processes(pid)]
+    found = [re.search(r"VmRSS:\s+(\d+)", text) for text in texts]
+    return [int(one.group(1)) / 1024 for one in found if one]
+
+
 def memory(pid: int) -> float:
     """Return the resident memory of a process and its children, MB (what they share twice)."""
-    total = 0
-    for one in processes(pid):
-        found = re.search(r"VmRSS:\s+(\d+)", Path(f"/proc/{one}/status").read_text())
-        total += int(found.group(1)) if found else 0
-    return total / 1024
+    return sum(memories(pid))
 
 
 def serial(url: str) -> int:

@@ -9,19 +9,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.fixtures.command import COMMAND, miburi, miburi_apart
 
 from miburi import __version__
 from miburi.feelings import TEMPERAMENTS
 from miburi.robot import EXTREMITIES, Robot, forward
 
-COMMAND = [sys.executable, "-m", "miburi"]
 NEUTRAL = ["0", "0.1", "1.3", "0.25", "0.1", "-1.3", "-0.25", "0.8"]
-
-
-def miburi(*arguments: str, given: str = "") -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [*COMMAND, *arguments], input=given, capture_output=True, text=True, check=False
-    )
 
 
 def places(robot: Robot, angles: np.ndarray) -> list[str]:
@@ -34,8 +28,8 @@ def places(robot: Robot, angles: np.ndarray) -> list[str]:
 
 
 def test_version_and_help() -> None:
-    assert miburi("--version").stdout == f"miburi {__version__}\n"
-    assert "experiment" in miburi("--help").stdout
+    assert miburi_apart("--version").stdout == f"miburi {__version__}\n"
+    assert "experiment" in miburi_apart("--help").stdout
 
 
 def test_help_lists_every_temperament() -> None:
@@ -87,15 +81,15 @@ def test_many_lines_in_many_lines_out(robot: Robot) -> None:
 
 
 def test_each_command_reads_what_the_other_prints() -> None:
-    places = miburi("forward", "--json", *NEUTRAL).stdout
+    places = miburi_apart("forward", "--json", *NEUTRAL).stdout
     turned = json.dumps(dict(reversed(json.loads(places).items())))  # the names say which is which
-    angles = miburi("ik", "--json", given=f"{places}{turned}\n").stdout
-    again = miburi("forward", "--json", given=angles).stdout.splitlines()
+    angles = miburi_apart("ik", "--json", given=f"{places}{turned}\n").stdout
+    again = miburi_apart("forward", "--json", given=angles).stdout.splitlines()
     for line in again:
         for name, place in json.loads(line).items():
             np.testing.assert_allclose(place, json.loads(places)[name], atol=1e-6)
     assert len(again) == 2
-    refused = miburi("ik", "--json", given='{"right": [0, 0, 0], "left": 3}')
+    refused = miburi_apart("ik", "--json", given='{"right": [0, 0, 0], "left": 3}')
     assert refused.returncode == 2
     assert refused.stderr.startswith("miburi: 9 coordinates are needed, got [0, 0, 0, 3, null]")
 
@@ -180,8 +174,8 @@ def test_another_robot_file(tmp_path: Path) -> None:
 
 def test_experiment_writes_whole_files(tmp_path: Path) -> None:
     outs = []
-    for name in ("a", "b"):
-        out = miburi("experiment", "--seconds", "8", "--no-film", "--out", str(tmp_path / name))
+    for name, run in (("a", miburi), ("b", miburi_apart)):
+        out = run("experiment", "--seconds", "8", "--no-film", "--out", str(tmp_path / name))
         assert out.returncode == 0, out.stderr
         outs.append(out.stdout)
     names = ["experiment.json", "experiment.mcap", "experiment.png", "timing.json"]

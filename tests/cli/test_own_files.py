@@ -3,12 +3,12 @@
 import json
 import os
 import subprocess
-import sys
 from contextlib import nullcontext
 from pathlib import Path
 
 import httpx
 import pytest
+from tests.fixtures.command import COMMAND, miburi
 from tests.fixtures.live import address, started
 from typer.testing import CliRunner
 
@@ -17,11 +17,8 @@ from miburi.errors import OutputError
 from miburi.gestures import MovementFunction
 from miburi.robot import Robot
 
-COMMAND = [sys.executable, "-m", "miburi"]
-
-
-def miburi(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([*COMMAND, *arguments], capture_output=True, text=True, check=False)
+#: Trials in this process; others start two more.
+TRIALS = ("trials", "--workers", "1", "--json")
 
 
 def test_run_takes_a_robot_gestures_and_a_temperament(
@@ -89,14 +86,13 @@ def test_experiment_with_a_robot_and_a_gesture_of_ones_own(
 
 
 def test_trials_of_a_robot_of_ones_own(tall_file: Path) -> None:
-    options = ("--free", "6", "--blocked", "4", "--workers", "1", "--json")
-    out = miburi("trials", "--robot", tall_file, *options)
+    out = miburi(*TRIALS, "--robot", tall_file, "--free", "6", "--blocked", "4")
     assert out.returncode == 0, out.stderr
     assert json.loads(out.stdout)["free"] == 6
 
 
 def test_the_servo_that_others_identified_moves_freely(tmp_path: Path) -> None:
-    done = miburi("trials", "--free", "12", "--blocked", "6", "--json")
+    done = miburi("trials", "--json", "--free", "12", "--blocked", "6")
     assert done.returncode == 0, done.stderr
     counts = json.loads(done.stdout)
     assert counts["servo"] == "XL330-M288-T"
@@ -108,20 +104,20 @@ def test_calibrated_servos_drive_trials(tmp_path: Path) -> None:
     done = miburi("calibrate", "--out", file)
     assert done.returncode == 0, done.stderr
     assert "s of the robot's time" in done.stdout
-    out = miburi("trials", "--calibration", file, "--free", "8", "--blocked", "4", "--json")
+    out = miburi(*TRIALS, "--calibration", file, "--free", "8", "--blocked", "4")
     assert out.returncode == 0, out.stderr
     counts = json.loads(out.stdout)
     assert counts["false_stops"] == counts["missed_above_2N"] == 0
 
 
 def test_without_a_rule_the_motors_limit_alone_keeps_the_push_low() -> None:
-    options = ("--free", "2", "--blocked", "40", "--rule", "off", "--json")
-    done = miburi("trials", *options)
+    options = ("--free", "2", "--blocked", "40", "--rule", "off")
+    done = miburi(*TRIALS, *options)
     assert done.returncode == 0, done.stderr
     figures = json.loads(done.stdout)
     assert figures["missed"] == 40  # nothing stops
     assert figures["sustained_force_p95"] <= 7.0
-    imagined = json.loads(miburi("trials", *options, "--servo", "imagined").stdout)
+    imagined = json.loads(miburi(*TRIALS, *options, "--servo", "imagined").stdout)
     assert imagined["sustained_force_p95"] > 7.0  # it has no such limit
 
 
@@ -140,9 +136,9 @@ def test_a_servo_has_one_calibration() -> None:
 
 
 def test_in_a_state_and_without_a_part_trials_still_notice() -> None:
-    few = ("--free", "3", "--blocked", "3", "--json")
+    few = ("--free", "3", "--blocked", "3")
     for options in (("--state", "warmed-up"), ("--without", "ceiling", "--rule", "weightless")):
-        done = miburi("trials", *few, *options)
+        done = miburi(*TRIALS, *few, *options)
         assert done.returncode == 0, done.stderr
         figures = json.loads(done.stdout)
         assert figures["missed_above_2N"] == 0
@@ -167,8 +163,8 @@ def test_a_calibration_of_a_robot_of_ones_own_is_used(tall_file: Path, tmp_path:
     out = miburi("calibrate", "--robot", tall_file, "--out", file)
     assert out.returncode == 0, out.stderr
     assert "Contact rule of tall" in file.read_text()
-    options = ("--robot", tall_file, "--calibration", file, "--workers", "1", "--json")
-    out = miburi("trials", "--free", "2", "--blocked", "0", *options)
+    options = ("--robot", tall_file, "--calibration", file)
+    out = miburi(*TRIALS, "--free", "2", "--blocked", "0", *options)
     assert out.returncode == 0, out.stderr
 
 

@@ -1,7 +1,10 @@
 """The partner from another process: what crosses, what overtakes, and what is said of silence."""
 
+import itertools
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
+from multiprocessing import Pipe
+from queue import SimpleQueue
 
 import httpx
 import numpy as np
@@ -45,8 +48,9 @@ def pair(runner: Runner) -> Iterator[tuple[FarPartner, Lanes]]:
     """A far partner whose other side is the test itself."""
     near, ends = lanes()
     near.asking.send(Hello(runner.robot, runner.repertoire, ["calm"], 5))
-    near.asking.send(Latest(runner.snapshot.json, [], [], runner.motors))
-    yield FarPartner(ends), near
+    near.asking.send(Latest(1, runner.snapshot.json, [], [], runner.motors))
+    ticks = itertools.count(0.0)
+    yield FarPartner(ends, clock=lambda: next(ticks)), near
     near.close()
 
 
@@ -75,6 +79,10 @@ def test_everything_that_can_be_asked_crosses(runner: Runner, far: FarPartner) -
     done(runner, far.stop())
     assert runner.snapshot.state.phase == "stopped"
     run(runner, 1.0)
+    with pytest.raises(BodyError, match="pressed since"):  # it may have come before the Stop
+        done(runner, far.release(by_person=True))
+    far.beat()
+    far.beat()
     done(runner, far.release(by_person=True))
     assert runner.snapshot.state.phase == "returning"
 
@@ -121,18 +129,36 @@ def test_a_stop_makes_a_release_void_that_it_has_overtaken(runner: Runner) -> No
     near, ends = lanes()
     answer(runner, near)
     assert isinstance(ends.asking.recv(), Hello)
-    ends.stopping.send(1)
+    ends.stopping.send(1.0)
     until(lambda: runner.tick() or ends.stopping.poll())
     run(runner, 1.0)
-    ends.asking.send(Ask(1, "release", (True,), 0))  # pressed before the Stop
+    ends.asking.send(Ask(1, "release", (True, None), 0.9))  # pressed before the Stop
     until(lambda: runner.tick() or ends.asking.poll())
     refused = ends.asking.recv()
     assert isinstance(refused, Answer)
     assert "Stop has been pressed since" in str(refused.error)
-    ends.asking.send(Ask(2, "release", (True,), 1))
+    ends.asking.send(Ask(2, "release", (True, None), 1.1))
     until(lambda: runner.tick() or ends.asking.poll())
     assert ends.asking.recv().error is None
     ends.close()
+
+
+def test_a_page_releases_the_stop_that_it_shows_and_no_later_one(
+    runner: Runner, far: FarPartner
+) -> None:
+    done(runner, far.stop())
+    run(runner, 1.0)
+    shown = runner.snapshot.state.serial
+    done(runner, far.release(seen=shown))  # however early the wish came
+    done(runner, far.stop())
+    run(runner, 1.0)
+    with pytest.raises(BodyError, match="Stop has been pressed since"):
+        done(runner, far.release(by_person=True, seen=shown))
+    now = runner.snapshot.state.serial
+    with pytest.raises(BodyError, match="Stop has been pressed since"):
+        done(runner, far.release(seen=now + 1000))  # nobody has seen that yet
+    assert runner.snapshot.state.phase == "stopped"
+    done(runner, far.release(seen=now))
 
 
 def test_a_flood_of_stops_fills_no_pipe_and_none_is_lost(
@@ -179,9 +205,33 @@ def test_silence_is_said_and_ends_with_news(
             socket.recv(5)
     monkeypatch.setattr("miburi.live.far.SILENCE", 60.0)
     assert isinstance(near.asking.recv(), Look)
-    near.asking.send(Latest(runner.snapshot.json, [], [], None))
+    near.asking.send(Latest(1, runner.snapshot.json, [], [], None))
     assert isinstance(near.asking.recv(), Look)
     assert far.reachable
+
+
+def test_who_has_been_answered_from_afar_reads_a_state_that_shows_it(live: Runner) -> None:
+    near, ends = lanes()
+    answer(live, near)
+    far = FarPartner(ends)
+    for paused in (True, False) * 10:
+        far.pause(paused).result(5)
+        assert far.snapshot.state.paused == paused
+    ends.close()
+
+
+def test_an_answer_waits_for_the_state_that_shows_it(
+    runner: Runner, pair: tuple[FarPartner, Lanes]
+) -> None:
+    far, near = pair
+    future = far.pause(True)
+    state, motors = runner.snapshot.json, runner.motors.model_copy(update={"port": "new"})
+    near.asking.send(Answer(1, None, None, serial=3))
+    near.asking.send(Latest(2, state, [], [], motors))  # of the step before
+    until(lambda: far.motors == motors)
+    assert not future.done()
+    near.asking.send(Latest(3, state, [], [], None))
+    future.result(5)
 
 
 def test_nobody_waits_for_a_process_that_has_ended(pair: tuple[FarPartner, Lanes]) -> None:
@@ -206,6 +256,31 @@ def test_the_body_is_stopped_while_the_server_serves_nobody(
     until(lambda: live.held)
     assert "the server hangs" in capsys.readouterr().err
     ends.close()
+
+
+@pytest.mark.parametrize("first", ["server", "reception"])
+def test_it_is_ready_when_the_server_and_the_reception_are(runner: Runner, first: str) -> None:
+    """Else a reception that hangs before its first sign of life would never be missed."""
+    (near, ends), (reception, ours) = lanes(), Pipe()
+    ready = SimpleQueue[None]()
+    answer(runner, near, on_ready=lambda: ready.put(None), reception=reception)
+    far = FarPartner(ends)
+
+    def tell(who: str) -> None:
+        if who == "server":
+            far.tell_ready()
+            done(runner, far.pause(True))  # which is asked after it, so that it has been heard
+        else:
+            ours.send(None)
+            ours.recv()
+
+    tell(first)
+    run(runner, 0.1)
+    assert ready.empty()
+    tell("reception" if first == "server" else "server")
+    ready.get(timeout=10)
+    ends.close()
+    ours.close()
 
 
 def test_a_contact_is_told_from_afar(runner: Runner, far: FarPartner) -> None:

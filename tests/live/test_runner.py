@@ -71,6 +71,15 @@ def test_the_inverse_kinematics_can_be_chosen(
     assert worst > 1e-4 if settings else worst < 1e-5
 
 
+def test_who_has_been_answered_reads_a_state_that_shows_it(runner: Runner) -> None:
+    paused: list[bool] = []
+    for wanted in (True, False):
+        answered = runner.pause(wanted)
+        answered.add_done_callback(lambda _: paused.append(runner.snapshot.state.paused))
+        runner.tick()
+    assert paused == [True, False]
+
+
 def test_a_hand_in_the_way_is_explained(runner: Runner) -> None:
     runner.stimulate(Stimulus("happiness", 0.9))
     state = block(runner)

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from miburi.bodies import BodyState
-from miburi.feelings import EmotionalModel, Expression, shipped_temperament
+from miburi.feelings import EmotionalModel, Expression, Stimulus, shipped_temperament
 from miburi.live.archive import Archive
 from miburi.live.runner import STEP, Runner
 from miburi.live.watchdog import DEAD, LATE, Watchdog
@@ -57,12 +57,14 @@ def test_while_the_loop_hangs_the_body_is_stopped_and_everybody_sees_it(
     with monkeypatch.context() as patch:
         patch.setattr(runner.body, "step", hangs)
         patch.setattr(runner.body, "halt", halted.set)
+        asked = runner.stimulate(Stimulus("fear", 0.1))
         runner.start()
         assert halted.wait(10)
         until(lambda: runner.snapshot.state.stop)
         stop = runner.snapshot.state.stop
         assert stop is not None
         assert (runner.snapshot.state.phase, stop.reason) == ("stopped", StopReason.LOOP_LATE)
+        asked.result(5)  # it has been taken; its step hangs
     hang.set()
     until(lambda: [entry for entry in runner.log() if entry.kind == "stopped"])
     assert runner.body.state.phase == "stopped"
@@ -118,6 +120,7 @@ def test_a_step_that_raises_stops_the_body_and_the_loop_goes_on(
 
     with monkeypatch.context() as patch:
         patch.setattr(live.body, "step", fail)
+        live.stimulate(Stimulus("fear", 0.1)).result(5)  # who asks is answered all the same
         until(lambda: "loop_failed" in [entry.kind for entry in live.log()])
         until(lambda: live.snapshot.state.phase == "stopped")
     until(lambda: "stopped" in [entry.kind for entry in live.log()] or live.failure)

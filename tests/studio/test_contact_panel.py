@@ -9,8 +9,9 @@ from miburi.live.runner import Runner
 from miburi.live.state import Entry, StopOut
 from miburi.safety.stop import StopReason
 from miburi.senses.happenings import notice
+from miburi.senses.tone import coloured
 from miburi.senses.words import hear
-from miburi.studio.contact_panel import line, why
+from miburi.studio.contact_panel import line, measurements, why
 from miburi.studio.words import LANGUAGES, words
 
 
@@ -39,6 +40,18 @@ def test_every_stop_is_told_in_words_and_none_by_its_key(
 
 
 @pytest.mark.parametrize(
+    ("force", "told"), [(12.34, "12.3 N"), (1300.9, "over 60 N: the drawn hand")]
+)
+def test_no_force_is_told_that_no_motor_can_press_with(force: float, told: str) -> None:
+    stop = StopOut(
+        time=1.0, reason=StopReason.CONTACT, motor="waist", sign="tracking", part="left_hand",
+        ratio=0.5, moved=0.1, due=0.2, measured=None, expected=None, force=force,
+        mood_before=0.5, mood_after=0.4,
+    )  # fmt: skip
+    assert told in measurements(stop, 0.9372, words("en"))
+
+
+@pytest.mark.parametrize(
     ("language", "said", "touched"),
     [
         (
@@ -64,3 +77,17 @@ def test_the_log_says_why_it_felt_something(
     assert (first, second) == (said, touched)
     assert third.startswith(words(language)["source"]["touch"])
     assert third.endswith("0.50")
+
+
+@pytest.mark.parametrize(
+    ("language", "told"),
+    [
+        ("en", "A remark: thrill, strength 0.92, for “happy”, “so”, a raised voice"),
+        ("ja", "声かけ：興奮、強さ 0.92（「happy」, 「so」, 大きく高い声）"),
+    ],
+)
+def test_a_tone_of_voice_is_told_in_words(runner: Runner, language: str, told: str) -> None:
+    runner.take(coloured(hear("I am so happy today"), "raised"))
+    runner.tick()
+    (entry,) = [one for one in runner.log() if one.kind == "stimulus"]
+    assert line(entry, words(language)) == told

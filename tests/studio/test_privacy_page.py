@@ -11,7 +11,7 @@ from fastapi.testclient import TestClient
 from miburi.interface.broker import Broker
 from miburi.interface.doors import Doors
 from miburi.interface.endpoint import Endpoint
-from miburi.interface.pairing import Reach
+from miburi.interface.reach import Reach
 from miburi.interface.ros_network import RosNetwork
 from miburi.live.runner import Runner
 from miburi.studio.privacy_page import privacy_router, switches

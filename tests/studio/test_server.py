@@ -10,6 +10,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from contextlib import AbstractContextManager, suppress
+from http.client import HTTPResponse
 from itertools import islice
 from pathlib import Path
 from urllib.error import URLError
@@ -25,7 +26,7 @@ from websockets.sync.client import connect
 
 import miburi
 from miburi.feelings import shipped_temperament
-from miburi.interface.pairing import qr_for_terminal
+from miburi.interface.reach import qr_for_terminal
 from miburi.live.memory import remembered
 from miburi.live.recording import read
 
@@ -61,15 +62,18 @@ def session(leader: int) -> dict[int, str]:
     return found
 
 
-def server_of(partner: int) -> int:
-    """The process that the partner's process has given the server."""
-    (server,) = [pid for pid, words in session(partner).items() if "spawn_main" in words]
-    return server
+#: Which of the helpers is which, in the order in which they begin.
+SERVER, RECEPTION = 0, 1
 
 
-def nobody_left(partner: int, server: int) -> None:
-    """Wait until both are gone; the server has a session of its own."""
-    while session(partner) or session(server):
+def helpers_of(partner: int) -> list[int]:
+    """The processes that the partner's process has started: the server, and the reception."""
+    return sorted(pid for pid, words in session(partner).items() if "spawn_main" in words)
+
+
+def nobody_left(partner: int, helpers: list[int]) -> None:
+    """Wait until all are gone; each helper has a session of its own."""
+    while session(partner) or any(session(helper) for helper in helpers):
         pass
 
 
@@ -281,6 +285,21 @@ def test_what_the_interface_has_not_is_said_in_json(start: Start) -> None:
         refuses_in_json(address(said))
 
 
+def test_an_address_without_a_page_shows_the_ways_back_and_tells_the_terminal_nothing(
+    tmp_path: Path,
+) -> None:
+    process = awake(tmp_path)
+    assert process.stdout is not None
+    url = address(process.stdout.readline())
+    for language, words in (("en", "nothing at this address"), ("ja", "何もありません")):
+        page = httpx.get(url + "/mistyped", headers={"Accept-Language": language})
+        assert (page.status_code, words in page.text) == (404, True)
+        assert 'href="/"' in page.text
+    process.terminate()
+    said, errors = process.communicate(timeout=30)
+    assert ("mistyped" in said, errors) == (False, "")
+
+
 def test_ctrl_c_is_a_good_end(tmp_path: Path) -> None:
     process = awake(tmp_path)
     assert process.stdout is not None
@@ -304,41 +323,59 @@ def test_ctrl_c_leaves_a_stopped_body_where_it_is(tmp_path: Path) -> None:
     assert said.startswith("Good-bye. The body was stopped and stays where it is, softly held; ")
 
 
-def test_ctrl_c_in_a_terminal_is_a_good_end_of_both_processes(tmp_path: Path) -> None:
+def test_ctrl_c_in_a_terminal_is_a_good_end_of_all_processes(tmp_path: Path) -> None:
     process = awake(tmp_path)
     assert process.stdout is not None
     process.stdout.readline()
-    server = server_of(process.pid)
+    helpers = helpers_of(process.pid)
     os.killpg(process.pid, signal.SIGINT)
     said, errors = process.communicate(timeout=30)
     assert (process.returncode, errors) == (0, "")
     assert said.startswith("Good-bye. The body rests at neutral")
-    nobody_left(process.pid, server)
+    nobody_left(process.pid, helpers)
+
+
+def test_who_asks_it_twice_to_end_leaves_nobody_behind(tmp_path: Path) -> None:
+    """The second time falls into the moment in which it ends its helpers, or soon after."""
+    process = awake(tmp_path)
+    assert process.stdout is not None
+    url = address(process.stdout.readline())
+    helpers = helpers_of(process.pid)
+    process.terminate()
+    with suppress(httpx.TransportError):
+        while True:
+            httpx.get(url + "/api/v1/state")
+    process.terminate()
+    said, errors = process.communicate(timeout=30)
+    assert said.startswith("Good-bye. ") or "interrupted" in errors
+    assert "Traceback" not in errors
+    nobody_left(process.pid, helpers)
 
 
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGTERM])
+@pytest.mark.parametrize("which", [SERVER, RECEPTION])
 def test_if_the_server_ends_the_body_is_stopped_and_the_program_ends_with_a_word(
-    tmp_path: Path, how: signal.Signals
+    tmp_path: Path, how: signal.Signals, which: int
 ) -> None:
     process = awake(tmp_path)
     assert process.stdout is not None
     process.stdout.readline()
-    server = server_of(process.pid)
-    os.kill(server, how)
+    helpers = helpers_of(process.pid)
+    os.kill(helpers[which], how)
     said, errors = process.communicate(timeout=30)
     assert (process.returncode, said) == (1, "")
     assert "the server has ended" in errors
     assert "stopped where it was" in errors
     assert "Traceback" not in errors
     assert remembered(tmp_path / "feelings.json", shipped_temperament("playful")) is not None
-    nobody_left(process.pid, server)
+    nobody_left(process.pid, helpers)
 
 
 def test_if_the_partner_is_killed_the_server_ends_too(tmp_path: Path) -> None:
     process = awake(tmp_path)
     assert process.stdout is not None
     url = address(process.stdout.readline())
-    server = server_of(process.pid)
+    helpers = helpers_of(process.pid)
     with connect(url.replace("http", "ws") + "/api/v1/live") as socket:
         socket.recv()
         process.kill()
@@ -347,7 +384,7 @@ def test_if_the_partner_is_killed_the_server_ends_too(tmp_path: Path) -> None:
                 socket.recv(10)
     _, errors = process.communicate(timeout=30)
     assert "Traceback" not in errors
-    nobody_left(process.pid, server)
+    nobody_left(process.pid, helpers)
 
 
 def test_while_the_partner_hangs_the_server_says_that_it_cannot_be_reached(tmp_path: Path) -> None:
@@ -364,25 +401,56 @@ def test_while_the_partner_hangs_the_server_says_that_it_cannot_be_reached(tmp_p
         process.send_signal(signal.SIGCONT)
     while (answer := httpx.get(url + "/state")).status_code == 503:
         pass
-    assert answer.json()["phase"] == "stopped"  # that Stop has waited for it
+    # That Stop has waited for it, and is taken at its next step; the stop for its own silence,
+    # which comes first, would end by itself.
+    while not (state := httpx.get(url + "/state").json())["held"]:
+        assert state["phase"] == "stopped"
+    assert state["phase"] == "stopped"
     process.terminate()
     _, errors = process.communicate(timeout=30)
     assert (process.returncode, errors) == (0, "")
 
 
-def test_while_the_server_hangs_the_body_is_stopped(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("which", "name"), [(SERVER, "server"), (RECEPTION, "reception")])
+def test_while_the_server_hangs_the_body_is_stopped(tmp_path: Path, which: int, name: str) -> None:
     process = awake(tmp_path)
     assert process.stdout is not None
     assert process.stderr is not None
     url = address(process.stdout.readline()) + "/api/v1"
-    server = server_of(process.pid)
-    os.kill(server, signal.SIGSTOP)
+    hung = helpers_of(process.pid)[which]
+    os.kill(hung, signal.SIGSTOP)
     try:
-        assert "the server hangs, so the body was stopped" in process.stderr.readline()
+        assert f"the {name} hangs, so the body was stopped" in process.stderr.readline()
     finally:
-        os.kill(server, signal.SIGCONT)
+        os.kill(hung, signal.SIGCONT)
     state = httpx.get(url + "/state").json()
     assert (state["phase"], state["held"]) == ("stopped", True)
+    process.terminate()
+    process.communicate(timeout=30)
+    assert process.returncode == 0
+
+
+def test_while_the_server_hangs_stop_works_and_comes_before_an_earlier_release(
+    tmp_path: Path,
+) -> None:
+    process = awake(tmp_path)
+    assert process.stdout is not None
+    url = address(process.stdout.readline())
+    here = urlsplit(url).hostname, urlsplit(url).port
+    with httpx.Client(base_url=url + "/api/v1") as kept, socket.create_connection(here) as release:
+        kept.get("/state")
+        server = helpers_of(process.pid)[SERVER]
+        os.kill(server, signal.SIGSTOP)
+        try:
+            release.sendall(b"POST /api/v1/release HTTP/1.1\r\nHost: localhost\r\n\r\n")
+            answers = [kept.post("/stop"), httpx.post(url + "/api/v1/stop"), kept.post("/stop")]
+        finally:
+            os.kill(server, signal.SIGCONT)
+        assert [answer.status_code for answer in answers] == [204] * 3
+        said = HTTPResponse(release)
+        said.begin()
+        assert (said.status, b"Stop has been pressed since" in said.read()) == (409, True)
+        assert kept.get("/state").json()["phase"] == "stopped"
     process.terminate()
     process.communicate(timeout=30)
     assert process.returncode == 0

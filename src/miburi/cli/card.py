@@ -2,6 +2,7 @@
 
 import shutil
 import subprocess
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import datetime
@@ -259,6 +260,11 @@ def emulate(
     robot: RobotFile = None,
 ) -> None:
     """Run an emulated card with eight servos in real time, and print its port."""
+    if sys.platform == "win32":
+        raise BodyError(
+            "the emulated card's port is a pseudo-terminal, and Windows has none. Use Linux, macOS "
+            "or WSL; a simulated body needs no card: `miburi run`."
+        )
     from miburi.emulation.terminal import serve
 
     serve(robot_of(robot), seconds, print)

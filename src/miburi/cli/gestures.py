@@ -98,7 +98,7 @@ def preview(
     robot: RobotFile = None,
     solver: IkWay = "default",
 ) -> None:
-    """Film a gesture; draw six moments of it and the paths of its hands."""
+    """Film a gesture; draw twelve moments of it and the paths of its hands."""
     from miburi.ground.files import whole_files
     from miburi.studies.gestures.pictures import camera_on, show
 

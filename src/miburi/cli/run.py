@@ -80,6 +80,14 @@ def run(
     model: Annotated[
         str | None, typer.Option(help="The model's name there.", show_default=False)
     ] = None,
+    voice: Annotated[
+        str | None,
+        typer.Option(
+            help="flite: this computer gives English words their sound, for every page with its "
+            "voice on; by default each device uses a voice of its own.",
+            show_default=False,
+        ),
+    ] = None,
     temperament: TemperamentName = "playful",
     robot: RobotFile = None,
     servo: ServoName = None,
@@ -99,12 +107,17 @@ def run(
     seed: Annotated[int, typer.Option(help="Varies the gestures; 0 or more.")] = 0,
 ) -> None:
     """Wake the live partner and open its studio."""
+    from miburi.interface.synthesizer import find_synthesizer
     from miburi.studio.addresses import EVERYWHERE
     from miburi.studio.server import Wish, serve
 
     if servo is not None and body != "simulated":
         raise InputError("--servo is for the simulated body; a card has servos of its own.")
-    doors = replace(_doors(agents, ros, broker, broker_ca, name), talk=_endpoint(talk, model))
+    doors = replace(
+        _doors(agents, ros, broker, broker_ca, name),
+        talk=_endpoint(talk, model),
+        voice=None if voice is None else find_synthesizer(voice),
+    )
     description, rule = calibrated(robot_of(robot, servo), calibration)
     serve(
         Wish(

@@ -21,7 +21,6 @@ from pathlib import Path
 from urllib.parse import SplitResult, urlsplit
 from weakref import WeakValueDictionary
 
-from starlette.responses import RedirectResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from miburi.errors import OutputError
@@ -30,7 +29,11 @@ __all__ = [
     "AGENTS",
     "AUTHORITY",
     "BURST",
+    "CAME",
+    "CONNECTIONS",
     "COOKIE",
+    "HEADERS",
+    "HEADER_TIME",
     "LARGEST",
     "PAGE_BREATH",
     "PAGE_BURST",
@@ -38,6 +41,7 @@ __all__ = [
     "PAIRING",
     "PRIVACY",
     "RATE",
+    "SAFE_HEADERS",
     "SOCKETS",
     "STOP",
     "WRONG_BURST",
@@ -57,6 +61,8 @@ COOKIE = "miburi_token"
 PAIRING, PRIVACY, AUTHORITY = "/pair", "/privacy", "/ca.pem"
 #: What no limit holds up, for those who may use the partner.
 STOP = "/api/v1/stop"
+#: In a request's state: when it came, s on the clock of all processes, where a reception knows.
+CAME = "came"
 #: Where agents come in, if the partner lets them.
 AGENTS = "/mcp"
 #: Since this revision of MCP headers say what an agent asks for, and its server holds them against
@@ -67,6 +73,10 @@ _AGENTS_STOP = _REVISION | {b"mcp-method": b"tools/call", b"mcp-name": b"stop"}
 _AGENTS_LIST = _REVISION | {b"mcp-method": b"tools/list"}
 #: The largest body of a request, and the largest message on a WebSocket, bytes.
 LARGEST = 65_536
+#: Bytes that a request's headers may have, and s within which they must have come (ours).
+HEADERS, HEADER_TIME = 16_384, 10.0
+#: Connections that an address may have open, sockets not counted (ours).
+CONNECTIONS = 200
 #: Requests to the interface a second and at once, from one address.
 RATE, BURST = 50.0, 150.0
 #: Pages a second and at once, to one address; the server makes each of them anew.
@@ -81,7 +91,8 @@ WRONG_RATE, WRONG_BURST = 0.2, 10.0
 SOCKETS = 200
 _PAGES = ("/", "/face")
 _METHODS = ("GET", "HEAD", "POST", "DELETE")
-_HEADERS = (
+#: What every answer tells a browser not to do.
+SAFE_HEADERS = (
     (b"x-content-type-options", b"nosniff"),
     (b"referrer-policy", b"no-referrer"),
     (b"x-frame-options", b"DENY"),
@@ -209,11 +220,10 @@ class Gate:
             await self._app(scope, receive, send)
             return
         try:
-            self._check(scope)
+            self.check(scope)
         except RefusedError as refused:
             if refused.status in (401, 426) and _wants_page(scope):
-                pairing = RedirectResponse(f"{PAIRING}#{scope['path']}", 303)
-                await pairing(scope, receive, send)
+                await _lead(f"{PAIRING}#{scope['path']}", send)
                 return
             await _refuse(scope, receive, send, refused)
             return
@@ -251,7 +261,14 @@ class Gate:
         finally:
             self._next_page = loop.time() + PAGE_BREATH
 
-    def _check(self, scope: Scope) -> None:
+    def check(self, scope: Scope) -> None:
+        """Let a request pass.
+
+        Raises
+        ------
+        RefusedError
+            It may not, and why.
+        """
         headers = {name: value.decode("latin-1") for name, value in scope["headers"]}
         who = _asker(scope)
         path = scope["path"]
@@ -312,7 +329,7 @@ class Gate:
                 raise RefusedError(413, f"a request may have {LARGEST} bytes at most.")
             if message["type"] == "http.response.start":
                 began = True
-                message = {**message, "headers": [*message["headers"], *_HEADERS]}
+                message = {**message, "headers": [*message["headers"], *SAFE_HEADERS]}
             await send(message)
 
         try:
@@ -393,6 +410,12 @@ def _wants_page(scope: Scope) -> bool:
     return scope.get("method") == "GET" and scope["path"] in _PAGES and b"text/html" in accepted
 
 
+async def _lead(where: str, send: Send) -> None:
+    headers = [(b"location", where.encode()), (b"content-length", b"0"), *SAFE_HEADERS]
+    await send({"type": "http.response.start", "status": 303, "headers": headers})
+    await send({"type": "http.response.body"})
+
+
 async def _refuse(scope: Scope, receive: Receive, send: Send, refused: RefusedError) -> None:
     if scope["type"] == "websocket":
         await receive()  # the client's wish to connect
@@ -402,7 +425,7 @@ async def _refuse(scope: Scope, receive: Receive, send: Send, refused: RefusedEr
     headers = [
         (b"content-type", b"application/json"),
         (b"content-length", str(len(body)).encode()),
-        *_HEADERS,
+        *SAFE_HEADERS,
     ]
     await send({"type": "http.response.start", "status": refused.status, "headers": headers})
     await send({"type": "http.response.body", "body": body})

@@ -14,7 +14,7 @@ from miburi.errors import BodyError, InputError, MiburiError, OutputError
 from miburi.feelings import FEELINGS, SOURCES, Expression, Stimulus
 from miburi.gestures import KeyPose, blend
 from miburi.gestures.effort import Effort
-from miburi.interface.access import Allowance
+from miburi.interface.access import CAME, Allowance
 from miburi.interface.endpoint import Endpoint
 from miburi.interface.settle import done
 from miburi.interface.speech import Speech
@@ -22,6 +22,7 @@ from miburi.interface.wire import (
     BodyIn,
     BodyOut,
     ExpressIn,
+    FaceIn,
     GestureOut,
     HandIn,
     LinkOut,
@@ -202,15 +203,24 @@ def _asking(router: APIRouter, runner: LivePartner, speech: Speech) -> None:
 
     noticing = Allowance(NOTICED_RATE, NOTICED_BURST)
 
-    @router.post("/sense", status_code=_NOTHING, responses=_REFUSED)
-    async def sense(wish: SenseIn, request: Request) -> None:
-        """Let the partner notice a touch, a motion or a sound; never more than a few a second."""
+    def not_too_often(request: Request) -> None:
         if not noticing.take(request.client.host if request.client else ""):
             raise HTTPException(
                 429, f"too much at once; at most {NOTICED_RATE:g} a second, please."
             )
+
+    @router.post("/sense", status_code=_NOTHING, responses=_REFUSED)
+    async def sense(wish: SenseIn, request: Request) -> None:
+        """Let the partner notice a touch, a motion or a sound; never more than a few a second."""
+        not_too_often(request)
         since = _since_contact(runner)
         await done(runner.take(notice(wish.kind, wish.clearness, since_contact=since)))
+
+    @router.post("/face", status_code=_NOTHING, responses=_REFUSED)
+    async def face(wish: FaceIn, request: Request) -> None:
+        """Turn to a face, slowly, while nothing is felt; tell again within 5 s, or it has gone."""
+        not_too_often(request)
+        await done(runner.see(wish.x))
 
     @router.post("/express", status_code=_NOTHING, responses=_REFUSED)
     async def express(wish: ExpressIn) -> None:
@@ -224,9 +234,9 @@ def _asking(router: APIRouter, runner: LivePartner, speech: Speech) -> None:
         await done(runner.perform(None, gestures.look(runner.robot, wish.at, wish.seconds)))
 
     @router.post("/release", status_code=_NOTHING, responses=_REFUSED)
-    async def release() -> None:
+    async def release(request: Request) -> None:
         """Let a stopped body go back to neutral, and go on; refused in a contact's pause."""
-        await done(runner.release())
+        await done(runner.release(came=request.scope.get("state", {}).get(CAME)))
 
     @router.post("/pause", status_code=_NOTHING, responses=_REFUSED)
     async def pause(wish: PauseIn) -> None:

@@ -5,7 +5,7 @@ a server elsewhere. So a door that asks by it can do what HTTP can, and nothing 
 """
 
 import asyncio
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Coroutine
 from contextlib import AbstractAsyncContextManager, asynccontextmanager
 from pathlib import Path
 from typing import Self
@@ -18,7 +18,7 @@ from miburi.interface.client import PATIENCE, ConnectionLostError, accepted, dis
 from miburi.interface.wire import GestureOut
 from miburi.live.state import Entry, MotorsOut, State
 
-__all__ = ["Asker", "beside"]
+__all__ = ["Asker", "beside", "live_beside"]
 
 #: When there are too many requests at once: how often we ask, and s between (ours).
 _TOO_MANY, _TRIES, _BREATH = 429, 20, 0.1
@@ -101,3 +101,18 @@ def beside(app: FastAPI, work: Callable[[], AbstractAsyncContextManager[None]]) 
             yield
 
     app.router.lifespan_context = both
+
+
+def live_beside(app: FastAPI, life: Callable[[], Coroutine[None, None, None]]) -> None:
+    """Let ``life`` run for as long as the server of an application serves."""
+
+    @asynccontextmanager
+    async def living() -> AsyncIterator[None]:
+        task = asyncio.create_task(life())
+        try:
+            yield
+        finally:
+            task.cancel()
+            await asyncio.gather(task, return_exceptions=True)
+
+    beside(app, living)

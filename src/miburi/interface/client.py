@@ -10,7 +10,7 @@ Expressed(feeling='happiness', mood=0.41)
 """
 
 import ssl
-from collections.abc import Iterator, Mapping
+from collections.abc import Generator, Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -116,7 +116,7 @@ class RemotePartner:
         """The motors' temperatures, supply and calibration."""
         return MotorsOut.model_validate(self._get("/motors"))
 
-    def watch(self, rate: float = 30.0) -> Iterator[State]:
+    def watch(self, rate: float = 30.0) -> Generator[State, None, None]:
         """Yield states, ``rate`` a second (0.1 to 50), until you leave the loop."""
         address = "ws" + self._url.removeprefix("http") + f"/api/v1/live?rate={rate:g}"
         try:

@@ -137,6 +137,11 @@ class Conversation:
         self._slow: asyncio.Task[_Content] | None = None
         self._plainly = False
 
+    def overtake(self) -> None:
+        """Want no reply any more to what was said before."""
+        if self._thinking is not None:
+            self._thinking.cancel()
+
     async def reply(self, said: str, felt: Iterable[Stimulus], state: State) -> Reply | None:
         """Return a reply, or None if none has come in time; then ``trouble`` says why.
 
@@ -154,8 +159,7 @@ class Conversation:
         OvertakenError
             Somebody has said something else meanwhile.
         """
-        if self._thinking is not None:
-            self._thinking.cancel()
+        self.overtake()
         said = said.encode(errors="ignore").decode()  # half a character cannot be sent
         self._said.append((said, None))
         messages = [{"role": "system", "content": _prompt(felt, state)}, *self._messages()]

@@ -1,14 +1,17 @@
 """The doors that a user opens beside HTTP; each is loaded only then, and needs an extra."""
 
 from dataclasses import dataclass
-
-from fastapi import FastAPI
+from typing import TYPE_CHECKING
 
 from miburi.errors import need
 from miburi.interface.broker import Broker
 from miburi.interface.endpoint import Endpoint
 from miburi.interface.ros_network import RosNetwork
+from miburi.interface.synthesizer import Synthesizer
 from miburi.live.view import LivePartner
+
+if TYPE_CHECKING:  # the process of the partner's loop needs no web library
+    from fastapi import FastAPI
 
 __all__ = ["Doors"]
 
@@ -29,6 +32,8 @@ class Doors:
         Who thinks of what it answers; None: it answers by itself.
     ros
         The network of ROS 2 nodes; None: the partner is in none.
+    voice
+        What turns its words into sound; None: the devices of its pages do.
     """
 
     agents: bool = False
@@ -36,6 +41,7 @@ class Doors:
     name: str = "miburi"
     talk: Endpoint | None = None
     ros: RosNetwork | None = None
+    voice: Synthesizer | None = None
 
     def need(self) -> None:
         """Refuse to go on without the libraries of the open doors."""
@@ -46,8 +52,12 @@ class Doors:
         if self.ros is not None:
             need("cyclonedds", "ros")
 
-    def open(self, app: FastAPI, partner: LivePartner) -> None:
+    def open(self, app: "FastAPI", partner: LivePartner) -> None:
         """Add the doors to an application of a live partner."""
+        if self.voice is not None:
+            from miburi.interface.voice import voice_router
+
+            app.include_router(voice_router(partner, self.voice))
         if self.agents:
             from miburi.interface.agents import add_agents
 

@@ -11,8 +11,8 @@ This module needs the extra ``mqtt``; nothing loads it before somebody wants it.
 import asyncio
 import json
 import time
-from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager, suppress
+from collections.abc import Callable
+from contextlib import suppress
 from datetime import date
 from typing import Any
 
@@ -23,7 +23,7 @@ from miburi.errors import MiburiError, needs_extra
 from miburi.feelings import FEELINGS
 from miburi.feelings.catalogue import CATALOGUE
 from miburi.interface.access import Allowance
-from miburi.interface.asker import Asker, beside
+from miburi.interface.asker import Asker, live_beside
 from miburi.interface.broker import Broker, stay_at
 from miburi.interface.report import ALL, NEUTRAL, HomeReport, Topics, make_report, make_stop_news
 from miburi.interface.wire import SpeakIn, StimulusIn
@@ -51,17 +51,7 @@ _ONLINE, _OFFLINE = "online", "offline"
 
 def add_home(app: FastAPI, broker: Broker, name: str) -> None:
     """Let a partner live at a home's broker, for as long as the server serves."""
-
-    @asynccontextmanager
-    async def living() -> AsyncIterator[None]:
-        task = asyncio.create_task(live_at_home(Asker.within(app), broker, name))
-        try:
-            yield
-        finally:
-            task.cancel()
-            await asyncio.gather(task, return_exceptions=True)
-
-    beside(app, living)
+    live_beside(app, lambda: live_at_home(Asker.within(app), broker, name))
 
 
 async def live_at_home(

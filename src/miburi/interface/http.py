@@ -1,46 +1,50 @@
-"""How the server listens: what it grants a connection before anybody knows who asks.
+"""How a server takes connections: what it grants them before anybody knows who asks.
 
 Headers are limited in size, and must come within a time. An address has so many connections:
 when one more comes, its oldest silent one gives way, so that who opens many and says nothing
 keeps nobody out. An encrypted connection counts from its first moment, not from its handshake's
 end, so the same holds for it.
+
+Where a :mod:`reception <miburi.interface.reception>` listens for the server, connections come
+through a :class:`Passage`; those by http go back when they have been answered.
 """
 
 import asyncio
+import os
 import socket
 import ssl
 from asyncio.sslproto import SSLProtocol
 from collections import defaultdict
+from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
+import h11
 import uvicorn
 from starlette.types import ASGIApp
 from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.server import ServerState
 
-from miburi.interface.access import LARGEST
+from miburi.interface.access import CAME, CONNECTIONS, HEADER_TIME, HEADERS, LARGEST
+from miburi.interface.passing import ENCRYPTED, PLAIN, Passed, pass_on, taken_in
 
-if TYPE_CHECKING:
-    import h11
+__all__ = ["Passage", "configure", "encryption", "listen_encrypted"]
 
-__all__ = ["CONNECTIONS", "HEADERS", "HEADER_TIME", "configure", "encryption", "listen_encrypted"]
-
-#: Bytes that a request's headers may have, and s within which they must have come (ours).
-HEADERS, HEADER_TIME = 16_384, 10.0
-#: Connections that an address may have open, sockets not counted (ours).
-CONNECTIONS = 200
 #: s for which a closed connection waits for a farewell by the other side, which may be asleep; less
 #: than the server's own end.
 _FAREWELL = 0.5
 _BACKLOG = 2048
+#: Connections that are taken in at once: what waits meanwhile is served between them.
+_AT_ONCE = 16
 
 
 class _Connection(H11Protocol):
     """One connection that speaks HTTP."""
 
     _timer: asyncio.TimerHandle | None = None  # runs while no headers have come
+    passage: "Passage | None" = None  # where it goes back to
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         super().connection_made(transport)
@@ -61,7 +65,34 @@ class _Connection(H11Protocol):
         if self.scope is not None:  # its first headers have come
             self._hear()
 
-    def handle_websocket_upgrade(self, event: "h11.Request") -> None:
+    def on_response_complete(self) -> None:
+        self.app_state.pop(CAME, None)  # another request comes later
+        super().on_response_complete()
+        if self.passage is not None and self._rests:
+            self._go_back(self.passage)
+
+    @property
+    def _rests(self) -> bool:
+        """Whether all has been said and heard until now."""
+        return (
+            not self.transport.is_closing()
+            and self.conn.our_state is self.conn.their_state is h11.IDLE
+            and self.conn.trailing_data == (b"", False)
+            and self.transport.get_write_buffer_size() == 0
+        )
+
+    def _go_back(self, passage: "Passage") -> None:
+        self.transport.pause_reading()  # what comes from now on is the reception's to read
+        line = os.dup(self.transport.get_extra_info("socket").fileno())
+        try:
+            if passage.give_back(line):
+                self.transport.abort()
+            else:
+                self.transport.resume_reading()
+        finally:
+            os.close(line)
+
+    def handle_websocket_upgrade(self, event: h11.Request) -> None:
         self._leave()
         super().handle_websocket_upgrade(event)
 
@@ -148,20 +179,77 @@ def configure(app: ASGIApp, *, lifespan: bool = True) -> uvicorn.Config:
     )
 
 
+def _made(server: uvicorn.Server) -> _Connection:
+    loop = asyncio.get_running_loop()
+    return _Connection(server.config, server.server_state, server.lifespan.state, loop)
+
+
 async def listen_encrypted(
     server: uvicorn.Server, listener: socket.socket, context: ssl.SSLContext
 ) -> None:
     """Let a server that has started listen on one more socket, by https."""
-    loop = asyncio.get_running_loop()
-
-    def made() -> _Connection:
-        return _Connection(server.config, server.server_state, server.lifespan.state, loop)
-
     server.servers.append(
-        await loop.create_server(
-            lambda: _Handshake(made(), context), sock=listener, backlog=server.config.backlog
+        await asyncio.get_running_loop().create_server(
+            lambda: _Handshake(_made(server), context),
+            sock=listener,
+            backlog=server.config.backlog,
         )
     )
+
+
+class Passage:
+    """The server's end of what leads to a reception.
+
+    Parameters
+    ----------
+    end
+        A Unix socket that never blocks.
+    server
+        It has started.
+    context
+        Encrypts connections by https; None: none come.
+    """
+
+    def __init__(
+        self, end: socket.socket, server: uvicorn.Server, context: ssl.SSLContext | None
+    ) -> None:
+        self._end, self._server, self._context = end, server, context
+        self._loop = asyncio.get_running_loop()
+        self._coming: set[asyncio.Task[object]] = set()
+        self._loop.add_reader(end.fileno(), self._take_in)
+
+    def close(self) -> None:
+        """Take in no more."""
+        self._loop.remove_reader(self._end.fileno())
+
+    def give_back(self, line: int) -> bool:
+        """Let the reception wait for what comes next over an open file; False if it cannot now."""
+        return pass_on(self._end, line, PLAIN)
+
+    def _take_in(self) -> None:
+        for passed in taken_in(self._end, _AT_ONCE):
+            if passed is None:
+                self.close()
+                return
+            make = partial(self._make_encrypted if passed.kind == ENCRYPTED else self._make, passed)
+            task = self._loop.create_task(self._welcome(make, passed.line))
+            self._coming.add(task)
+            task.add_done_callback(self._coming.discard)
+
+    async def _welcome(self, make: Callable[[], asyncio.BaseProtocol], line: socket.socket) -> None:
+        with suppress(OSError):  # it has gone
+            await self._loop.connect_accepted_socket(make, line)
+
+    def _make(self, passed: Passed) -> asyncio.BaseProtocol:
+        connection = _made(self._server)
+        connection.passage = self
+        connection.app_state = {**connection.app_state, CAME: passed.came}
+        return connection
+
+    def _make_encrypted(self, _passed: Passed) -> asyncio.BaseProtocol:
+        if self._context is None:
+            raise ValueError("a server without a certificate takes no encrypted connection.")
+        return _Handshake(_made(self._server), self._context)
 
 
 def encryption(certificate: Path) -> ssl.SSLContext:

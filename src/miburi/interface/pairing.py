@@ -1,70 +1,26 @@
 """Pair a phone: it scans a QR code, the page sends the token, and a cookie keeps it."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from io import StringIO
 
-import segno
 from fastapi import APIRouter, Request, Response
 from fastapi.responses import HTMLResponse, JSONResponse, RedirectResponse
 from pydantic import Field
 
 from miburi.interface.access import AUTHORITY, COOKIE, PAIRING, Allowance, same
+from miburi.interface.reach import Reach
 from miburi.interface.wire import Message
 
-__all__ = ["PairIn", "Reach", "pairing_router", "pairing_url", "qr_for_terminal", "qr_svg"]
+__all__ = ["PairIn", "pairing_router"]
 
 #: Wrong tokens allowed per second, and in a burst, from all devices together (ours).
 _RATE, _BURST = 0.5, 20.0
 _MONTH = 30 * 24 * 3600
 
 
-@dataclass(frozen=True)
-class Reach:
-    """How other devices reach the server.
-
-    Attributes
-    ----------
-    addresses
-        Where, the likeliest first; none on the loopback address.
-    token
-        What they need; None on the loopback address.
-    authority
-        The certificate of the home authority, PEM, if they come by https; else None.
-    fingerprint
-        Its SHA-256, as phones show it.
-    """
-
-    addresses: tuple[str, ...] = ()
-    token: str | None = None
-    authority: bytes | None = None
-    fingerprint: str = ""
-
-
 class PairIn(Message):
     """The token, as shown in the terminal and the studio."""
 
     token: str = Field(max_length=200)
-
-
-def pairing_url(address: str, token: str, page: str = "/") -> str:
-    """Return the address that pairs a device and opens ``page``.
-
-    The token comes after the ``#``. Browsers do not send that part, so no log can keep it.
-    """
-    return f"{address}{PAIRING}#{token}{page}"
-
-
-def qr_for_terminal(text: str) -> str:
-    """Return a QR code as text for a terminal."""
-    out = StringIO()
-    segno.make(text, error="m").terminal(out, compact=True)
-    return out.getvalue()
-
-
-def qr_svg(text: str) -> str:
-    """Return a QR code as SVG, black on white."""
-    return segno.make(text, error="m").svg_inline(scale=6, border=3, light="white")
 
 
 def pairing_router(reach: Reach, content: Callable[[Request], str]) -> APIRouter:

@@ -12,8 +12,8 @@ import json
 import struct
 import sys
 import time
-from collections.abc import AsyncIterator, Awaitable, Callable
-from contextlib import asynccontextmanager, suppress
+from collections.abc import Awaitable, Callable
+from contextlib import suppress
 from typing import Generic, TypeVar
 
 from fastapi import FastAPI
@@ -21,7 +21,7 @@ from pydantic import ValidationError
 
 from miburi.errors import BodyError, MiburiError, needs_extra
 from miburi.interface.access import Allowance
-from miburi.interface.asker import Asker, beside
+from miburi.interface.asker import Asker, live_beside
 from miburi.interface.ros_messages import (
     diagnose,
     express,
@@ -128,17 +128,7 @@ class Stamps:
 
 def add_ros(app: FastAPI, partner: LivePartner, network: RosNetwork) -> None:
     """Let a partner live in a ROS network, for as long as the server serves."""
-
-    @asynccontextmanager
-    async def living() -> AsyncIterator[None]:
-        task = asyncio.create_task(live_in_ros(Asker.within(app), partner, network))
-        try:
-            yield
-        finally:
-            task.cancel()
-            await asyncio.gather(task, return_exceptions=True)
-
-    beside(app, living)
+    live_beside(app, lambda: live_in_ros(Asker.within(app), partner, network))
 
 
 async def live_in_ros(asker: Asker, partner: LivePartner, network: RosNetwork) -> None:

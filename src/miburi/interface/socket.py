@@ -104,7 +104,7 @@ class _Viewer:
         self._period = 1 / rate
         self._sending = asyncio.Lock()
         self._mistakes = 0
-        self._commands: asyncio.Queue[str | None] = asyncio.Queue(_WAITING)
+        self._commands: asyncio.Queue[tuple[str | None, float]] = asyncio.Queue(_WAITING)
         self._left_out = False
 
     async def serve(self) -> None:
@@ -149,23 +149,23 @@ class _Viewer:
                 while not self._commands.empty():  # a release among them would undo it
                     self._commands.get_nowait()
             try:
-                self._commands.put_nowait(text)
+                self._commands.put_nowait((text, self._runner.read_until))
             except asyncio.QueueFull:
                 self._left_out = True
 
     async def _obey_all(self) -> None:
         while self._mistakes <= MISTAKES:
-            text = await self._commands.get()
+            text, came = await self._commands.get()
             try:
                 if self._left_out:
                     self._left_out = False
                     raise BusyError("too many commands at once; some were left out.")
-                await self._obey(text)
+                await self._obey(text, came)
             except (ValidationError, MiburiError, ValueError) as error:
                 self._mistakes += not isinstance(error, MiburiError)
                 await self._send(TypeAdapter(dict).dump_json({"refused": _words(error)}).decode())
 
-    async def _obey(self, text: str | None) -> None:
+    async def _obey(self, text: str | None, came: float) -> None:
         # Each command waits for its step, so that a flood is no faster than the loop and holds
         # up nobody but its sender.
         if text is None or len(text) > LARGEST:
@@ -179,7 +179,7 @@ class _Viewer:
             case StopMessage():
                 pass  # it was obeyed when it came
             case ReleaseMessage():
-                await done(self._runner.release())
+                await done(self._runner.release(came=came))
             case RateMessage() as wish:
                 self._period = 1 / wish.rate
 

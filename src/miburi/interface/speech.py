@@ -40,7 +40,12 @@ class Speech:
 
         heard = coloured(await asyncio.to_thread(hear, said.text), said.tone)
         felt = await done(self._partner.take(heard))
-        answer = await self._reply(said.text, felt)
+        answer = None
+        if not heard.grave:
+            answer = await self._reply(said.text, felt)
+        elif self._conversation is not None:
+            # Who speaks of ending their life gets the answer written by hand, and none after it.
+            self._conversation.overtake()
         if answer is None:
             answer = await done(self._partner.answer(heard, language_of(said.text)))
         return SayOut(

@@ -19,6 +19,7 @@ __all__ = [
     "BodyOut",
     "EffortIn",
     "ExpressIn",
+    "FaceIn",
     "GestureOut",
     "HandIn",
     "LinkOut",
@@ -94,6 +95,12 @@ class SenseIn(Message):
 
     kind: Kind
     clearness: Share = Field(default=1.0, description="How clear or sudden it was.")
+
+
+class FaceIn(Message):
+    """Where in a camera's picture a face is; the picture itself stays in the page."""
+
+    x: Share | None = Field(description="Its middle, of the width from the left; null: nobody.")
 
 
 class EffortIn(Message):

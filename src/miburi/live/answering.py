@@ -1,14 +1,17 @@
 """The partner's side of the crossing: answers what the server's process asks of the runner."""
 
+import math
 import sys
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from functools import partial
+from multiprocessing.connection import Connection
 from typing import Any
 
 from miburi.errors import BodyError, MiburiError
+from miburi.live.commands import STOP_SINCE
 from miburi.live.crossing import LONG, Answer, Ask, Cancel, Hello, Lanes, Latest, Look, Post, Ready
 from miburi.live.runner import Runner
 from miburi.live.state import MotorsOut
@@ -26,11 +29,12 @@ def answer(
     ends: Lanes,
     on_ready: Callable[[], None] = lambda: None,
     on_hang: Callable[[], None] = lambda: None,
+    reception: Connection | None = None,
 ) -> None:
     """Answer the server from now on, in threads of their own, until it has gone.
 
-    While a server that listened serves nobody, nobody can press Stop: after 3 s the body is
-    stopped.
+    While a server that listened serves nobody, nobody sees the body; while a reception receives
+    nobody, nobody can press Stop. After 3 s the body is stopped.
 
     Parameters
     ----------
@@ -39,13 +43,19 @@ def answer(
     ends
         The partner's ends of the pipes.
     on_ready
-        Called when the server listens.
+        Called when the server listens, and the reception receives.
     on_hang
-        Called when it has served nobody for another 10 s.
+        Called when it, or the reception, has served nobody for another 10 s.
+    reception
+        The partner's end of the pipe to a reception.
     """
-    side = _Answering(runner, ends, on_ready, on_hang)
-    for work in (side.answer_all, side.stop_all):
-        threading.Thread(target=work, name=work.__name__, daemon=True).start()
+    awaited = {"server"} if reception is None else {"server", "reception"}
+    side = _Answering(runner, ends, awaited, on_ready, on_hang)
+    works: list[Callable[[], None]] = [side.answer_all, partial(side.stop_all, ends.stopping)]
+    if reception is not None:
+        works.append(partial(side.stop_all, reception))
+    for work in works:
+        threading.Thread(target=work, daemon=True).start()
 
 
 class _Answering:
@@ -53,14 +63,17 @@ class _Answering:
         self,
         runner: Runner,
         ends: Lanes,
+        awaited: set[str],
         on_ready: Callable[[], None],
         on_hang: Callable[[], None],
     ) -> None:
         self._runner, self._ends, self._on_ready = runner, ends, on_ready
-        self._watchdog = Watchdog(UNSERVED, self._stop, on_hang)
+        self._awaited, self._arriving = awaited, threading.Lock()
+        self._on_hang = on_hang
+        self._watchdog = Watchdog(UNSERVED, partial(self._stop, "server"), on_hang)
         self._beats = 0
         self._over = threading.Event()
-        self._stops = 0
+        self._pressed = -math.inf
         self._motors: MotorsOut | None = None
         self._open: dict[int, Future[Any]] = {}
         self._slow = ThreadPoolExecutor(_SLOW_THREADS, "slow")
@@ -68,6 +81,7 @@ class _Answering:
         self._quick: dict[str, Callable[..., Future[Any]]] = {
             "stimulate": runner.stimulate,
             "take": runner.take,
+            "see": runner.see,
             "answer": runner.answer,
             "note_talk": runner.note_talk,
             "speak": runner.speak,
@@ -89,20 +103,40 @@ class _Answering:
             Hello(runner.robot, runner.repertoire, runner.temperaments, recordings.limit)
         )
 
-    def _stop(self) -> None:
-        print("miburi: the server hangs, so the body was stopped.", file=sys.stderr)
+    def _stop(self, who: str) -> None:
+        print(f"miburi: the {who} hangs, so the body was stopped.", file=sys.stderr)
         self._runner.stop()
 
-    def stop_all(self) -> None:
-        """Stop the body whenever the server says so."""
+    def stop_all(self, stopping: Connection) -> None:
+        """Stop the body whenever the other side says so; None is but a sign of life."""
+        watchdog = None
+
+        def tell(_done: Future[None] | None = None) -> None:
+            with suppress(OSError):
+                stopping.send(None)
+
         with suppress(OSError, EOFError):
             while True:
-                self._stops = self._ends.stopping.recv()
-                self._runner.stop().add_done_callback(self._tell_of_stop)
+                pressed = stopping.recv()
+                if watchdog is not None:
+                    watchdog.beat()
+                if pressed is not None:
+                    self._pressed = max(self._pressed, pressed)
+                    self._runner.stop().add_done_callback(tell)
+                    continue
+                tell()
+                if watchdog is None:
+                    watchdog = Watchdog(UNSERVED, partial(self._stop, "reception"), self._on_hang)
+                    self._watch("reception", watchdog)
 
-    def _tell_of_stop(self, _done: Future[None]) -> None:
-        with suppress(OSError):
-            self._ends.stopping.send(None)
+    def _watch(self, who: str, watchdog: Watchdog) -> None:
+        """Watch who is there from now on; when all are, the partner is ready."""
+        threading.Thread(target=watchdog.watch, args=(self._over,), daemon=True).start()
+        with self._arriving:
+            self._awaited.discard(who)
+            last = not self._awaited
+        if last:
+            self._on_ready()
 
     def answer_all(self) -> None:
         """Take what the server says, in its turn."""
@@ -118,9 +152,7 @@ class _Answering:
                         self._begin(ask)
                     case Ready():
                         self._watchdog.beat()
-                        watch = self._watchdog.watch
-                        threading.Thread(target=watch, args=(self._over,), daemon=True).start()
-                        self._on_ready()
+                        self._watch("server", self._watchdog)
                     case Cancel(number):
                         if number in self._open:
                             self._open[number].cancel()
@@ -130,7 +162,10 @@ class _Answering:
         runner, motors = self._runner, self._runner.motors
         new = None if motors is self._motors else motors
         self._motors = motors
-        return Latest(runner.snapshot.json, runner.log(entry), runner.samples_after(sample), new)
+        state = runner.snapshot
+        return Latest(
+            state.state.serial, state.json, runner.log(entry), runner.samples_after(sample), new
+        )
 
     def _begin(self, ask: Ask) -> None:
         try:
@@ -141,16 +176,17 @@ class _Answering:
             else:
                 future = self._quick[ask.what](*ask.with_)
         except MiburiError as error:
-            self._post.send(Answer(ask.number, None, error))
+            self._tell(ask.number, None, error)
             return
         self._open[ask.number] = future
         future.add_done_callback(partial(self._end, ask.number))
 
     def _release(self, ask: Ask) -> Future[None]:
-        if ask.stops < self._stops:  # a Stop overtakes all else, so this release is the older one
-            raise BodyError("Stop has been pressed since; release the body again to go on.")
-        (by_person,) = ask.with_
-        return self._runner.release(by_person=by_person)
+        by_person, seen = ask.with_
+        # A Stop overtakes all else, so a release that came before it is the older one.
+        if seen is None and ask.came <= self._pressed:
+            raise BodyError(STOP_SINCE)
+        return self._runner.release(by_person=by_person, seen=seen)
 
     def _end(self, number: int, future: Future[Any]) -> None:
         self._open.pop(number, None)
@@ -158,9 +194,11 @@ class _Answering:
             return
         error = future.exception()
         if error is None:
-            self._post.send(Answer(number, future.result(), None))
+            self._tell(number, future.result(), None)
         elif isinstance(error, MiburiError):
-            self._post.send(Answer(number, None, error))
+            self._tell(number, None, error)
         else:
-            words = f"{type(error).__name__}: {error}"
-            self._post.send(Answer(number, None, MiburiError(words)))
+            self._tell(number, None, MiburiError(f"{type(error).__name__}: {error}"))
+
+    def _tell(self, number: int, result: object, error: MiburiError | None) -> None:
+        self._post.send(Answer(number, result, error, self._runner.snapshot.state.serial))

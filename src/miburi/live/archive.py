@@ -87,6 +87,8 @@ class Archive:
 
     def __init__(self, folder: Path, *, largest: int = LARGEST, limit: int = LIMIT) -> None:
         self.limit = limit
+        #: How the latest recording ended, if by itself; as far as :meth:`news` has told.
+        self.ended: News | None = None
         self._folder = folder
         self._largest = largest
         self._writing: _Writing | None = None
@@ -109,7 +111,10 @@ class Archive:
         """Yield the changes among the recordings since the last call."""
         with suppress(queue.Empty):
             while True:
-                yield self._news.get_nowait()
+                news = self._news.get_nowait()
+                if news.kind in ("recording", "recording_ended"):
+                    self.ended = news if news.reason else None
+                yield news
 
     def kept(self) -> list[Kept]:
         """Return all recordings, the oldest first."""
@@ -195,7 +200,7 @@ class Archive:
         """Open a file under a number that no recording has had."""
         latest, marker = 0, self._folder / _NUMBER
         with suppress(OSError, ValueError):
-            latest = int(marker.read_text())
+            latest = int(marker.read_text(encoding="ascii"))
         number = max([latest, *map(_number_of, self._paths())])
         while True:
             number += 1

@@ -1,7 +1,10 @@
 """What others ask of the loop: commands wait here until the loop runs them between two steps.
 
-Any thread may ask; the loop alone calls :meth:`Commands.run`. Stop has a lane of its own: it is
-taken however many commands wait, it runs before them, and nobody can take it back.
+Any thread may ask; the loop alone calls :meth:`Commands.run`. Callers are answered at the end of
+the step (:meth:`Commands.settle`), so the next state that they read shows the effect.
+
+Stop has a lane of its own: it is taken however many commands wait, it runs before them, it is
+answered at once, and nobody can take it back.
 """
 
 import queue
@@ -9,15 +12,18 @@ import threading
 from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import suppress
+from functools import partial
 from typing import Any, TypeVar
 
 from miburi.errors import BodyError, MiburiError
 from miburi.partner import UnsettledError
 
-__all__ = ["WAITING", "BusyError", "Command", "Commands", "Result"]
+__all__ = ["STOP_SINCE", "WAITING", "BusyError", "Command", "Commands", "Result"]
 
 #: Commands that may wait for the next step.
 WAITING = 256
+#: Why a release is refused that is older than the latest Stop.
+STOP_SINCE = "Stop has been pressed since; release the body again to go on."
 
 Result = TypeVar("Result")
 Command = Callable[[], Any]
@@ -43,6 +49,7 @@ class Commands:
         self._next_stop: Future[None] | None = None
         self._stops = 0
         self._early: list[tuple[Command, Future[Any]]] = []
+        self._done: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
 
     def ask(self, command: Callable[[], Result]) -> Future[Result]:
         """Let the loop run a command; its result or its error comes with the future.
@@ -67,7 +74,7 @@ class Commands:
 
         def run() -> Result:
             if self._stops != stops:
-                raise BodyError("Stop has been pressed since; release the body again to go on.")
+                raise BodyError(STOP_SINCE)
             return command()
 
         return self.ask(run)
@@ -89,7 +96,7 @@ class Commands:
         with self._lock:
             stop, self._next_stop = self._next_stop, None
         if stop is not None:
-            _run(self._stop, stop)
+            _run(self._stop, stop)()
         waiting, self._early = self._early, []
         with suppress(queue.Empty):
             waiting += [self._waiting.get_nowait() for _ in range(self._waiting.qsize())]
@@ -97,20 +104,28 @@ class Commands:
             if future.cancelled():
                 continue
             try:
-                _run(command, future)
+                self._done.put(_run(command, future))
             except UnsettledError:
                 self._early.append((command, future))
 
+    def settle(self) -> None:
+        """Answer what has run; any thread may call this, such as one that watches the loop."""
+        with suppress(queue.Empty):
+            while True:
+                self._done.get_nowait()()
 
-def _run(command: Command, future: Future[Any]) -> None:
-    """Run a command; its error is the asker's, not the loop's."""
+
+def _run(command: Command, future: Future[Any]) -> Callable[[], None]:
+    """Run a command, and return what answers it; its error is the asker's, not the loop's."""
     try:
-        result = command()
+        answer = partial(future.set_result, command())
     except UnsettledError:
         raise
     except Exception as error:
+        answer = partial(future.set_exception, error)
+
+    def tell() -> None:
         if future.running() or future.set_running_or_notify_cancel():
-            future.set_exception(error)
-    else:
-        if future.running() or future.set_running_or_notify_cancel():
-            future.set_result(result)
+            answer()
+
+    return tell

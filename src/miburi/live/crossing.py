@@ -1,4 +1,4 @@
-"""The crossing between the partner's process and the server's: its pipes and its messages.
+"""The crossing between the partner's process and the others: its pipes and its messages.
 
 The partner's loop has a process of its own, so that no page and no request can starve it. The
 server's process holds a :class:`~miburi.live.far.FarPartner`, which asks; beside the runner,
@@ -63,12 +63,12 @@ class Hello(NamedTuple):
 
 
 class Ask(NamedTuple):
-    """A method to call; ``stops`` is how often the server had pressed Stop by then."""
+    """A method to call; ``came`` is when the wish came, s on the clock of all processes."""
 
     number: int
     what: str
     with_: tuple[Any, ...]
-    stops: int
+    came: float
 
 
 class Cancel(NamedTuple):
@@ -78,11 +78,12 @@ class Cancel(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """What became of a question."""
+    """What became of a question; states with this serial and later ones show it."""
 
     number: int
     result: Any
     error: Exception | None
+    serial: int
 
 
 class Ready(NamedTuple):
@@ -100,6 +101,7 @@ class Look(NamedTuple):
 class Latest(NamedTuple):
     """The latest state as JSON and what is new beside it; None where nothing is."""
 
+    serial: int
     state: str
     entries: list[Entry]
     samples: list[tuple[int, Sample]]

@@ -3,6 +3,7 @@
 import threading
 import time
 from collections import deque
+from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import suppress
 from functools import partial
@@ -36,6 +37,8 @@ class FarPartner:
     ----------
     ends
         The server's ends of the pipes.
+    clock
+        Gives s, the same in all processes.
 
     Raises
     ------
@@ -43,12 +46,14 @@ class FarPartner:
         The partner's process has ended before it said anything.
     """
 
-    def __init__(self, ends: Lanes) -> None:
-        self._ends = ends
+    def __init__(self, ends: Lanes, clock: Callable[[], float] = time.monotonic) -> None:
+        self._ends, self._clock = ends, clock
         self._motors: MotorsOut
         self._lock = threading.Lock()
         self._open: dict[int, Future[Any]] = {}
-        self._number = self._stops = self._beats = 0
+        self._number = self._beats = 0
+        self._pressed = 0.0
+        self._ticks = deque([clock()], maxlen=2)
         self._sent_stop: Future[None] | None = None
         self._next_stop: Future[None] | None = None
         self._log: deque[Entry] = deque(maxlen=LOGGED)
@@ -87,6 +92,11 @@ class FarPartner:
         """How the motors are, at most a second old."""
         return self._motors
 
+    @property
+    def read_until(self) -> float:
+        """Whatever came before this has been read: the server has looked around twice since."""
+        return self._ticks[0]
+
     def log(self, after: int = 0) -> list[Entry]:
         """Return the latest entries whose number is above ``after``."""
         return [entry for entry in self._log.copy() if entry.number > after]
@@ -102,6 +112,10 @@ class FarPartner:
     def take(self, impression: Impression) -> Future[tuple[Stimulus, ...]]:
         """Let the partner take what somebody showed."""
         return self.ask("take", impression)
+
+    def see(self, x: float | None) -> Future[None]:
+        """Let the partner turn to a face, or to none."""
+        return self.ask("see", x)
 
     def answer(self, heard: Impression, language: Language) -> Future[str]:
         """Let the partner answer what it heard, aloud."""
@@ -121,9 +135,11 @@ class FarPartner:
         """Perform a gesture once."""
         return self.ask("perform", expression, poses)
 
-    def release(self, *, by_person: bool = False) -> Future[None]:
+    def release(
+        self, *, by_person: bool = False, came: float | None = None, seen: int | None = None
+    ) -> Future[None]:
         """Let a stopped body go back to neutral, and go on."""
-        return self.ask("release", by_person)
+        return self._ask(self.read_until if came is None else came, "release", by_person, seen)
 
     def pause(self, paused: bool) -> Future[None]:
         """Rest at neutral, or go on."""
@@ -155,7 +171,7 @@ class FarPartner:
             The partner does not answer; should it do so later, it will stop.
         """
         with self._lock:
-            self._stops += 1
+            self._pressed = self._clock()
             if self._next_stop is None:
                 self._next_stop = Future()
                 self._next_stop.set_running_or_notify_cancel()  # nobody can take it back
@@ -173,6 +189,9 @@ class FarPartner:
         UnreachableError
             The partner does not answer.
         """
+        return self._ask(self._clock(), what, *with_)
+
+    def _ask(self, came: float, what: str, *with_: object) -> Future[Result]:
         self._need_reach()
         future: Future[Result] = Future()
         with self._lock:
@@ -180,7 +199,7 @@ class FarPartner:
             number = self._number
             self._open[number] = future
         future.add_done_callback(partial(self._forget, number))
-        self._post.send(Ask(number, what, with_, self._stops))
+        self._post.send(Ask(number, what, with_, came))
         return future
 
     def tell_ready(self) -> None:
@@ -190,6 +209,7 @@ class FarPartner:
     def beat(self) -> None:
         """Take in that the server serves; :func:`miburi.live.answering.answer` says what for."""
         self._beats += 1
+        self._ticks.append(self._clock())
 
     def _need_reach(self) -> None:
         if not self.reachable:
@@ -204,7 +224,7 @@ class FarPartner:
     def _send_stop(self) -> None:
         self._sent_stop, self._next_stop = self._next_stop, None
         with suppress(OSError):
-            self._ends.stopping.send(self._stops)
+            self._ends.stopping.send(self._pressed)
 
     def _look(self) -> None:
         entry = self._log[-1].number if self._log else 0
@@ -216,17 +236,26 @@ class FarPartner:
         self._log.extend(news.entries)
         self._samples.extend(news.samples)
         self._snapshot = Snapshot(json=news.state)  # last: who sees it finds its entries
+        self._serial = news.serial
         if news.motors is not None:
             self._motors = news.motors
 
     def _listen(self) -> None:
-        """Take in what the partner says, and look at it every step."""
+        """Take in what the partner says, and look at it every step.
+
+        An answer waits until the state is here that shows what became of it.
+        """
         asking, stopping = self._ends
         due, asked = time.monotonic(), False
+        told: list[Answer] = []
         try:
             while True:
+                seen = [answer for answer in told if answer.serial <= self._serial]
+                told = [answer for answer in told if answer.serial > self._serial]
+                for answer in seen:
+                    self._settle(answer.number, answer.result, answer.error)
                 now = time.monotonic()
-                if not asked and now >= due:
+                if not asked and (told or now >= due):
                     self._look()
                     asked, due = True, now + STEP
                 for ready in wait([asking, stopping], None if asked else due - now):
@@ -238,8 +267,8 @@ class FarPartner:
                         case Latest() as news:
                             self._take(news)
                             asked = False
-                        case Answer(number, result, error):
-                            self._settle(number, result, error)
+                        case Answer() as answer:
+                            told.append(answer)
         except (OSError, EOFError):
             self._lose()
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from miburi.bodies import Touchable
-from miburi.errors import InputError
+from miburi.errors import BodyError, InputError
 from miburi.robot import Array
 
 __all__ = ["FASTEST", "FEELING", "GIVES_WAY", "GuidedHand"]
@@ -31,14 +31,18 @@ class GuidedHand:
         self.goal: Array | None = None
         self._along = np.array([0.0, 0.0, 1.0])
 
-    def guide(self, body: Touchable, position: Array | None, along: Array) -> None:
+    def guide(self, body: Touchable | None, position: Array | None, along: Array) -> None:
         """Let the hand go to ``position`` (3,) m, fingers ``along`` (3,); None takes it away.
 
         Raises
         ------
+        BodyError
+            The body is None: there is none that can be touched.
         InputError
             The direction has no length.
         """
+        if body is None:
+            raise BodyError("only a simulated body has a hand to move.")
         if float(np.linalg.norm(along)) < 1e-6:
             raise InputError("along must have a length.")
         self._along = along

@@ -18,13 +18,14 @@ from miburi.feelings import TEMPERAMENTS, Expression, FeelingModel, Stimulus, sh
 from miburi.gestures import KeyPose, Repertoire, shipped_repertoire
 from miburi.live.archive import Archive
 from miburi.live.bodies import check_port, make_body
-from miburi.live.commands import Commands
+from miburi.live.commands import STOP_SINCE, Commands
+from miburi.live.gaze import Gaze
 from miburi.live.hand import GuidedHand
 from miburi.live.log import Log
 from miburi.live.observer import Observer
 from miburi.live.recording import Felt, step_messages
-from miburi.live.speaker import Speaker
-from miburi.live.state import Entry, MotorsOut, RecordingEnd, Sample, Snapshot, Spoken
+from miburi.live.speaker import Speaker, speaking_time
+from miburi.live.state import Entry, MotorsOut, Sample, Snapshot, Spoken
 from miburi.live.watchdog import Watchdog
 from miburi.partner import Event, Partner, Solve, solve_with
 from miburi.robot import Array, Robot, forward
@@ -95,8 +96,7 @@ class Runner:
         self.ports = {port} if port else set[str]()
         self._feelings = feelings
         self._own_temperament = feelings.temperament
-        self._seed = seed
-        self._rule = rule
+        self._seed, self._rule = seed, rule
         self._solve = solve or solve_with()
         self._commands = Commands(self._stop)
         self._thread: threading.Thread | None = None
@@ -113,10 +113,9 @@ class Runner:
         self._felt: list[Felt] = []  # since the last step
         self._samples: deque[tuple[int, Sample]] = deque(maxlen=SAMPLED)
         self._serial = 0
+        self._stop_seen_in = 0  # the serial of the first state with the latest Stop in it
         self._speaker = Speaker(seed)
         self._paused = self._at_home = False
-        self._recording_end: RecordingEnd | None = None
-        self._hand = GuidedHand()
         self._use(body, port, make_body(body, robot, port, rule))
 
     # What viewers read.
@@ -161,6 +160,11 @@ class Runner:
         """The temperaments to choose from: those that ship, and the one that it began with."""
         return list(dict.fromkeys((*TEMPERAMENTS, self._own_temperament.name)))
 
+    @property
+    def read_until(self) -> float:
+        """Now: nothing waits here."""
+        return time.monotonic()
+
     def log(self, after: int = 0) -> list[Entry]:
         """Return the latest entries whose number is above ``after``."""
         return self._log.after(after)
@@ -190,6 +194,10 @@ class Runner:
 
         return self._commands.ask(run)
 
+    def see(self, x: float | None) -> Future[None]:
+        """Let the partner turn to a face at ``x``, 0 to 1 of a picture's width; None: to none."""
+        return self._commands.ask(lambda: self._gaze.see(x, self._partner.body.state))
+
     def answer(self, heard: Impression, language: Language) -> Future[str]:
         """Let the partner answer what it heard with a small answer of its own, aloud."""
         shipped_answers(language)  # they are read here, not in the loop
@@ -217,14 +225,22 @@ class Runner:
         """Stop the body until :meth:`release`; never refused, and before any other command."""
         return self._commands.stop()
 
-    def release(self, *, by_person: bool = False) -> Future[None]:
+    def release(
+        self,
+        *,
+        by_person: bool = False,
+        came: float | None = None,  # noqa: ARG002  # here Stops and wishes are in order anyway
+        seen: int | None = None,
+    ) -> Future[None]:
         """Let a stopped body go back to neutral as soon as it has come to rest, and go on.
 
         It is refused during the pause after a contact, but to a person who looks at the body
-        (``by_person``).
+        (``by_person``); and where Stop has been pressed since the state that was ``seen``.
         """
 
         def run() -> None:
+            if seen is not None and not self._stop_seen_in <= seen <= self._serial:
+                raise BodyError(STOP_SINCE)
             self._partner.release(by_person=by_person)
             self._note("released")
 
@@ -236,10 +252,8 @@ class Runner:
         def run() -> None:
             if paused != self._paused:
                 self._paused = paused
-                if paused:
-                    self._partner.pause()
-                else:
-                    self._partner.resume()
+                change = self._partner.pause if paused else self._partner.resume
+                change()
                 self._note("paused" if paused else "resumed")
 
         return self._commands.ask(run)
@@ -254,14 +268,9 @@ class Runner:
         InputError
             The direction has no length.
         """
-
-        def run() -> None:
-            body = self._partner.body.touchable
-            if body is None:
-                raise BodyError("only a simulated body has a hand to move.")
-            self._hand.guide(body, position, along)
-
-        return self._commands.ask(run)
+        return self._commands.ask(
+            lambda: self._hand.guide(self._partner.body.touchable, position, along)
+        )
 
     def temperament(self, name: str) -> Future[None]:
         """Go on with another of the :attr:`temperaments`."""
@@ -296,7 +305,7 @@ class Runner:
 
         def run() -> None:
             before = self._partner
-            self._let_go()
+            before.body.close()  # it stops; the next one may be at the same port
             self._use(name, port, body)
             self._partner.succeed(before)
             self._note("body", name=name)
@@ -312,6 +321,7 @@ class Runner:
             self._partner.make_sure()
         self._commands.run()
         self._hand.step(self._partner.body.touchable, STEP)
+        self._partner.gaze = self._gaze.turn(self._partner.body.state.time)
         events: list[Event] = []
         try:
             events = self._partner.step(STEP)
@@ -338,6 +348,7 @@ class Runner:
             self._excuse(error)
             body, held = self._partner.body.state, self._partner.held
             self._snapshot = self._snapshot.at_least(self._serial, body, held, self._log.number)
+        self._commands.settle()
 
     def start(self, on_failure: Callable[[], None] = lambda: None) -> None:
         """Start the thread that paces the steps, and the watchdog's.
@@ -352,8 +363,7 @@ class Runner:
         self._watchdog.beat()
         self._thread = threading.Thread(target=self._pace, name="partner", daemon=True)
         self._thread.start()
-        watch = threading.Thread(target=self._watchdog.watch, args=(self._over,), daemon=True)
-        watch.start()
+        threading.Thread(target=self._watchdog.watch, args=(self._over,), daemon=True).start()
 
     def close(self, patience: float = 6.0) -> None:
         """Bring the body home in at most ``patience`` s, end recording, and stop the thread.
@@ -371,7 +381,7 @@ class Runner:
         self._thread = None
         self.recordings.end()
         self._at_home = self._partner.at_rest
-        self._let_go()
+        self._partner.body.close()
 
     def _pace(self) -> None:
         due = time.monotonic()
@@ -412,6 +422,7 @@ class Runner:
         self._was_late = True
         self._partner.halt()
         self._snapshot = self._snapshot.halted()
+        self._commands.settle()
 
     def _give_up(self, why: str) -> None:
         self.failure = f"the partner's loop {why}; the body has been stopped where it was."
@@ -424,6 +435,7 @@ class Runner:
 
     def _stop(self) -> None:
         self._partner.stop()
+        self._stop_seen_in = self._serial + 1
 
     def _feel(self, stimulus: Stimulus, impression: Impression | None = None) -> None:
         self._feelings.stimulate(stimulus)
@@ -433,6 +445,7 @@ class Runner:
 
     def _tell(self, spoken: Spoken) -> str:
         self._note("spoken", name=spoken.text, feeling=spoken.feeling)
+        self._partner.gesticulate(speaking_time(spoken))
         return spoken.text
 
     def _use(self, name: str, port: str | None, body: Body) -> None:
@@ -446,15 +459,11 @@ class Runner:
         )
         if self._paused:
             self._partner.pause()
-        self._hand = GuidedHand()
+        self._hand, self._gaze = GuidedHand(), Gaze(rides=name == "card")
         self._observer = Observer(name, port, self._partner, self._feelings)
         self._motors = self._observer.motors()
         self._serial += 1
         self._look()
-
-    def _let_go(self) -> None:
-        """Stop and close the body: the next one may be at the same port."""
-        self._partner.body.close()
 
     def _look(self) -> None:
         """Renew what viewers see."""
@@ -464,7 +473,7 @@ class Runner:
             self._serial,
             paused=self._paused,
             recording=self.recordings.current,
-            recording_end=self._recording_end,
+            recording_end=self.recordings.ended and self.recordings.ended._asdict(),
             rule=self._motors.rule,
             hand_out=self._hand.goal is not None,
             spoken=self._speaker.spoken,
@@ -476,10 +485,6 @@ class Runner:
         """Hand the step to the recording, if one is on; note what became of recordings."""
         for kind, name, reason, detail in self.recordings.news():
             self._note(kind, name=name, reason=reason, detail=detail or None)
-            if reason is not None:
-                self._recording_end = RecordingEnd(name=name, reason=reason, detail=detail)
-            elif kind == "recording":
-                self._recording_end = None
         feelings, felt = (self._feelings if sampled else None), self._felt
         self._felt = []
         state = self._partner.body.state

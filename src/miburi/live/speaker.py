@@ -6,7 +6,17 @@ from miburi.senses import Impression
 from miburi.senses.answers import Answerer, shipped_answers
 from miburi.senses.language import Language, language_of
 
-__all__ = ["Speaker"]
+__all__ = ["Speaker", "speaking_time"]
+
+#: Letters that are spoken in a second (ours), and s below which nobody moves their arms to words.
+_LETTERS: dict[Language, float] = {"en": 14.0, "ja": 7.0}
+_SHORT = 2.0
+
+
+def speaking_time(spoken: Spoken) -> float:
+    """Return about how long its arms go with a sentence, s; 0 for a short one."""
+    seconds = len(spoken.text) / _LETTERS[spoken.language]
+    return seconds if seconds >= _SHORT else 0.0
 
 
 class Speaker:

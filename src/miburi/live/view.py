@@ -89,6 +89,10 @@ class LivePartner(Protocol):
     def motors(self) -> MotorsOut:
         """How the motors are, at most a second old."""
 
+    @property
+    def read_until(self) -> float:
+        """Whatever came before this has been read by now; s on the clock of all processes."""
+
     def log(self, after: int = 0) -> list[Entry]:
         """Return the latest entries whose number is above ``after``."""
 
@@ -103,6 +107,9 @@ class LivePartner(Protocol):
 
         The result is what it felt at that.
         """
+
+    def see(self, x: float | None) -> Future[None]:
+        """Let the partner turn to a face at ``x``, 0 to 1 of a picture's width; None: to none."""
 
     def answer(self, heard: Impression, language: Language) -> Future[str]:
         """Let the partner answer what it heard with a small answer of its own, aloud."""
@@ -121,11 +128,15 @@ class LivePartner(Protocol):
     def stop(self) -> Future[None]:
         """Stop the body until :meth:`release`; never refused, and before any other command."""
 
-    def release(self, *, by_person: bool = False) -> Future[None]:
+    def release(
+        self, *, by_person: bool = False, came: float | None = None, seen: int | None = None
+    ) -> Future[None]:
         """Let a stopped body go back to neutral as soon as it has come to rest, and go on.
 
         It is refused during the pause after a contact, but to a person who looks at the body
-        (``by_person``).
+        (``by_person``); and where Stop has been pressed since the state that was ``seen``, by its
+        serial. Who does not say what was seen: since the wish ``came``, s on the clock of all
+        processes; None: as early as it may be (:attr:`read_until`).
         """
 
     def pause(self, paused: bool) -> Future[None]:

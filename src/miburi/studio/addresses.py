@@ -1,6 +1,7 @@
 """Where the server listens, and the addresses at which other devices reach it."""
 
 import socket
+import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
@@ -121,7 +122,8 @@ def listening(host: str, port: int) -> Iterator[socket.socket]:
         raise InputError(f"{host!r} is not an address of this computer: {error}.") from error
     listener = socket.socket(family, kind)
     try:
-        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        if sys.platform != "win32":  # there it would let two programs share a port unnoticed
+            listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             listener.bind(address)
             listener.listen(256)

@@ -6,16 +6,19 @@ from pathlib import Path
 from fastapi import APIRouter, FastAPI, Request
 from fastapi.responses import JSONResponse
 from fastapi.staticfiles import StaticFiles
+from nicegui import Client, ui
 from nicegui import app as pages
-from nicegui import ui
 from starlette.routing import Match
 
 from miburi.interface.api import make_api
 from miburi.interface.doors import Doors
-from miburi.interface.pairing import Reach, pairing_router
+from miburi.interface.pairing import pairing_router
+from miburi.interface.reach import Reach
 from miburi.interface.socket import live_router
+from miburi.interface.synthesizer import LANGUAGES
 from miburi.live.view import LivePartner
 from miburi.studio.face_page import add_face_page
+from miburi.studio.missing_page import missing_page
 from miburi.studio.pairing_page import pairing_page
 from miburi.studio.privacy_page import privacy_router
 from miburi.studio.studio_page import add_studio_page
@@ -24,6 +27,9 @@ __all__ = ["HERE", "make_app"]
 
 HERE = Path(__file__).parent
 _CLOSED = Doors()
+#: s for which the server keeps a page that no browser has connected to, and s between checks
+#: (NiceGUI's defaults: 60 and 10). Each takes about 0.8 MB, and a flood opens one a second.
+_WAITS, _LOOKS = 30.0, 5.0
 
 
 def make_app(runner: LivePartner, reach: Reach, doors: Doors = _CLOSED) -> FastAPI:
@@ -45,10 +51,14 @@ def make_app(runner: LivePartner, reach: Reach, doors: Doors = _CLOSED) -> FastA
     doors.open(app, runner)
     app.include_router(_nothing(app))
     app.include_router(privacy_router(runner, reach, doors))
-    add_face_page(app)
-    add_studio_page(runner, reach)
+    sounded = () if doors.voice is None else LANGUAGES
+    add_face_page(app, sounded)
+    add_studio_page(runner, reach, sounded)
     # Quasar would show a bar, without a name, at every request of its own.
     pages.config.quasar_config["loadingBar"]["skipHijack"] = True
+    # NiceGUI's own page would keep a client for each request, and log the visitor's URL.
+    pages.add_exception_handler(404, missing_page)
+    pages.timer(_LOOKS, partial(Client.prune_instances, client_age_threshold=_WAITS))
     ui.run_with(
         app,
         title="Miburi",

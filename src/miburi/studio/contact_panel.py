@@ -10,12 +10,16 @@ from miburi.live.state import Entry, State, StopOut
 from miburi.live.view import LivePartner
 from miburi.safety.stop import StopReason
 from miburi.senses import Brought
+from miburi.senses.tone import RAISED
 from miburi.studio.parts import heading
 from miburi.studio.words import Words
 
-__all__ = ["contact_panel", "facts", "line", "why", "why_ended"]
+__all__ = ["contact_panel", "facts", "line", "measurements", "why", "why_ended"]
 
 _LOG_LINES = 60
+#: N; the drawn hand can be pushed through an arm, which says nothing of the motors. In trials,
+#: hands that move as people's do felt 51 N at most (docs/safety.md).
+_FIRM = 60.0
 #: What spoke for a stimulus that its line names; the rest is seen with the weights.
 _WHYS = 3
 
@@ -87,7 +91,7 @@ def facts(state: State, entries: list[Entry], words: Words) -> str:
     stop = state.stop
     if stop is not None:
         contact = stop.reason is StopReason.CONTACT
-        return _measurements(stop, state.rule.ratio, words) if contact else ""
+        return measurements(stop, state.rule.ratio, words) if contact else ""
     contacts = [
         entry for entry in entries if entry.stop and entry.stop.reason is StopReason.CONTACT
     ]
@@ -97,10 +101,11 @@ def facts(state: State, entries: list[Entry], words: Words) -> str:
     title = words["contact"]["latest"].format(
         motor=words["joint"].get(latest.motor or "", ""), time=f"{contacts[-1].time:.1f} s"
     )
-    return f"<h3>{escape(title)}</h3>{_measurements(latest, contacts[-1].limit, words)}"
+    return f"<h3>{escape(title)}</h3>{measurements(latest, contacts[-1].limit, words)}"
 
 
-def _measurements(stop: StopOut, limit: float | None, words: Words) -> str:
+def measurements(stop: StopOut, limit: float | None, words: Words) -> str:
+    """Return what was measured at a contact stop, as HTML."""
     say = words["contact"]
     rows = []
     if stop.measured is not None and stop.expected is not None:
@@ -116,7 +121,8 @@ def _measurements(stop: StopOut, limit: float | None, words: Words) -> str:
         rows.append((say["ratio" if by_speed else "way"], f"{stop.ratio:.2f}{beside}"))
     rows.append((say["sign"], say[f"sign_{stop.sign}"]))
     if stop.force is not None:
-        rows.append((say["force"], f"{stop.force:.1f} N"))
+        over = say["force_over"].format(most=_FIRM)
+        rows.append((say["force"], f"{stop.force:.1f} N" if stop.force <= _FIRM else over))
     change = 100 * (stop.mood_after / stop.mood_before - 1) if stop.mood_before else 0.0
     moods = f"{stop.mood_before:.2f} → {stop.mood_after:.2f} ({change:+.0f} %)"
     rows.append((say["mood"], moods.replace("-", "−")))
@@ -157,6 +163,8 @@ def _told(entry: Entry, words: Words) -> str:
 
 def _sign(part: Brought, entry: Entry, words: Words) -> str:
     """Return what spoke for a stimulus: a word as it was said, or what happened, in words."""
+    if part.what == RAISED:
+        return words["talk"]["raised"]
     if entry.source == "speech":
         return words["talk"]["quoted"].format(what=part.what)
     return words["happening"].get(part.what.replace(" ", "_"), part.what)

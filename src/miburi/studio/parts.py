@@ -1,6 +1,7 @@
 """Small parts that the panels share."""
 
 import json
+from collections.abc import Sequence
 from concurrent.futures import Future
 from html import escape
 
@@ -11,9 +12,10 @@ from miburi.errors import MiburiError
 from miburi.feelings.catalogue import CATALOGUE
 from miburi.interface.access import PRIVACY
 from miburi.interface.settle import done
+from miburi.senses.tone import tones
 from miburi.studio.words import Words
 
-__all__ = ["attempt", "button", "heading", "senses_form", "set_label", "talk_form"]
+__all__ = ["attempt", "button", "heading", "senses_form", "set_label", "signs", "talk_form"]
 
 #: Senses that show a sign while they are on.
 _SIGNED = ("ears", "eyes")
@@ -47,25 +49,36 @@ def heading(text: str) -> Element:
     return ui.html(escape(text), sanitize=False, tag="h2")
 
 
-def senses_form(words: Words, *names: str) -> str:
-    """Return the switches of a voice and senses as HTML; ``static/senses.js`` obeys them."""
+def senses_form(words: Words, *names: str, sounded: Sequence[str] = ()) -> str:
+    """Return the switches of a voice and senses as HTML; ``static/senses.js`` obeys them.
+
+    ``sounded`` are the languages that the partner's computer turns into sound itself.
+    """
     say = words["senses"]
-    told = escape(json.dumps({"voices": CATALOGUE.voices(), "refused": words["sense_refused"]}))
+    voices = {**CATALOGUE.voices(), "sounded": sounded}
+    numbers = tones().model_dump(include={"before", "louder", "higher", "softer"})
+    told = escape(
+        json.dumps({"voices": voices, "tones": numbers, "refused": words["sense_refused"]})
+    )
     switches = "".join(
         f'<label><input type="checkbox" role="switch" data-sense="{name}" '
         f'aria-describedby="about-{name}">{escape(say[name])}</label>'
         f'<small id="about-{name}">{escape(say[f"{name}_about"])}</small>'
         for name in names
     )
-    signs = "".join(
-        f'<p class="sign sign-{name}">{escape(say[f"{name}_on"])}</p>'
-        for name in names
-        if name in _SIGNED
-    )
     return (
-        f'<details class="senses" data-senses="{told}"><summary>{escape(say["title"])}</summary>'
+        f'<details class="senses" name="panel" data-senses="{told}">'
+        f"<summary>{escape(say['title'])}</summary>"
         f'{switches}<output role="status"></output>'
-        f'<a href="{PRIVACY}">{escape(words["privacy"]["link"])}</a></details>{signs}'
+        f'<a href="{PRIVACY}">{escape(words["privacy"]["link"])}</a></details>'
+    )
+
+
+def signs(words: Words) -> str:
+    """Return as HTML what shows while it listens or watches."""
+    return "".join(
+        f'<p class="sign sign-{name}">{escape(words["senses"][f"{name}_on"])}</p>'
+        for name in _SIGNED
     )
 
 

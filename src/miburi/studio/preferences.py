@@ -51,6 +51,11 @@ class Preferences:
             cookies.get("miburi_met") == "1",
         )
 
+    @property
+    def scheme(self) -> str:
+        """The CSS ``color-scheme`` of a page without scripts."""
+        return {True: "dark", False: "light", None: "light dark"}[self.dark]
+
 
 def keep(name: str, value: str) -> str:
     """Return a statement of JavaScript that remembers the expression ``value`` for a year."""

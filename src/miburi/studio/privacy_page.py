@@ -14,7 +14,7 @@ from fastapi.responses import HTMLResponse
 from miburi.ground.templates import render
 from miburi.interface.access import PRIVACY
 from miburi.interface.doors import Doors
-from miburi.interface.pairing import Reach
+from miburi.interface.reach import Reach
 from miburi.live.view import LivePartner
 from miburi.studio.preferences import Preferences
 from miburi.studio.words import Words, words
@@ -55,6 +55,7 @@ def switches(doors: Doors, reach: Reach, recording: bool) -> list[Switch]:
         Switch("agents", doors.agents),
         Switch("broker", broker is not None, broker.host if broker else ""),
         Switch("ros", doors.ros is not None),
+        Switch("voice", doors.voice is not None),
         Switch("recording", recording),
     ]
 
@@ -79,7 +80,7 @@ def _page(preferences: Preferences, now: list[Switch]) -> str:
         _PAGE,
         language=preferences.language,
         words=say,
-        light={True: "dark", False: "light", None: "light dark"}[preferences.dark],
+        scheme=preferences.scheme,
         senses=_senses(all_words),
         switches=[
             (

@@ -1,36 +1,38 @@
 """Start the live partner and its server, and bring both to a good end.
 
 The partner's loop and its watchdog run here. The server has a process of its own
-(:mod:`miburi.studio.serving`), which cannot starve them.
+(:mod:`miburi.studio.process`), which cannot starve them, and so has the reception before it.
 """
 
 import gc
 import os
 import signal
+import socket
 import sys
 import threading
 import webbrowser
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from enum import Enum, auto
-from multiprocessing import get_context
+from multiprocessing import Pipe, get_context
+from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from types import FrameType
-from urllib.parse import urlsplit
 
 from miburi.bma.settings import Settings
 from miburi.errors import BodyError, InputError, OutputError, need
 from miburi.feelings import EmotionalModel, Stimulus, Temperament
 from miburi.gestures import Repertoire
 from miburi.ground.cores import come_first
-from miburi.interface.access import kept_token
 from miburi.interface.doors import Doors
 from miburi.interface.endpoint import Endpoint
-from miburi.interface.pairing import Reach
+from miburi.interface.passing import CAN_PASS
+from miburi.interface.reach import Reach
+from miburi.interface.reception import receive
 from miburi.live.answering import answer
 from miburi.live.archive import Archive
 from miburi.live.bodies import KINDS
@@ -40,8 +42,9 @@ from miburi.live.runner import Runner
 from miburi.partner import solve_with
 from miburi.robot import Robot
 from miburi.safety.contact import Rule
-from miburi.studio.addresses import EVERYWHERE, Listeners, listening_plainly, listening_twice
-from miburi.studio.serving import Pages, serve_pages
+from miburi.studio.addresses import listening_plainly, listening_twice
+from miburi.studio.process import Pages, serve_pages
+from miburi.studio.renewal import reach_of
 from miburi.studio.words import FALLBACK, words
 
 __all__ = ["GREETING", "Wish", "own_folder", "serve"]
@@ -127,9 +130,8 @@ def serve(wish: Wish) -> None:
     memory = None if wish.forget else folder / "feelings.json"
     listen = listening_twice if wish.https else listening_plainly
     with listen(wish.host, wish.port) as listeners:
-        pages = _pages(wish, listeners, folder)
-        ends, theirs = lanes()
-        server = _start(pages, theirs)
+        reach, certificate = reach_of(listeners, folder, datetime.now(UTC))
+        helpers = _start(Pages(listeners, reach, wish.doors, folder, certificate))
         url = listeners.url
     try:
         feelings = _feelings(wish, memory)
@@ -137,15 +139,13 @@ def serve(wish: Wish) -> None:
         talk = wish.doors.talk
         end = _live(
             runner,
-            server,
-            ends,
+            helpers,
             memory,
-            lambda: _announce(url, pages.reach, talk, wish.headless),
+            lambda: _announce(url, reach, talk, wish.headless),
         )
     finally:
-        server.terminate()
-        server.join(_PATIENCE)
-        server.kill()
+        with _signals(SimpleQueue()):  # a second Ctrl-C must leave none behind
+            helpers.end()
     kept = memory is not None and _keep(memory, feelings)
     if runner.failure is not None:
         raise BodyError(runner.failure)
@@ -177,25 +177,6 @@ def _check(wish: Wish) -> None:
         )
 
 
-def _pages(wish: Wish, listeners: Listeners, folder: Path) -> Pages:
-    """Return what the server needs to let in whom it should."""
-    if not listeners.open_to_others:
-        return Pages(listeners, Reach(), wish.doors)
-    token, addresses = kept_token(folder / "token"), tuple(listeners.addresses())
-    if not wish.https:
-        return Pages(listeners, Reach(addresses, token), wish.doors)
-    from miburi.interface.authority import is_at_home, kept_certificates, own_names
-
-    if wish.host in EVERYWHERE:  # some may lead to the internet
-        addresses = tuple(each for each in addresses if is_at_home(urlsplit(each).hostname or ""))
-    hosts = [urlsplit(each).hostname or "" for each in addresses]
-    kept = kept_certificates(folder / "https", [*own_names(), *hosts], datetime.now(UTC))
-    if kept.news:
-        print(f"miburi: {kept.news}", file=sys.stderr)
-    reach = Reach(addresses, token, kept.authority.read_bytes(), kept.fingerprint)
-    return Pages(listeners, reach, wish.doors, kept.server)
-
-
 def _feelings(wish: Wish, memory: Path | None) -> EmotionalModel:
     """Return the feelings of last time, or those of a first meeting, glad in both cases."""
     kept = None if memory is None else _recall(memory, wish.temperament)
@@ -225,8 +206,7 @@ def _wake(wish: Wish, feelings: EmotionalModel, folder: Path) -> Runner:
 
 def _live(
     runner: Runner,
-    server: BaseProcess,
-    ends: Lanes,
+    helpers: "_Helpers",
     memory: Path | None,
     announce: Callable[[], None],
 ) -> "_Happening":
@@ -234,7 +214,10 @@ def _live(
     happenings: SimpleQueue[_Happening] = SimpleQueue()
     runner.start(on_failure=lambda: happenings.put(_Happening.LOOP_GAVE_UP))
     ending = threading.Event()
-    threads = [threading.Thread(target=_watch, args=(server, happenings), daemon=True)]
+    threads = [
+        threading.Thread(target=_watch, args=(process, happenings), daemon=True)
+        for process in helpers.processes
+    ]
     if memory is not None:
         arguments = (memory, runner.feelings, ending.wait)
         threads.append(threading.Thread(target=keep, args=arguments, daemon=True))
@@ -244,9 +227,10 @@ def _live(
     with _signals(happenings):
         answer(
             runner,
-            ends,
+            helpers.server,
             on_ready=lambda: happenings.put(_Happening.LISTENS),
             on_hang=lambda: happenings.put(_Happening.SERVER_ENDED),
+            reception=helpers.reception,
         )
         end = _next(happenings)
         if end is _Happening.LISTENS:
@@ -274,21 +258,58 @@ def _next(happenings: "SimpleQueue[_Happening]") -> _Happening:
             return happenings.get(timeout=_GLANCE)
 
 
-def _start(pages: Pages, theirs: Lanes) -> BaseProcess:
-    """Start the server's process; keep nothing of what is its own, so that it sees our end."""
-    process = get_context("spawn").Process(target=serve_pages, args=(pages, theirs), name="server")
-    # Ctrl-C reaches the whole group; this process decides, and the server serves until the end.
+@dataclass(frozen=True)
+class _Helpers:
+    """The processes beside ours, and our ends of the pipes to them."""
+
+    processes: tuple[BaseProcess, ...]
+    server: Lanes
+    reception: Connection | None
+
+    def end(self) -> None:
+        """End them all."""
+        for process in self.processes:
+            process.terminate()
+            process.join(_PATIENCE)
+            process.kill()
+
+
+def _start(pages: Pages) -> _Helpers:
+    """Start the server's process, and a reception where it can pass connections on."""
+    ours, theirs = lanes()
+    if not CAN_PASS:
+        server = _spawn(serve_pages, pages, theirs)
+        theirs.close()
+        return _Helpers((server,), ours, None)
+    (inside, outside), (stopping, stopped) = socket.socketpair(), Pipe()
+    for end in (inside, outside):
+        end.setblocking(False)
+    plain, encrypted = pages.listeners.plain, pages.listeners.encrypted
+    processes = (
+        _spawn(serve_pages, replace(pages, passage=inside), theirs),
+        _spawn(receive, plain, encrypted, outside, stopping, pages.reach.token),
+    )
+    # Nothing of what is theirs is kept, so that each sees when another has gone.
+    theirs.close()
+    inside.close()
+    outside.close()
+    stopping.close()
+    return _Helpers(processes, ours, stopped)
+
+
+def _spawn(work: Callable[..., None], *arguments: object) -> BaseProcess:
+    process = get_context("spawn").Process(target=work, args=arguments, name=work.__name__)
+    # Ctrl-C reaches the whole group; this process decides, and the others serve until the end.
     handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         process.start()
     finally:
         signal.signal(signal.SIGINT, handler)
-    theirs.close()
     return process
 
 
-def _watch(server: BaseProcess, happenings: "SimpleQueue[_Happening]") -> None:
-    server.join()
+def _watch(process: BaseProcess, happenings: "SimpleQueue[_Happening]") -> None:
+    process.join()
     happenings.put(_Happening.SERVER_ENDED)
 
 
@@ -338,7 +359,7 @@ def _say_good_bye(runner: Runner, folder: Path, *, kept: bool) -> None:
 
 def _announce(url: str, reach: Reach, talk: Endpoint | None, headless: bool) -> None:
     """Say where the studio is; open it unless told otherwise."""
-    from miburi.interface.pairing import pairing_url, qr_for_terminal
+    from miburi.interface.reach import pairing_url, qr_for_terminal
 
     token, safe = reach.token, reach.authority is not None
     shown = url if token is None or safe else pairing_url(url, token)

@@ -1,57 +1,31 @@
 """The server's process: pages and interface of a partner whose loop runs in another process."""
 
+import asyncio
 import gc
 import signal
 import socket
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
-from pathlib import Path
+from datetime import UTC, datetime
 from types import FrameType
 
 import uvicorn
 
-from miburi.ground.cores import come_first
 from miburi.interface.access import Gate
-from miburi.interface.doors import Doors
-from miburi.interface.http import configure, encryption, listen_encrypted
-from miburi.interface.pairing import Reach
+from miburi.interface.http import Passage, configure, encryption, listen_encrypted
 from miburi.live.crossing import Lanes
 from miburi.live.far import FarPartner
 from miburi.live.view import UnreachableError
-from miburi.studio.addresses import Listeners
+from miburi.studio.app import make_app
+from miburi.studio.process import Pages
+from miburi.studio.renewal import EVERY, Renewal
 
-__all__ = ["Pages", "serve_pages"]
-
-
-@dataclass(frozen=True)
-class Pages:
-    """What the server is given.
-
-    Attributes
-    ----------
-    listeners
-        The sockets on which it listens.
-    reach
-        How other devices reach it.
-    doors
-        The doors that are open beside HTTP.
-    certificate
-        Its key and certificate, PEM, if it listens by https.
-    """
-
-    listeners: Listeners
-    reach: Reach
-    doors: Doors
-    certificate: Path | None = None
+__all__ = ["serve_until_the_end"]
 
 
-def serve_pages(pages: Pages, ends: Lanes) -> None:
+def serve_until_the_end(pages: Pages, ends: Lanes) -> None:
     """Serve until SIGTERM, or until the partner's process has ended."""
-    come_first(apart=True)
-    from miburi.studio.app import make_app  # this takes a second, in which the partner wakes
-
     try:
         partner = FarPartner(ends)
     except UnreachableError:
@@ -60,7 +34,13 @@ def serve_pages(pages: Pages, ends: Lanes) -> None:
     gate = Gate(app, pages.reach.token, https=pages.certificate is not None)
     server = _Server(configure(gate), partner, pages)
     threading.Thread(target=_end_with, args=(partner, server), daemon=True).start()
-    server.run(sockets=list(pages.listeners.plain))
+    server.run(sockets=[] if pages.passage else list(pages.listeners.plain))
+
+
+async def _keep_up(renewal: Renewal) -> None:
+    while True:
+        await asyncio.sleep(EVERY)
+        await asyncio.to_thread(renewal.look, datetime.now(UTC))
 
 
 def _end_with(partner: FarPartner, server: uvicorn.Server) -> None:
@@ -74,15 +54,28 @@ class _Server(uvicorn.Server):
     def __init__(self, config: uvicorn.Config, partner: FarPartner, pages: Pages) -> None:
         super().__init__(config)
         self._partner, self._pages = partner, pages
+        self._passage: Passage | None = None
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         """Begin to listen, and say so."""
         await super().startup(sockets)
-        encrypted, certificate = self._pages.listeners.encrypted, self._pages.certificate
-        if encrypted is not None and certificate is not None:
-            await listen_encrypted(self, encrypted, encryption(certificate))
+        pages = self._pages
+        encrypted, certificate = pages.listeners.encrypted, pages.certificate
+        context = None if certificate is None else encryption(certificate)
+        if pages.passage is not None:
+            self._passage = Passage(pages.passage, self, context)
+        elif encrypted is not None and context is not None:
+            await listen_encrypted(self, encrypted, context)
+        renewal = Renewal(pages.listeners, pages.folder, pages.reach, context, certificate)
+        self._renewing = asyncio.create_task(_keep_up(renewal))
         gc.freeze()  # to look through all that was loaded takes 0.07 s, which a Stop would wait
         self._partner.tell_ready()
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Take nobody in any more, and see those out who are there."""
+        if self._passage is not None:
+            self._passage.close()
+        await super().shutdown(sockets)
 
     async def on_tick(self, counter: int) -> bool:
         """Tell that the server serves, ten times a second."""

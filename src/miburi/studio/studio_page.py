@@ -4,19 +4,20 @@ The browser draws what changes many times a second, from the live WebSocket
 (:mod:`miburi.studio.elements`). This module builds the rest and updates it four times a second.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from html import escape
 
 import numpy as np
 from fastapi import Request
 from nicegui import ui
+from nicegui.events import GenericEventArguments
 
 from miburi.feelings import FEELINGS
 from miburi.feelings.catalogue import CATALOGUE
 from miburi.interface.access import PAIRING
 from miburi.interface.api import describe
-from miburi.interface.pairing import Reach, pairing_url, qr_svg
+from miburi.interface.reach import Reach, pairing_url, qr_svg
 from miburi.live.state import State
 from miburi.live.view import LivePartner
 from miburi.robot import JOINTS
@@ -24,7 +25,7 @@ from miburi.studio.body_panel import body_panel
 from miburi.studio.contact_panel import contact_panel, why, why_ended
 from miburi.studio.elements import Choice, Levels, Plots, RobotView
 from miburi.studio.gestures_panel import gestures_panel
-from miburi.studio.parts import attempt, button, heading, senses_form, set_label, talk_form
+from miburi.studio.parts import attempt, button, heading, senses_form, set_label, signs, talk_form
 from miburi.studio.preferences import TABS, Preferences, keep
 from miburi.studio.words import LANGUAGES, own_name, words
 
@@ -38,7 +39,10 @@ _TOGGLE_DARK = f"""() => {{
     const dark = !document.body.classList.contains("body--dark");
     Quasar.Dark.set(dark);
     {keep("dark", "dark ? 1 : 0")}
+    emit(dark);
 }}"""
+#: What is released is the body as the page shows it: a Stop that it does not show yet holds.
+_RELEASE = "() => emit(Number(document.documentElement.dataset.serial))"
 _CHOOSE_LANGUAGE = f"""(event) => {{
     {keep("language", "event.target.value")}
     const page = new URL(location);
@@ -47,27 +51,33 @@ _CHOOSE_LANGUAGE = f"""(event) => {{
 }}"""
 
 
-def add_studio_page(runner: LivePartner, reach: Reach) -> None:
-    """Add the studio at ``/``."""
+def add_studio_page(runner: LivePartner, reach: Reach, sounded: Sequence[str] = ()) -> None:
+    """Add the studio at ``/``; ``sounded`` as in :func:`miburi.studio.face_page.add_face_page`."""
 
     @ui.page("/", response_timeout=20.0)
     def studio(request: Request) -> None:
-        _Studio(runner, Preferences.of(request), reach).build()
+        _Studio(runner, Preferences.of(request), reach, sounded).build()
 
 
 class _Studio:
     """An open studio page."""
 
-    def __init__(self, runner: LivePartner, preferences: Preferences, reach: Reach) -> None:
+    def __init__(
+        self,
+        runner: LivePartner,
+        preferences: Preferences,
+        reach: Reach,
+        sounded: Sequence[str],
+    ) -> None:
         self._runner = runner
         self._preferences = preferences
         self._words = words(preferences.language)
-        self._reach = reach
+        self._reach, self._sounded = reach, sounded
         self._updates: list[Callable[[State], None]] = []
 
     def build(self) -> None:
         """Build the page."""
-        ui.dark_mode(self._preferences.dark)
+        self._dark = ui.dark_mode(self._preferences.dark)
         ui.colors(primary="#b3432f")
         ui.page_title(self._words["studio"]["title"])
         ui.query("html").props(f'lang="{self._preferences.language}"')
@@ -96,6 +106,7 @@ class _Studio:
             pill = ui.label("…").classes("pill").props('role="status"')
             ui.label(say["unreachable"]).classes("pill-lost")
             recording = ui.label(say["recording"]).classes("on-air")
+            ui.html(signs(self._words), sanitize=False).classes("signs")
             ended = ui.label().classes("recording-ended").props('role="status"')
             ui.element("div").classes("grow")
             # On a phone these are behind a button: Stop has the room.
@@ -106,11 +117,16 @@ class _Studio:
                 face.props('popovertarget="more" popovertargetaction="hide"')
                 face.on("click", self._pairing().open)
                 self._languages()
-                button("◐", say["dark"]).on("click", js_handler=_TOGGLE_DARK)
+                # The element is told, too: it sets its own value again whenever the page changes.
+                dark = button("◐", say["dark"])
+                dark.on(
+                    "click", lambda event: self._dark.set_value(event.args), js_handler=_TOGGLE_DARK
+                )
             more = button("⋯", say["more"], "more-button")
             more.props(f'popovertarget="more" aria-label="{say["more"]}"')
             release = button(say["release"], say["release_hint"], "release-button", "R")
-            release.props('aria-keyshortcuts="R"').on("click", self._release)
+            release.props('aria-keyshortcuts="R"')
+            release.on("click", self._release, js_handler=_RELEASE)
             stop = button(say["stop"], say["stop_hint"], "stop-button", "Esc")
             stop.set_content(
                 f'<span class="reached">{stop.content}</span>'
@@ -203,7 +219,9 @@ class _Studio:
                 ui.label(level["press"]).classes("field-label")
             ui.html(
                 talk_form(self._words)
-                + senses_form(self._words, "voice", "speech", "ears", "eyes"),
+                + senses_form(
+                    self._words, "voice", "speech", "ears", "eyes", sounded=self._sounded
+                ),
                 sanitize=False,
             )
 
@@ -265,9 +283,10 @@ class _Studio:
             network = Choice(names, first, say["network"])
             network.on_value_change(lambda event: code.set_content(qr_svg(urls[event.value])))
 
-    async def _release(self) -> None:
+    async def _release(self, event: GenericEventArguments) -> None:
         # A person at this button sees the body, and need not wait for the pause after a contact.
-        await attempt(self._runner.release(by_person=True))
+        seen = event.args if isinstance(event.args, int) else None
+        await attempt(self._runner.release(by_person=True, seen=seen))
 
     async def _toggle_pause(self) -> None:
         await attempt(self._runner.pause(not self._runner.snapshot.state.paused))

@@ -6,11 +6,20 @@ from pathlib import Path
 from urllib.parse import urljoin, urlsplit
 
 import pytest
-from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, Page, expect
 from tests.fixtures.broker import Listener, Mosquitto
-from tests.fixtures.browser import PATIENCE, ask, needs_browser, press_above, until, without_3d
+from tests.fixtures.browser import (
+    PATIENCE,
+    ask,
+    needs_browser,
+    press_above,
+    settle,
+    until,
+    violations,
+    without_3d,
+)
 from tests.fixtures.live import serving, started, started_by_https
+from tests.studio.browser.test_speech import RECOGNISER
 
 from miburi.interface.access import Gate
 from miburi.interface.broker import find_broker
@@ -56,33 +65,24 @@ def visitor(request: pytest.FixtureRequest, browser: Browser) -> Iterator[Page]:
     context.close()
 
 
-def violations(page: Page, where: str) -> list[str]:
-    """What axe-core finds on a page as it is now."""
-    return [
-        f"{where}: {found['id']}: {node['target']} {node['failureSummary'].splitlines()[1].strip()}"
-        for found in Axe().run(page).response["violations"]
-        for node in found["nodes"]
-    ]
-
-
 def test_the_studio_has_no_violation_whatever_is_open(visitor: Page, url: str) -> None:
     page = without_3d(visitor.context, url)
     page.locator(".senses summary").click()
     found: list[str] = []
     for tab in ("Contact", "Time", "Gestures", "Body"):
         page.get_by_role("tab", name=tab).click()
-        page.wait_for_timeout(400)  # until Quasar's ripple has gone
+        settle(page)
         found += violations(page, tab)
     press_above(page, "Face")
     expect(page.locator(".q-dialog .card")).to_be_visible()
-    page.wait_for_timeout(400)
+    settle(page)
     found += violations(page, "the dialog")
     page.get_by_role("button", name="Close").click()
     page.get_by_role("button", name="Reach in").click()
     until(page, lambda now: now["hand_out"])
     ask(page, "/stop")
     expect(page.locator(".why")).to_be_visible()
-    page.wait_for_timeout(400)
+    settle(page)
     found += violations(page, "stopped")
     ask(page, "/hand", position=None)
     ask(page, "/release")
@@ -101,9 +101,36 @@ def test_the_face_has_no_violation(visitor: Page, url: str) -> None:
     assert "\n".join(found) == ""
 
 
+@pytest.mark.parametrize("where", ["/face", "/"])
+def test_push_to_talk_has_no_violation(visitor: Page, url: str, where: str) -> None:
+    """Before somebody speaks, meanwhile, and with an answer."""
+    visitor.add_init_script(RECOGNISER % ("available", "true"))
+    visitor.goto(url + where)
+    visitor.wait_for_function("document.documentElement.dataset.connected === 'true'")
+    visitor.locator(".senses summary").click()
+    visitor.get_by_role("switch", name="Spoken words").click()
+    if where == "/face":
+        visitor.locator(".senses summary").click()
+        visitor.get_by_text("Say something", exact=True).click()
+    speak = visitor.get_by_role("button", name="Hold and speak")
+    speak.focus()
+    found = violations(visitor, "ready")
+    visitor.keyboard.press("Enter")
+    listening = visitor.get_by_role("button", name="Listening")
+    expect(listening).to_have_attribute("aria-pressed", "true")
+    found += violations(visitor, "listening")
+    visitor.keyboard.press("Enter")
+    expect(visitor.locator(".talk output")).to_contain_text("sadness")
+    found += violations(visitor, "answered")
+    assert "\n".join(found) == ""
+
+
+@pytest.mark.parametrize("where", ["/privacy", "/mistyped"])
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_the_privacy_page_has_no_violation(visitor: Page, url: str, language: str) -> None:
-    visitor.goto(f"{url}/privacy?lang={language}")
+def test_pages_to_read_have_no_violation(
+    visitor: Page, url: str, language: str, where: str
+) -> None:
+    visitor.goto(f"{url}{where}?lang={language}")
     assert violations(visitor, language) == []
     width = visitor.evaluate("[document.documentElement.scrollWidth, innerWidth]")
     assert width[0] <= width[1]
@@ -159,6 +186,6 @@ def test_the_pairing_page_has_no_violation(visitor: Page, guarded: tuple[str, st
     visitor.goto(f"{url}/pair#{token}/")
     visitor.wait_for_function("window.did_handshake")
     press_above(visitor, "Face")
-    visitor.wait_for_timeout(400)
+    settle(visitor)
     found += violations(visitor, "the dialog")
     assert "\n".join(found) == ""

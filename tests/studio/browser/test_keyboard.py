@@ -1,20 +1,9 @@
 """The whole way by keyboard alone: nothing is clicked."""
 
-from playwright.sync_api import BrowserContext, Page, expect
-from tests.fixtures.browser import needs_browser, until, without_3d
+from playwright.sync_api import BrowserContext, expect
+from tests.fixtures.browser import needs_browser, release_by_key, tab_to, until, without_3d
 
 pytestmark = needs_browser
-
-
-def tab_to(page: Page, name: str) -> None:
-    """Press Tab until what has this name has the focus, and can be seen to have it."""
-    for _ in range(80):
-        page.keyboard.press("Tab")
-        focused = page.locator(":focus")
-        if f'"{name}"' in focused.aria_snapshot().split("\n")[0]:
-            assert focused.evaluate("e => getComputedStyle(e).outlineStyle") != "none"
-            return
-    raise AssertionError(f"Tab never reaches {name}")
 
 
 def test_everything_is_done_by_keyboard(context: BrowserContext, url: str) -> None:
@@ -29,8 +18,7 @@ def test_everything_is_done_by_keyboard(context: BrowserContext, url: str) -> No
     tab_to(page, "Stop")
     press("Enter")
     until(page, lambda now: now["phase"] == "stopped")
-    press("r")
-    until(page, lambda now: now["phase"] != "stopped")
+    release_by_key(page)
     tab_to(page, "Got it")
     press("Enter")
     tab_to(page, "Reach in")

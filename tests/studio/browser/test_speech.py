@@ -1,8 +1,13 @@
 """Push to talk in a real browser: words are written down on the device itself, or not at all."""
 
+import base64
+
+import numpy as np
 import pytest
 from playwright.sync_api import BrowserContext, Page, expect
 from tests.fixtures.browser import needs_browser, until
+
+from miburi.senses.tone import ToneOfVoice, measure_prosody, tones
 
 pytestmark = needs_browser
 
@@ -75,3 +80,92 @@ def test_no_voice_goes_to_a_recogniser_elsewhere(
     expect(page.get_by_role("switch", name="Spoken words")).not_to_be_checked()
     assert page.locator(".speak").count() == 0
     assert not page.evaluate("window.begun?.length")
+
+
+#: A microphone into which a voice of straw speaks, at window.voice's pitch, Hz, and loudness.
+MICROPHONE = """
+  window.voice = [120, 0.02];
+  navigator.mediaDevices.getUserMedia = async ({ audio }) => {
+    if (audio.autoGainControl !== false) throw new Error("its loudness means nothing");
+    const context = new AudioContext(), to = context.createMediaStreamDestination();
+    const wave = context.createOscillator(), gain = context.createGain();
+    wave.type = "sawtooth";
+    [wave.frequency.value, gain.gain.value] = window.voice;
+    wave.connect(gain).connect(to);
+    wave.start();
+    return to.stream;
+  };
+"""
+SAY = """(sentence) => {
+  SpeechRecognition.prototype.stop = function () {
+    this.onresult({ results: [[{ transcript: sentence }]] });
+    this.onend();
+  };
+}"""
+
+
+def test_a_raised_voice_weighs_what_the_words_say(context: BrowserContext, url: str) -> None:
+    page = face(context, url, RECOGNISER % ("available", "true") + MICROPHONE)
+    page.locator(".senses summary").click()
+    page.get_by_text("Say something", exact=True).click()
+    sent: list[object] = []
+    page.on("request", lambda r: r.url.endswith("/say") and sent.append(r.post_data_json))
+
+    def say(sentence: str) -> None:
+        page.evaluate(SAY, sentence)
+        page.get_by_role("button", name="Hold and speak").dispatch_event("pointerdown")
+        page.wait_for_timeout(1200)  # so long it is measured
+        with page.expect_response("**/say"):
+            page.get_by_role("button", name="Listening").dispatch_event("pointerup")
+
+    for _ in range(tones().before):
+        say("the door is open")
+    page.evaluate("window.voice = [180, 0.2]")
+    say("the door is open")
+    page.wait_for_function("!document.querySelector('.talk output').textContent.includes('…')")
+    expect(page.locator(".talk output")).to_contain_text("heard no feeling")
+    say("i am so happy today")
+    expect(page.locator(".talk output")).to_contain_text("I heard thrill in")
+    expect(page.locator(".talk output")).to_contain_text("a raised voice")
+    plain = [{"text": "the door is open", "tone": "plain"}] * tones().before
+    assert sent == [
+        *plain,
+        {"text": "the door is open", "tone": "raised"},
+        {"text": "i am so happy today", "tone": "raised"},
+    ]
+
+
+def voice(pitch: float, loudness: float) -> bytes:
+    """A second of a voice of straw, as loud as so many dB below full scale."""
+    time = np.arange(16_000) / 16_000
+    wave = np.sum([np.sin(2 * np.pi * pitch * n * time) / n for n in range(1, 11)], axis=0)
+    wave = wave / np.sqrt(np.mean(wave**2)) * 10 ** (loudness / 20)
+    return (32_767 * wave).clip(-32_767, 32_767).astype("<i2").tobytes()
+
+
+def test_the_page_measures_and_judges_as_the_computer_does(workbench: Page) -> None:
+    said = [(120.0, -25.0)] * 3
+    said += [(120.0, -12.0), (205.0, -25.0), (190.0, -12.0), (110.0, -40.0), (330.0, -16.0)]
+    sounds = [voice(*each) for each in said] + [bytes(32_000)]
+    here = ToneOfVoice()
+    expected = [(measure_prosody(sound), here.take(sound)) for sound in sounds]
+    found = workbench.evaluate(
+        """async ([sounds, tones]) => {
+          const { Prosody, summary, judge } = await import("/static/tone.js"), before = [];
+          return sounds.map((data) => {
+            const bytes = Uint8Array.from(atob(data), (one) => one.charCodeAt(0));
+            const samples = Array.from(new Int16Array(bytes.buffer), (one) => one / 32768);
+            const windows = new Prosody(16000).take(samples);
+            return [summary(windows), judge(windows, before, tones)];
+          });
+        }""",
+        [[base64.b64encode(sound).decode() for sound in sounds], tones().model_dump()],
+    )
+    assert {tone for _, tone in expected} == {"plain", "raised", "soft"}
+    for (prosody, tone), (measured, judged) in zip(expected, found, strict=True):
+        assert judged == tone
+        if prosody is None:
+            assert measured is None
+        else:
+            assert measured["loudness"] == pytest.approx(prosody.loudness, abs=0.1)
+            assert measured["pitch"] == pytest.approx(prosody.pitch, rel=0.01)

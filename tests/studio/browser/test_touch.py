@@ -96,8 +96,9 @@ def test_the_face_is_patted_by_keyboard(context: BrowserContext, url: str) -> No
     page.goto(url + "/face")
     sent = senses(page)
     page.locator("#face").focus()
-    page.keyboard.press("Enter")
-    page.wait_for_timeout(150)
+    with page.expect_request("**/sense"):
+        page.keyboard.press("Enter")
+    page.wait_for_timeout(150)  # another would have come
     assert sent == [{"kind": "pat"}]
 
 
@@ -208,7 +209,8 @@ def test_a_phone_that_is_lifted_tells_its_partner(phone: Page) -> None:
     phone.locator(".senses summary").click()
     phone.get_by_role("switch", name="Motion").click()
     expect(phone.locator("html")).to_have_attribute("data-motion", "on")
-    phone.wait_for_timeout(700)
+    phone.evaluate("window.readings = 0; ondevicemotion = () => window.readings++")
+    phone.wait_for_function(f"window.readings > {0.7 * RATE}")
     sensors(devtools, "accelerometer", 9.8, 0, 0)
     phone.wait_for_function("document.querySelector('#now').textContent === 'surprise'")
     assert sent == [{"kind": "lift"}]

@@ -1,11 +1,13 @@
 // The partner's eyes: who is there, and what the face shows, by a model that runs in this page. No
-// picture leaves it; the name of what a face showed, and how clearly, goes to the partner.
+// picture leaves it; the name of what a face showed, how clearly, and where it is across the picture
+// go to the partner, which turns to it.
 import { gaze } from "/static/face.js";
 import { ask } from "/static/live.js";
 import { Look } from "/static/look.js";
 
 const FILES = "/static/human/", EVERY = 334; // ms: three pictures a second at most
 const REACH = 0.12, SOFT = 250; // the pupils' dead zone, of the picture's width; ms to follow
+const OFTEN = 1000, AGAIN = 2000, MOVED = 0.04; // ms between two places told; ms after which one that stays is told again
 const OFF = { enabled: false };
 
 function load() {
@@ -15,6 +17,25 @@ function load() {
     Object.assign(script, { src: FILES + "human.js", onload: () => done(window.Human), onerror: () => fail(new Error("none")) });
     document.head.append(script);
   }));
+}
+
+async function picture(view) {
+  // Without a graphics card Chromium keeps each picture of a video that it draws, up to a thousand of
+  // them (300 MB), and none that it copies. Where copying fails, or would turn it, the video is drawn.
+  let frame;
+  try {
+    frame = new VideoFrame(view);
+    const { width, height } = frame.visibleRect, form = { format: "RGBA" };
+    const turned = frame.rotation || frame.flip || width !== view.videoWidth || height !== view.videoHeight;
+    if (turned || frame.allocationSize(form) !== 4 * width * height) return view; // or form is unknown to it
+    const pixels = new ImageData(width, height);
+    await frame.copyTo(pixels.data, form);
+    return pixels;
+  } catch {
+    return view;
+  } finally {
+    frame?.close();
+  }
 }
 
 export async function start() {
@@ -44,15 +65,24 @@ export async function start() {
     throw error;
   }
   const look = new Look(performance.now());
-  let place = null, at = null, last = 0, running = true;
+  let place = null, at = null, last = 0, running = true, told = null, toldAt = -Infinity;
+
+  function tell(x) {
+    const since = performance.now() - toldAt, lost = x === null;
+    if (lost ? told === null : since < OFTEN || (since < AGAIN && told !== null && Math.abs(x - told) < MOVED)) return;
+    told = x;
+    toldAt = performance.now();
+    ask("/face", { x: lost ? null : Math.round(1000 * x) / 1000 });
+  }
 
   async function see() {
     const begin = performance.now();
     if (!document.hidden && view.readyState >= 2) {
-      const faces = (await human.detect(view)).face.toSorted((a, b) => b.boxRaw[2] - a.boxRaw[2]);
+      const faces = (await human.detect(await picture(view))).face.toSorted((a, b) => b.boxRaw[2] - a.boxRaw[2]);
       if (!running) return;
       const face = faces[0] && read(faces[0]);
       for (const news of look.take(face ?? null, performance.now())) ask("/sense", news);
+      tell(face ? Math.min(1, Math.max(0, face.x)) : null);
       // The camera is not mirrored: its left is the partner's left, which is the right of its face.
       if (!face) place = null;
       else if (!place || Math.hypot(face.x - place.x, face.y - place.y) > REACH) place = { x: face.x, y: face.y };
@@ -75,6 +105,7 @@ export async function start() {
 
   return () => {
     running = false;
+    tell(null);
     gaze.at = () => null;
     stop();
     view.srcObject = null;

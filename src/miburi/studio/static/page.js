@@ -2,6 +2,7 @@
 import { ask, listen, live, lost, send } from "/static/live.js";
 
 const UNSENT = "miburi_unsent";
+const RAISED = "a raised voice"; // as senses/tone.py has it
 
 export function say(words) {
   let box = document.getElementById("said");
@@ -58,14 +59,14 @@ listen((state, connected) => {
   root.dataset.serial = state.serial;
 });
 
-// The log is written anew with each event; what somebody has opened in it stays open.
+// The log is written anew with each event; what somebody has opened in it stays open, and shut what was shut.
 const opened = new Set();
-document.addEventListener("toggle", ({ target }) => {
-  const entry = target.dataset?.entry;
-  if (entry) opened[target.open ? "add" : "delete"](entry);
-}, true);
-new MutationObserver(() => {
-  for (const entry of opened) document.querySelector(`[data-entry="${entry}"]`)?.setAttribute("open", "");
+const entries = (nodes) => [...nodes].flatMap((node) => [...(node.querySelectorAll?.("[data-entry]") ?? [])]);
+new MutationObserver((changes) => {
+  for (const { removedNodes, addedNodes } of changes) {
+    for (const { open, dataset } of entries(removedNodes)) opened[open ? "add" : "delete"](dataset.entry);
+    for (const entry of entries(addedNodes)) entry.open = opened.has(entry.dataset.entry);
+  }
 }).observe(document, { childList: true, subtree: true });
 
 // A line typed to the partner; the answer says what it heard in the words, and what it felt.
@@ -74,7 +75,8 @@ document.addEventListener("submit", async (event) => {
   if (!form) return;
   event.preventDefault();
   const words = JSON.parse(form.dataset.talk), out = form.querySelector("output"), line = form.elements.text;
-  const text = line.value.trim();
+  const text = line.value.trim(), { tone } = form; // only what was spoken has a tone
+  delete form.tone;
   if (!text) return;
   const number = (form.talks = (form.talks ?? 0) + 1); // who speaks on before an answer came is answered once
   const weights = form.querySelector("details");
@@ -84,7 +86,7 @@ document.addEventListener("submit", async (event) => {
     const answer = await fetch("/api/v1/say", {
       method: "POST",
       headers: { "Content-Type": "application/json" },
-      body: JSON.stringify({ text }),
+      body: JSON.stringify({ text, tone }),
     });
     const heard = await answer.json();
     if (answer.ok && line.value.trim() === text) line.value = "";
@@ -94,17 +96,22 @@ document.addEventListener("submit", async (event) => {
     if (!answer.ok) return;
     weights.hidden = !heard.feeling || !heard.why.length;
     weights.querySelector("span").textContent = heard.why
-      .map((part) => `${words.quoted.replace("{what}", part.what)} +${part.weight.toFixed(1)}`).join(", ");
+      .map((part) => `${sign(part, words)} +${part.weight.toFixed(1)}`).join(", ");
+    form.scrollIntoView({ block: "nearest" }); // the answer is below the line
   } catch {
     out.textContent = "";
     lost();
   }
 });
 
+function sign({ what }, words) {
+  return what === RAISED ? words.raised : words.quoted.replace("{what}", what);
+}
+
 function understood(heard, words) {
   const list = (items) => new Intl.ListFormat(document.documentElement.lang).format(items);
   if (!heard.feeling) return words.nothing;
-  const why = list(heard.why.slice(0, 3).map((part) => words.quoted.replace("{what}", part.what)));
+  const why = list(heard.why.slice(0, 3).map((part) => sign(part, words)));
   const first = words[why ? "heard" : "heard_it"].replace("{feeling}", words.feelings[heard.feeling])
     .replace("{sure}", Math.round(100 * heard.strength)).replace("{why}", why);
   const felt = heard.felt.map((one) => `${words.feelings[one.feeling]} ${one.strength.toFixed(2)}`);

@@ -1,4 +1,5 @@
-// The partner's voice: a chirp for each feeling by Web Audio, and words by a voice of this device.
+// The partner's voice: a chirp for each feeling by Web Audio, and words by a voice of this device, or
+// by one of the partner's computer (`miburi run --voice`), whose sound comes from there.
 // A sentence comes with the state; a new number is a new sentence, and the latest one wins.
 import { lips } from "/static/face.js";
 import { listen } from "/static/live.js";
@@ -38,19 +39,41 @@ export async function start({ voices }) {
   const heights = new Float32Array((meter.fftSize = 512));
   meter.connect(context.destination);
   await context.resume();
-  let spoken, felt, chirps = 0, last = -Infinity, syllables = null, later, words;
+  let spoken, felt, sounds = 0, last = -Infinity, syllables = null, later, words, speech = null, wish;
   window.speechSynthesis?.getVoices(); // some browsers load them when they are first asked for
 
   function chirp(feeling) {
     const { chirp: notes } = voices.feelings[feeling] ?? voices.rest;
     last = performance.now();
-    chirps = playChirp(context, meter, notes, context.currentTime + 0.02);
-    return 1000 * (chirps - context.currentTime);
+    sounds = playChirp(context, meter, notes, context.currentTime + 0.02);
+    return 1000 * (sounds - context.currentTime);
   }
 
-  function say({ text, language, feeling }) {
+  async function say(sentence) {
     hush();
-    const wait = chirp(feeling), voice = "speechSynthesis" in window && localVoice(language);
+    const wait = chirp(sentence.feeling), begin = sounds, mine = (wish = new AbortController());
+    if (!voices.sounded.includes(sentence.language)) return speak(sentence, wait);
+    const sound = await fetched(sentence.number, mine.signal);
+    if (mine.signal.aborted) return;
+    if (!sound) return speak(sentence, Math.max(0, 1000 * (begin - context.currentTime)));
+    const at = Math.max(begin, context.currentTime);
+    speech = new AudioBufferSourceNode(context, { buffer: sound });
+    speech.connect(meter);
+    speech.start(at);
+    sounds = at + sound.duration;
+  }
+
+  async function fetched(number, signal) {
+    try {
+      const answer = await fetch(`/api/v1/voice/${number}`, { signal });
+      return answer.ok ? await context.decodeAudioData(await answer.arrayBuffer()) : null;
+    } catch {
+      return null;
+    }
+  }
+
+  function speak({ text, language, feeling }, wait) {
+    const voice = "speechSynthesis" in window && localVoice(language);
     if (!voice) return;
     const { rate, pitch } = voices.feelings[feeling] ?? voices.rest;
     words = new SpeechSynthesisUtterance(text); // kept, or a browser may forget it before its end
@@ -67,15 +90,22 @@ export async function start({ voices }) {
 
   function hush() {
     clearTimeout(later);
+    wish?.abort();
+    if (speech) {
+      speech.stop();
+      speech = null;
+      sounds = 0; // its clock goes in steps, and may stand now
+    }
     syllables = null;
     window.speechSynthesis?.cancel();
   }
+  addEventListener("hush", hush);
 
   lips.open = (now) => {
     // Our own sound is measured. What the device speaks cannot be: there the mouth opens for each syllable.
     if (syllables?.until < now) syllables = null;
     if (syllables) return Math.abs(Math.sin(((now - syllables.since) / 1000) * Math.PI * SYLLABLES * syllables.rate));
-    if (context.currentTime > chirps) return null;
+    if (context.currentTime > sounds) return null;
     meter.getFloatTimeDomainData(heights);
     const power = heights.reduce((sum, height) => sum + height * height, 0) / heights.length;
     return Math.min(1, (1.7 * Math.sqrt(power)) / LOUDNESS);
@@ -90,12 +120,13 @@ export async function start({ voices }) {
     felt = feeling;
     if (first) return; // what it said and felt before somebody listened is past
     if (news) say(news);
-    else if (changed && !syllables && performance.now() - last > BETWEEN) chirp(feeling);
+    else if (changed && !syllables && context.currentTime > sounds && performance.now() - last > BETWEEN) chirp(feeling);
   });
 
   return () => {
     leave();
     hush();
+    removeEventListener("hush", hush);
     lips.open = () => null;
     context.close();
   };

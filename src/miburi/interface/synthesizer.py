@@ -1,0 +1,100 @@
+"""A voice of the partner's own computer: a sentence goes in, sound comes out.
+
+A synthesizer is a process of its own: it holds up nobody, it is ended when it takes too long, and
+its licence stays its own. No web library is loaded here, so that a partner wakes sooner.
+"""
+
+import asyncio
+import os
+import shutil
+import tempfile
+import unicodedata
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from miburi.errors import InputError
+from miburi.feelings.catalogue import Voice
+
+__all__ = ["LANGUAGES", "Synthesizer", "find_synthesizer"]
+
+#: What flite speaks.
+LANGUAGES = ("en",)
+#: Which of flite's voices, its pitch, Hz, which a feeling raises or lowers, and the lowest (ours).
+_VOICE, _PITCH, _LOWEST = "slt", 172.0, 60.0
+#: s for a sentence; 25 s of speech take 0.5 s of a processor (ours).
+_PATIENCE = 5.0
+#: Signs that others than typewriters have, for which it has no word.
+_PLAIN = str.maketrans({"‘": "'", "’": "'", "“": '"', "”": '"', "–": ",", "—": ",", "…": "..."})
+
+
+@dataclass(frozen=True)
+class Synthesizer:
+    """flite, Carnegie Mellon's small synthesizer.
+
+    Attributes
+    ----------
+    program
+        Its file.
+    """
+
+    program: str
+
+    async def sound(self, text: str, voice: Voice) -> bytes | None:
+        """Return a sentence as a WAV file; None if it took too long, or has nothing to say.
+
+        Parameters
+        ----------
+        text
+            What to say; what is not English has no sound.
+        voice
+            How fast and how high.
+        """
+        words = unicodedata.normalize("NFKD", text.translate(_PLAIN))
+        words = words.encode("ascii", "ignore").decode()
+        if not any(letter.isalnum() for letter in words):
+            return None
+        with tempfile.TemporaryDirectory() as folder:
+            said, heard = Path(folder) / "said.txt", Path(folder) / "heard.wav"
+            said.write_text(words, encoding="ascii")  # others could read a command line
+            process = await asyncio.create_subprocess_exec(
+                self.program,
+                "-voice", _VOICE,
+                "--setf", f"duration_stretch={1 / voice.rate:.3f}",
+                "--setf", f"int_f0_target_mean={max(_LOWEST, _PITCH * voice.pitch):.1f}",
+                "-f", str(said), "-o", str(heard),
+                stdin=asyncio.subprocess.DEVNULL,
+                stdout=asyncio.subprocess.DEVNULL,
+                stderr=asyncio.subprocess.DEVNULL,
+            )  # fmt: skip
+            try:
+                with suppress(OSError, AttributeError):  # it has ended already; not a Unix
+                    os.setpriority(os.PRIO_PROCESS, process.pid, 0)  # it does not come first
+                async with asyncio.timeout(_PATIENCE):
+                    failed = await process.wait()
+                return None if failed else heard.read_bytes()
+            except (TimeoutError, OSError):
+                return None
+            finally:
+                with suppress(ProcessLookupError):
+                    process.kill()
+                # A server that ends cancels this twice; who was killed ends soon.
+                while process.returncode is None:
+                    with suppress(asyncio.CancelledError):
+                        await process.wait()
+
+
+def find_synthesizer(name: str) -> Synthesizer:
+    """Return the synthesizer of a name.
+
+    Raises
+    ------
+    InputError
+        There is none of that name, or it is not installed.
+    """
+    if name != "flite":
+        raise InputError(f"--voice must be flite, got {name!r}.")
+    program = shutil.which(name)
+    if program is None:
+        raise InputError("--voice needs flite, which is not installed: sudo apt install flite.")
+    return Synthesizer(program)

@@ -1,0 +1,366 @@
+"""The reception: Stop goes past the server, all else goes to it, and silence costs little."""
+
+import select
+import socket
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from multiprocessing import Pipe
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+import pytest
+from starlette.types import Receive, Scope, Send
+
+from miburi.interface.access import CONNECTIONS, HEADER_TIME, HEADERS, Gate
+from miburi.interface.passing import ENCRYPTED, PLAIN, Passed, pass_on, taken_in
+from miburi.interface.reception import BEAT, SILENCE, Reception
+
+STOP = b"POST /api/v1/stop HTTP/1.1\r\nHost: localhost\r\n"
+LOOK = b"GET /api/v1/state HTTP/1.1\r\nHost: localhost\r\n\r\n"
+END = b"\r\n"
+FILES = Path("/proc/self/fd")
+DONE = b"HTTP/1.1 204 No Content\r\n"
+
+
+async def nobody(scope: Scope, receive: Receive, send: Send) -> None:
+    """Stand behind a gate that is only asked."""
+
+
+def listening() -> socket.socket:
+    listener = socket.create_server(("127.0.0.1", 0), backlog=2048)
+    listener.setblocking(False)
+    return listener
+
+
+@dataclass
+class Desk:
+    """A reception whose server and partner are the test itself, and whose time is its own."""
+
+    reception: Reception
+    plain: socket.socket
+    encrypted: socket.socket
+    server: socket.socket
+    partner: Connection
+    time: list[float]
+    guests: list[socket.socket] = field(default_factory=list)
+    stops: list[float] = field(default_factory=list)
+    lines: list[Passed] = field(default_factory=list)
+    serves: bool = True
+
+    def turn(self, patience: float = 0.0) -> None:
+        """Let all do what there is to do; the partner answers signs of life, the server nothing."""
+        self.reception.turn(patience)
+        while self.partner.poll():
+            if (said := self.partner.recv()) is None:
+                self.partner.send(None)
+            else:
+                self.stops.append(said)
+        if self.serves:
+            self.lines += [one for one in taken_in(self.server, 1000) if one is not None]
+
+    def until(self, is_so: Callable[[], object]) -> None:
+        """Wait until something is so."""
+        for _ in range(400):
+            if is_so():
+                return
+            self.turn(0.05)
+        pytest.fail("it has not come to be")
+
+    def quiet(self) -> bool:
+        """Whether no Stop has reached the partner when all have done what there was to do."""
+        for _ in range(5):
+            self.turn()
+        return not self.stops
+
+    def come(self, sent: bytes = b"", listener: socket.socket | None = None) -> socket.socket:
+        """Open a connection, say something, and let the reception hear it."""
+        guest = socket.create_connection((listener or self.plain).getsockname(), 10)
+        self.guests.append(guest)
+        guest.sendall(sent)
+        self.turn(0.05)
+        self.quiet()
+        return guest
+
+    def pressed(self) -> float:
+        """Wait for the next Stop; when was it pressed?"""
+        self.until(lambda: self.stops)
+        return self.stops.pop(0)
+
+    def stopped(self) -> None:
+        """Answer that the body has stopped."""
+        self.partner.send(None)
+        self.turn(0.05)
+
+    def passed(self) -> Passed:
+        """Wait for the next connection that comes to the server."""
+        self.until(lambda: self.lines)
+        return self.lines.pop(0)
+
+    def stop(self, guest: socket.socket) -> None:
+        """Press Stop over an open connection; it must be answered."""
+        guest.sendall(STOP + END)
+        self.pressed()
+        self.stopped()
+        assert answer(guest).startswith(DONE)
+
+    def ended(self, guest: socket.socket) -> bool:
+        """Whether a connection has been closed."""
+        readable, _, _ = select.select([guest], [], [], 0)
+        try:
+            return bool(readable) and guest.recv(1, socket.MSG_PEEK) == b""
+        except ConnectionResetError:
+            return True
+
+
+@contextmanager
+def desk(token: str | None = None, most: int = 500) -> Iterator[Desk]:
+    """Make a reception; close all its ends in the end."""
+    plain, encrypted = listening(), listening()
+    inside, outside = socket.socketpair()
+    stopping, partner = Pipe()
+    for end in (inside, outside):
+        end.setblocking(False)
+        end.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 1)  # a few notes fill it
+    time = [100.0]
+    gate = Gate(nobody, token)
+    reception = Reception([plain], encrypted, outside, stopping, gate, most, lambda: time[0])
+    one = Desk(reception, plain, encrypted, inside, partner, time)
+    try:
+        yield one
+    finally:
+        reception.close()
+        for end in (plain, encrypted, inside, outside, *one.guests, stopping, partner):
+            end.close()
+        for passed in one.lines:
+            passed.line.close()
+
+
+@pytest.fixture
+def at() -> Iterator[Desk]:
+    with desk() as one:
+        yield one
+
+
+def answer(guest: socket.socket, *, within: float = 10.0) -> bytes:
+    """What a guest is told next; nothing if nothing comes within so many s."""
+    guest.settimeout(within)
+    with suppress(TimeoutError, BlockingIOError):
+        return guest.recv(65_536)
+    return b""
+
+
+def test_a_stop_reaches_the_partner_and_not_the_server(at: Desk) -> None:
+    guest = at.come(STOP + END)
+    assert at.pressed() == 100.0
+    assert answer(guest, within=0) == b""  # not before the body has stopped
+    at.stopped()
+    assert answer(guest).startswith(DONE)
+    at.time[0] = 101.0
+    guest.sendall(STOP + b"Content-Length: 0\r\n" + END)  # as browsers say it, over the same line
+    assert at.pressed() == 101.0
+    at.stopped()
+    assert answer(guest).startswith(DONE)
+    assert at.lines == []
+
+
+def test_a_stop_in_pieces_is_one(at: Desk) -> None:
+    guest = at.come()
+    for byte in STOP + END:
+        assert at.quiet()
+        guest.send(bytes([byte]))
+    assert at.pressed() == 100.0
+
+
+def test_many_stops_share_the_next(at: Desk) -> None:
+    first, *others = [at.come(STOP + END) for _ in range(50)]
+    assert at.pressed() == 100.0
+    assert at.quiet()
+    at.stopped()
+    assert answer(first).startswith(DONE)
+    assert at.pressed() == 100.0
+    assert not any(answer(guest, within=0) for guest in others)
+    at.stopped()
+    assert all(answer(guest).startswith(DONE) for guest in others)
+    assert at.quiet()
+
+
+def test_who_asks_to_close_is_closed(at: Desk) -> None:
+    guest = at.come(STOP + b"Connection: close\r\n" + END)
+    at.pressed()
+    at.stopped()
+    assert b"connection: close" in answer(guest)
+    at.until(lambda: at.ended(guest))
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        LOOK,
+        b"GET /api/v1/stop HTTP/1.1\r\nHost: localhost\r\n\r\n",
+        b"POST /api/v1/stop HTTP/1.0\r\nHost: localhost\r\n\r\n",
+        b"POST /api/v1/stop?x HTTP/1.1\r\nHost: localhost\r\n\r\n",
+        b"POST /api/v1/stopping HTTP/1.1\r\nHost: localhost\r\n\r\n",
+        STOP + b"Content-Length: 5\r\n" + END,
+        STOP + b"Transfer-Encoding: chunked\r\n" + END,
+        STOP + b"Upgrade: websocket\r\n" + END,
+        STOP + b"Expect: 100-continue\r\n" + END,
+        STOP + b"no header\r\n" + END,
+        STOP + b"Origin: https://evil.example\r\n" + END,
+        STOP + b"Sec-Fetch-Site: cross-site\r\n" + END,
+        b"POST /api/v1/stop HTTP/1.1\r\nHost: evil.example\r\n\r\n",
+        b"POST /api/v1/stop HTTP/1.1\r\nHost: [\r\n\r\n",
+        b"POST /api/v1/stop HTTP/1.1\r\n\r\n",
+        b"\x16\x03\x01 is how TLS begins",
+    ],
+)
+def test_whatever_is_not_plainly_a_stop_that_may_be_goes_to_the_server_whole(
+    at: Desk, head: bytes
+) -> None:
+    at.time[0] = 123.0
+    guest = at.come(head + b"and more")
+    passed = at.passed()
+    assert at.quiet()
+    assert (passed.kind, passed.came) == (PLAIN, 123.0)
+    assert answer(passed.line) == head + b"and more"
+    passed.line.send(b"hello")
+    assert answer(guest) == b"hello"
+    passed.line.close()
+
+
+def test_elsewhere_only_who_has_the_token_stops_it() -> None:
+    with desk(token="t" * 40) as at:
+        for wrong in (b"", b"Authorization: Bearer " + b"u" * 40 + b"\r\n"):
+            at.come(STOP + wrong + END)
+            at.passed().line.close()
+            assert at.quiet()
+        for right in (b"Authorization: Bearer ", b"Cookie: miburi_token="):
+            at.come(STOP + right + b"t" * 40 + b"\r\n" + END)
+            assert at.pressed() == 100.0
+            at.stopped()
+
+
+def test_a_connection_comes_back_and_its_next_stop_goes_past_the_server(at: Desk) -> None:
+    guest = at.come(LOOK)
+    passed = at.passed()
+    assert answer(passed.line) == LOOK
+    assert pass_on(at.server, passed.line.fileno(), PLAIN)
+    passed.line.close()
+    at.quiet()
+    at.stop(guest)
+    guest.sendall(LOOK)
+    again = at.passed()
+    assert answer(again.line) == LOOK
+    again.line.close()
+
+
+def test_while_the_server_takes_nothing_stop_is_answered(at: Desk) -> None:
+    at.serves = False
+    kept = [at.come(LOOK) for _ in range(CONNECTIONS - 1)]
+    at.stop(at.come())
+    assert not any(map(at.ended, kept))
+    at.serves = True
+    for _ in kept:
+        at.passed().line.close()
+
+
+def test_by_https_a_connection_is_passed_on_with_its_first_bytes(at: Desk) -> None:
+    guest = at.come(listener=at.encrypted)
+    assert at.lines == []
+    guest.sendall(b"\x16")
+    passed = at.passed()
+    assert (passed.kind, answer(passed.line)) == (ENCRYPTED, b"\x16")
+    passed.line.close()
+    at.come(STOP + END, at.encrypted)  # unencrypted words where https is spoken
+    assert at.quiet()
+
+
+def test_who_says_nothing_does_not_reach_the_server_and_is_not_waited_for(at: Desk) -> None:
+    silent, slow = at.come(), at.come(LOOK[:-2])
+    at.time[0] += HEADER_TIME + 0.1
+    at.until(lambda: at.ended(silent) and at.ended(slow))
+    assert at.lines == []
+
+
+def test_headers_that_are_too_large_are_refused(at: Desk) -> None:
+    guest = at.come(LOOK[:-2] + b"X: " + b"x" * HEADERS)
+    assert answer(guest).startswith(b"HTTP/1.1 431 Request Header Fields Too Large\r\n")
+    at.until(lambda: at.ended(guest))
+    assert at.lines == []
+
+
+def test_silent_strangers_give_way_and_never_the_newest(at: Desk) -> None:
+    known = at.come()
+    at.stop(known)
+    strangers = [at.come() for _ in range(CONNECTIONS + 20)]
+    at.until(lambda: sum(map(at.ended, strangers)) == 21)
+    assert all(map(at.ended, strangers[:21]))
+    at.stop(at.come())
+    at.stop(known)
+
+
+def test_all_addresses_together_have_only_so_many_connections() -> None:
+    with desk(most=30) as at:
+        strangers = [at.come() for _ in range(50)]
+        at.until(lambda: sum(map(at.ended, strangers)) == 20)
+        at.stop(at.come())
+
+
+def test_while_it_serves_it_gives_signs_of_life(at: Desk) -> None:
+    for _ in range(3):
+        at.time[0] += BEAT
+        at.reception.turn()
+        assert at.partner.recv() is None
+        assert not at.partner.poll()
+        at.stopped()
+
+
+def test_a_stop_that_reaches_nobody_says_so_and_still_waits_for_the_partner(at: Desk) -> None:
+    first, second = at.come(STOP + END), at.come(STOP + END)
+    at.time[0] += SILENCE + 0.3
+    at.quiet()
+    for guest in (first, second):
+        assert b"503 Service Unavailable" in answer(guest)
+    assert at.pressed() == 100.0  # once the partner looks at last
+    at.stopped()
+    assert at.pressed() == at.time[0]  # the second, too
+    at.stopped()
+    third = at.come(STOP + END)
+    assert at.pressed() == at.time[0]
+    at.stopped()
+    assert answer(third).startswith(DONE)
+
+
+def test_a_stop_outlives_the_answer_that_a_silent_partner_cannot_be_reached(at: Desk) -> None:
+    at.time[0] += BEAT
+    at.reception.turn()  # its sign of life is not answered: the partner hangs
+    assert at.partner.recv() is None
+    guest = at.come(STOP + END)
+    at.time[0] += SILENCE + 0.3
+    at.quiet()
+    assert b"503 Service Unavailable" in answer(guest)
+    at.stopped()
+    assert at.pressed() == at.time[0]
+
+
+def test_it_ends_with_the_partner(at: Desk) -> None:
+    at.partner.close()
+    at.reception.serve()
+    at.partner, _ = Pipe()
+
+
+def test_no_open_file_is_left_behind(at: Desk) -> None:
+    before = sorted(FILES.iterdir())
+    for sent in (b"", LOOK, STOP + END, b"\x16", LOOK[:-2] + b"x" * HEADERS):
+        guest = at.come(sent)
+        for passed in at.lines:
+            passed.line.close()
+        at.lines.clear()
+        if at.stops:
+            at.stops.clear()
+            at.stopped()
+        at.guests.remove(guest)
+        guest.close()
+        at.turn(0.05)
+        at.quiet()
+    assert sorted(FILES.iterdir()) == before

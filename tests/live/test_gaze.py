@@ -1,0 +1,76 @@
+"""A face that the eyes see: where the live partner turns, and what it does not take."""
+
+import httpx
+import numpy as np
+import pytest
+from tests.fixtures.live import Server, run
+
+from miburi.bodies import BodyState
+from miburi.live.gaze import FORGOTTEN, Gaze
+from miburi.live.runner import Runner
+from miburi.robot import JOINTS
+from miburi.safety.stop import Phase
+
+WAIST = JOINTS.index("waist")
+
+
+def body(time: float, waist: float = 0.0) -> BodyState:
+    angles = np.zeros(8)
+    angles[WAIST] = waist
+    return BodyState(time, angles, np.zeros(8), Phase.IDLE, None)
+
+
+def test_the_left_of_a_picture_is_the_partners_left() -> None:
+    gaze = Gaze(rides=False)
+    for x, degrees in ((0.5, 0.0), (0.0, 32.0), (1.0, -32.0)):
+        gaze.see(x, body(1.0))
+        assert np.degrees(gaze.turn(1.0)) == pytest.approx(degrees)
+
+
+def test_a_camera_on_the_head_turns_with_it() -> None:
+    riding, standing = Gaze(rides=True), Gaze(rides=False)
+    for gaze in (riding, standing):
+        gaze.see(0.5, body(1.0, waist=0.3))
+    assert riding.turn(1.0) == pytest.approx(0.3), "who is in the middle is where it looks"
+    assert standing.turn(1.0) == 0.0
+
+
+def test_who_is_no_longer_told_of_has_gone() -> None:
+    gaze = Gaze(rides=False)
+    gaze.see(0.2, body(1.0))
+    assert gaze.turn(1.0 + FORGOTTEN) > 0
+    assert gaze.turn(1.1 + FORGOTTEN) == 0.0
+    gaze.see(0.2, body(8.0))
+    gaze.see(None, body(8.1))
+    assert gaze.turn(8.1) == 0.0
+
+
+def test_a_live_partner_turns_to_a_face_and_back(runner: Runner) -> None:
+    for _ in range(6):
+        runner.see(0.0)
+        states = run(runner, 2.0)
+    assert states[-1].angles[WAIST] == pytest.approx(0.5, abs=0.02)  # as far as "playful" goes
+    assert all(now.stop is None for now in states)
+    states = run(runner, FORGOTTEN + 14.0)
+    assert states[-1].angles[WAIST] == pytest.approx(0.0, abs=0.02)
+
+
+def test_a_face_moves_no_stopped_body(runner: Runner) -> None:
+    runner.see(0.0)
+    run(runner, 1.0)
+    runner.stop()
+    held = run(runner, 1.0)[-1]
+    for x in (1.0, 0.0, None, 1.0):
+        runner.see(x)
+        assert run(runner, 2.0)[-1].phase == "stopped"
+    assert run(runner, 0.1)[-1].angles[WAIST] == pytest.approx(held.angles[WAIST], abs=0.01)
+
+
+def test_a_face_goes_over_the_interface_as_a_place_alone(server: Server) -> None:
+    def tell(**content: object) -> int:
+        return httpx.post(server.url + "/api/v1/face", json=content).status_code
+
+    assert tell(x=0.2) == 204
+    assert tell(x=None) == 204
+    for wrong in ({}, {"x": 1.5}, {"x": "left"}, {"x": 0.2, "picture": "/9j/"}):
+        assert tell(**wrong) == 422
