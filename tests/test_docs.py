@@ -4,9 +4,13 @@ import os
 import re
 import subprocess
 import sys
+import textwrap
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
+
+from miburi.cli.main import app
 
 ROOT = Path(__file__).parents[1]
 #: What only the site has.
@@ -16,7 +20,7 @@ PAGES = [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("bench/**/*.
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_links_and_pictures_are_there(page: Path) -> None:
-    links = re.findall(r"\]\(([^)#]+)", page.read_text())
+    links = re.findall(r"\]\(([^)#]+)", page.read_text(encoding="utf-8"))
     inside = [link for link in links if "://" not in link and not link.startswith(MADE)]
     assert [link for link in inside if not (page.parent / link).exists()] == []
 
@@ -31,6 +35,19 @@ def test_the_first_example_shows_a_happy_gesture(capsys: pytest.CaptureFixture[s
     assert "GestureStarted(time=0.02, expression=Expression(feeling='happiness'" in (
         capsys.readouterr().out
     )
+
+
+@pytest.mark.parametrize("command", ["forward", "ik"])
+def test_a_command_of_the_readme_prints_what_stands_there(command: str) -> None:
+    shown = re.search(
+        rf"^    \$ miburi ({command} .*)\n((?:    .*\n)+)",
+        (ROOT / "README.md").read_text(),
+        re.MULTILINE,
+    )
+    assert shown
+    arguments, output = shown.groups()
+    printed = CliRunner().invoke(app, arguments.split()).stdout
+    assert printed.splitlines() == textwrap.dedent(output).splitlines()
 
 
 def test_make_help_lists_every_target() -> None:

@@ -29,7 +29,7 @@ def run(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
     kept = {k: v for k, v in os.environ.items() if k not in ("MUJOCO_GL", "PYOPENGL_PLATFORM")}
     return subprocess.run(
         [sys.executable, "-c", _HIDE, *map(str, arguments)],
-        check=False, capture_output=True, text=True, env=kept, timeout=300,
+        check=False, capture_output=True, text=True, env=kept,
     )  # fmt: skip
 
 
