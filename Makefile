@@ -17,10 +17,12 @@ experiment: .venv/run.stamp ## the paper's experiment, written to out/experiment
 	$(BIN)/miburi experiment --seed 1 --seconds 30 --out out/experiment
 
 # The tests in a browser come last, two files at a time: without a graphics card each takes a core.
+# One that fails on so busy a machine is carried out once more, as Playwright's own runner does, and
+# named in the summary: look into it. No test of the contact stop's rule is among them.
 PAGES := tests/studio/browser
 test: .venv/test.stamp ## all tests
 	$(BIN)/python -m pytest -n auto --ignore $(PAGES)
-	$(BIN)/python -m pytest -n 2 --dist loadfile $(PAGES)
+	$(BIN)/python -m pytest -n 2 --dist loadfile --reruns 1 --only-rerun . -r R $(PAGES)
 
 screenshots: .venv/test.stamp ## pictures of the studio and the face, in out/screenshots
 	$(BIN)/python tools/screenshots out/screenshots
