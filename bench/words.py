@@ -20,7 +20,8 @@ sys.path[:0] = [str(ROOT / "tools")]
 
 from train_words import DATA, Rows, checked, read_goemotions, read_xed  # noqa: E402  (below the folder that holds it)
 
-from miburi.senses.text import tokens, without_punctuation  # noqa: E402  (below the folder that holds it)
+from miburi.senses.phrases import cut_smileys  # noqa: E402  (below the folder that holds it)
+from miburi.senses.text import without_punctuation  # noqa: E402  (below the folder that holds it)
 from miburi.senses.words import LABELS, SILENT, hear, judge, load_model  # noqa: E402  (below the folder that holds it)
 
 SENTENCES = ROOT / "tests" / "senses"
@@ -37,7 +38,7 @@ def share(right: int, n: int) -> str:
 
 def table(rows: Rows) -> None:
     """Precision, recall and F1 by feeling; the best guess counts, however unsure."""
-    likely = np.array([judge(tokens(text))[1] for text, _ in rows])
+    likely = np.array([judge(text)[-1] for text, _ in rows])
     guess = [LABELS[i] for i in likely.argmax(axis=1)]
     # Of several labels the one that was guessed counts, else the rarest.
     rarity = {name: sum(name in labels for _, labels in rows) for name in LABELS}
@@ -100,7 +101,7 @@ def everyday(rows: list[tuple[str, str]], change: Callable[[str], str] = str) ->
     by = [f"{n} {sum(a == b == n for a, b in felt)}/{sum(a == n for a, _ in felt)}"
           for n in LABELS[:-1]]  # fmt: skip
     print(f"  {', '.join(by)}")
-    guess = [(a, LABELS[int(judge(tokens(change(t)))[1].argmax())]) for a, t in rows]
+    guess = [(a, LABELS[int(judge(change(t))[-1].argmax())]) for a, t in rows]
     alone = sum(a == b for a, b in guess if a in LABELS[:-1])
     print(f"  the model's best guess alone, without the list of alarms: {share(alone, len(felt))}")
     print(f"neutral that move it: {share(sum(b is not None for b in plain), len(plain))}")
@@ -122,7 +123,10 @@ def main() -> None:
             checked(wish.data / name, digest)
         part = "dev" if wish.tuning else "test"
         print(f"# GoEmotions, {part} split\n")
-        table(read_goemotions(wish.data, part))
+        comments = read_goemotions(wish.data, part)
+        table(comments)
+        print(f"\n# GoEmotions, {part} split, comments with a smiley\n")
+        table([(text, labels) for text, labels in comments if cut_smileys(text)[1]])
         print(f"\n# XED, {part} split\n")
         table(read_xed(wish.data, part))
     sets = {"tuning half": half(rows, False)}

@@ -33,11 +33,23 @@ def test_who_speaks_of_ending_their_life_is_sent_to_a_person(
     language: Language, own: str | None
 ) -> None:
     answerer, answers = Answerer(), shipped_answers(language)
-    heard = Impression("sadness", 0.85, "speech", grave=True)
+    heard = Impression("sadness", 0.85, "speech", topic="grave")
     felt = None if own is None else Expression(own, 0.9)
     for _ in range(10):
         said = answerer.answer(heard, felt, answers)
         assert re.search("[Cc]all|doctor|電話|お医者", said), said
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_asked_what_it_feels_it_says_so(language: Language) -> None:
+    answerer, answers = Answerer(), shipped_answers(language)
+    asked = Impression(None, 0.0, "speech", topic="asked")
+    felt = {
+        own: {answerer.answer(asked, own and Expression(own, 0.9), answers) for _ in range(40)}
+        for own in (None, *FEELINGS)
+    }
+    for one, other in itertools.combinations(felt.values(), 2):
+        assert one.isdisjoint(other), "each feeling has words of its own"
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
@@ -71,10 +83,10 @@ def test_a_feeling_without_a_table_is_answered_all_the_same() -> None:
 @pytest.mark.parametrize(
     ("table", "words"),
     [
-        ({"any": {"any": ["a", "b"]}}, "none, grave is missing"),
+        ({"any": {"any": ["a", "b"]}}, "none, grave, asked is missing"),
         ({"any": {"any": ["a", "b"]}, "none": {"fear": ["a", "b"]}}, "none.any is missing"),
         ({"any": {"any": ["a"]}, "none": {"any": ["a", "b"]}}, "at least 2"),
-        ({name: {"any": ["a", "a"]} for name in ("any", "none", "grave")}, "twice"),
+        ({name: {"any": ["a", "a"]} for name in ("any", "none", "grave", "asked")}, "twice"),
         ({"boredom": {"any": ["a", "b"]}}, "boredom"),
     ],
 )

@@ -12,7 +12,7 @@ import pytest
 from tests.fixtures.command import miburi_apart
 
 from miburi.feelings.catalogue import PAPER
-from miburi.senses.text import tokens, without_punctuation
+from miburi.senses.text import without_punctuation
 from miburi.senses.words import LABELS, LONGEST, SILENT, hear, judge, load_model
 
 ROWS = [
@@ -40,7 +40,7 @@ ROWS = [
 )
 def test_who_speaks_of_ending_their_life_is_taken_seriously(text: str) -> None:
     heard = hear(text)
-    assert (heard.feeling, heard.grave) == ("sadness", True)
+    assert (heard.feeling, heard.topic) == ("sadness", "grave")
     assert heard.strength >= SILENT
     assert heard.why
 
@@ -60,7 +60,84 @@ def test_who_speaks_of_ending_their_life_is_taken_seriously(text: str) -> None:
     ],
 )
 def test_who_speaks_of_something_else_is_not(text: str) -> None:
-    assert not hear(text).grave
+    assert hear(text).topic != "grave"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "How are you?",
+        "how are you",
+        "Hello! How are you today?",
+        "Hi robot, how are you doing?",
+        "Are you sad?",
+        "are you still angry with me?",
+        "Do you feel happy?",
+        "Do you have feelings?",
+        "Tell me how you feel.",
+        "The door is open. What do you feel?",
+        "元気ですか？",
+        "今の気持ちは？",
+        "怒っているの？",
+    ],
+)
+def test_a_question_about_its_feelings_shows_nobodys(text: str) -> None:
+    heard = hear(text)
+    assert (heard.feeling, heard.topic, heard.why) == (None, "asked", ())
+
+
+@pytest.mark.parametrize(
+    ("text", "feeling"),
+    [
+        ("How are you? I am so sad today.", "sadness"),
+        ("I am so happy! Are you happy, too?", "happiness"),
+        ("元気？わたしは悲しいです。", "sadness"),
+        ("You are sad", "sadness"),
+        ("I am afraid. What are you doing?", "fear"),
+        ("ﾎﾝｦﾖﾑ。 ｡", None),
+    ],
+)
+def test_what_is_said_beside_a_question_is_heard(text: str, feeling: str | None) -> None:
+    heard = hear(text)
+    assert (heard.feeling, heard.topic) == (feeling, None)
+
+
+@pytest.mark.parametrize("text", [row[1] for row in ROWS if row[0] in PAPER])
+def test_nobody_who_shows_a_feeling_is_taken_to_ask(text: str) -> None:
+    assert hear(text).topic is None
+
+
+@pytest.mark.parametrize(
+    ("text", "feeling", "sign"),
+    [
+        ("😢", "sadness", "😢"),
+        ("👍🏽 👍", "happiness", "👍"),
+        ("❤️", "happiness", "❤"),
+        (":-(", "sadness", ":-("),
+        (">:(", "anger", ">:("),
+        ("😱😱😱", "fright", "😱"),
+        ("今日は😢", "sadness", "😢"),
+    ],
+)
+def test_a_smiley_shows_its_feeling(text: str, feeling: str, sign: str) -> None:
+    heard = hear(text)
+    assert (heard.feeling, [part.what for part in heard.why]) == (feeling, [sign])
+
+
+@pytest.mark.parametrize(
+    "text", ["at 10:Deck two", "I <30 things", "http://a.b/:D1", "f(x):(y)", "xDrive", "🤷"]
+)
+def test_not_every_colon_smiles(text: str) -> None:
+    assert not {":D", ":(", "xD"} & {part.what for part in hear(text).why}
+
+
+def test_a_smiley_weighs_what_words_say() -> None:
+    def sadness(text: str) -> float:
+        return float(judge(text)[-1][LABELS.index("sadness")])
+
+    assert sadness("He did not come.") < sadness("He did not come. 😢")
+    assert sadness("He did not come. 😢") == sadness("He did not come. 😢😢")
+    assert hear("I am so sad today 😊").feeling == "sadness", "words weigh more"
 
 
 def test_the_model_ships_and_is_small() -> None:
@@ -108,7 +185,7 @@ def test_what_is_denied_is_not_felt(said: str) -> None:
 
 def test_who_is_not_happy_is_rather_sad() -> None:
     def sadness(text: str) -> float:
-        return float(judge(tokens(text))[1][LABELS.index("sadness")])
+        return float(judge(text)[-1][LABELS.index("sadness")])
 
     assert sadness("I am not happy") > sadness("I am happy")
 
@@ -177,11 +254,12 @@ def test_the_command_answers_a_line_each() -> None:
 
 
 def test_the_command_says_it_in_words() -> None:
-    done = miburi_apart("words", given="I am so sad today\nIt is nine.\n")
-    first, second = done.stdout.splitlines()
+    done = miburi_apart("words", given="I am so sad today\nIt is nine.\nHow are you?\n")
+    first, second, third = done.stdout.splitlines()
     assert first.startswith("'sad'")
     assert ": sadness " in first
     assert second == "nothing clear"
+    assert third == "a question about its own feelings"
 
 
 def test_a_users_feelings_in_another_order_hear_the_same(tmp_path: Path) -> None:
@@ -210,7 +288,7 @@ def test_a_sentence_without_signs_is_no_calmer_for_it() -> None:
     """Who speaks writes no "!": both readings count."""
 
     def strength(text: str) -> float:
-        return float(judge(tokens(text))[1][LABELS.index("surprise")])
+        return float(judge(text)[-1][LABELS.index("surprise")])
 
     said = "i did not expect that at all"
     plain, exclaimed = strength(said + "."), strength(said + "!")

@@ -5,7 +5,7 @@ import os
 import sys
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -102,7 +102,8 @@ def _say(partner: "RemotePartner", text: str, tone: "Tone" = "plain") -> None:
 
     heard = partner.say(text, tone)
     why = tuple(Brought(part.what, part.weight) for part in heard.why)
-    print(Impression(heard.feeling, heard.strength, "speech", why).reason)
+    topic: Literal["asked"] | None = "asked" if heard.asked else None
+    print(Impression(heard.feeling, heard.strength, "speech", why, topic).reason)
     for stimulus in heard.felt:
         print(f"it feels {stimulus.feeling} {stimulus.strength:.2f}")
     if heard.answer:

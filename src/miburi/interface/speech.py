@@ -41,7 +41,7 @@ class Speech:
         heard = coloured(await asyncio.to_thread(hear, said.text), said.tone)
         felt = await done(self._partner.take(heard))
         answer = None
-        if not heard.grave:
+        if heard.topic != "grave":
             answer = await self._reply(said.text, felt)
         elif self._conversation is not None:
             # Who speaks of ending their life gets the answer written by hand, and none after it.
@@ -50,6 +50,7 @@ class Speech:
             answer = await done(self._partner.answer(heard, language_of(said.text)))
         return SayOut(
             feeling=heard.feeling,
+            asked=heard.topic == "asked",
             strength=heard.strength,
             why=[WhyOut.model_validate(asdict(part)) for part in heard.why],
             felt=[StimulusIn.model_validate(asdict(stimulus)) for stimulus in felt],

@@ -81,6 +81,7 @@ class SayOut(BaseModel):
     strength: Share
     why: list[WhyOut]
     felt: list[StimulusIn]
+    asked: bool = Field(default=False, description="Whether it was asked what it feels itself.")
     answer: str = Field(description="What it answered, aloud where a page has its voice on.")
 
 

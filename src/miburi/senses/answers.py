@@ -26,7 +26,7 @@ _Lines = Annotated[list[Annotated[str, Field(min_length=1, max_length=120)]], Fi
 class Answers(
     RootModel[
         dict[
-            FeelingName | Literal["none", "any", "grave"],
+            FeelingName | Literal["none", "any", "grave", "asked"],
             dict[FeelingName | Literal["any"], _Lines],
         ]
     ]
@@ -35,7 +35,7 @@ class Answers(
 
     @model_validator(mode="after")
     def _check_complete(self) -> Self:
-        missing = [name for name in ("none", "any", "grave") if name not in self.root]
+        missing = [name for name in ("none", "any", "grave", "asked") if name not in self.root]
         missing += [f"{heard}.any" for heard, row in self.root.items() if "any" not in row]
         if missing:
             raise ValueError(f"{', '.join(missing)} is missing; it answers what has no other row")
@@ -74,7 +74,7 @@ class Answerer:
     def answer(self, heard: Impression, own: Expression | None, answers: Answers) -> str:
         """Return what a partner that feels something of its own, or nothing, answers."""
         felt = None if own is None else own.feeling
-        row = answers.lines("grave" if heard.grave else heard.feeling, felt)
+        row = answers.lines(heard.topic or heard.feeling, felt)
         lines = [line for line in row if line != self._last]
         self._last = lines[int(self._random.integers(len(lines)))]
         return self._last

@@ -6,6 +6,7 @@ A sense is a function from what somebody did (words, a sound, a face, a touch) t
 """
 
 from dataclasses import dataclass
+from typing import Literal
 
 from miburi.errors import InputError
 from miburi.feelings import FEELINGS, SOURCES, Stimulus, Temperament
@@ -43,8 +44,9 @@ class Impression:
         One of ``SOURCES``.
     why
         What spoke for it, the most telling first.
-    grave
-        Whether they spoke of ending their life: what is answered then is written by hand.
+    topic
+        What is answered whatever it showed: ``grave`` where they spoke of ending their life,
+        ``asked`` where they asked what the partner feels.
 
     Raises
     ------
@@ -56,7 +58,7 @@ class Impression:
     strength: float
     source: str
     why: tuple[Brought, ...] = ()
-    grave: bool = False
+    topic: Literal["grave", "asked"] | None = None
 
     def __post_init__(self) -> None:
         if self.feeling is not None:
@@ -70,7 +72,8 @@ class Impression:
     @property
     def reason(self) -> str:
         """The impression in words, such as "'lovely' and 'thank': happiness 0.80"."""
-        *most, last = [f"'{part.what}'" for part in self.why] or ["nothing clear"]
+        nothing = "a question about its own feelings" if self.topic == "asked" else "nothing clear"
+        *most, last = [f"'{part.what}'" for part in self.why] or [nothing]
         parts = f"{', '.join(most)} and {last}" if most else last
         return parts if self.feeling is None else f"{parts}: {self.feeling} {self.strength:.2f}"
 

@@ -1,7 +1,8 @@
-"""Lists written by hand: despair, cries of alarm in English, and stems of Japanese words.
+"""Lists written by hand: despair, questions, cries of alarm, smileys, and Japanese word stems.
 
 A sentence in, an impression out, with the phrase or the stems that spoke. The lists are
-``despair.toml``, ``alarms.toml`` and ``stems-ja.toml``, beside this module.
+``despair.toml``, ``asked.toml``, ``alarms.toml``, ``smileys.toml`` and ``stems-ja.toml``, beside
+this module.
 """
 
 import re
@@ -9,6 +10,7 @@ import tomllib
 import unicodedata
 from functools import cache
 from importlib import resources
+from itertools import compress
 from math import log
 from typing import Annotated
 
@@ -19,11 +21,27 @@ from miburi.feelings.catalogue import FeelingName
 from miburi.feelings.temperament import Share
 from miburi.ground.tables import Table
 from miburi.senses.impression import Brought, Impression
+from miburi.senses.language import Language
 from miburi.senses.text import tokens
 
-__all__ = ["Alarms", "Despair", "Stems", "alarm_in", "despair_in", "stems_in"]
+__all__ = [
+    "Alarms",
+    "Asked",
+    "Despair",
+    "Smileys",
+    "Stems",
+    "alarm_in",
+    "cut_questions",
+    "cut_smileys",
+    "despair_in",
+    "smiley_weight",
+    "smileys_alone",
+    "stems_in",
+]
 
 _DENIED = re.compile(r"\b(not|never|no)( \S+){0,3}$")
+_SENTENCE = re.compile(r"[^.!?;\n]+[.!?;\n]*")
+_TONES = "\ufe0f\U0001f3fb-\U0001f3ff"  # how an emoji is drawn
 
 
 class Alarms(Table):
@@ -39,6 +57,22 @@ class Despair(Table):
     strength: Share
     en: list[str]
     ja: list[str]
+
+
+class Asked(Table):
+    """Questions about the partner's own feelings, by language, and greetings beside them."""
+
+    en: list[str]
+    greetings: list[str]
+    ja: list[str]
+
+
+class Smileys(Table):
+    """Smileys by feeling; the strength of one alone, and what it brings to words, log-odds."""
+
+    alone: Share
+    weight: Annotated[float, Field(gt=0, le=20)]
+    signs: dict[FeelingName, list[str]]
 
 
 class Stems(Table):
@@ -63,6 +97,28 @@ def _despair() -> tuple[float, re.Pattern[str], re.Pattern[str]]:
 
 
 @cache
+def _asked() -> tuple[re.Pattern[str], re.Pattern[str], re.Pattern[str]]:
+    asked = Asked.model_validate(_read("asked.toml"))
+    english, greetings, japanese = (
+        re.compile("|".join(each)) for each in (asked.en, asked.greetings, asked.ja)
+    )
+    return english, greetings, japanese
+
+
+@cache
+def _smileys() -> tuple[Smileys, dict[str, str], re.Pattern[str]]:
+    table = Smileys.model_validate(_read("smileys.toml"))
+    feelings = {sign: feeling for feeling, signs in table.signs.items() for sign in signs}
+    either = "|".join(
+        (r"(?<!\w)" if sign[0].isalnum() else "")
+        + re.escape(sign)
+        + (r"(?!\w)" if sign[-1].isalnum() else "")
+        for sign in sorted(feelings, key=len, reverse=True)
+    )
+    return table, feelings, re.compile(f"({either})[{_TONES}]*")
+
+
+@cache
 def _stems() -> Stems:
     return Stems.model_validate(_read("stems-ja.toml"))
 
@@ -79,35 +135,91 @@ def _whole_words(phrases: list[str]) -> re.Pattern[str]:
 def despair_in(text: str) -> Impression | None:
     """Return the sadness of who speaks of ending their life, in either language; else none."""
     strength, english, japanese = _despair()
-    found = japanese.search(unicodedata.normalize("NFKC", text)) or _said(english, tokens(text))
+    found = japanese.search(unicodedata.normalize("NFKC", text)) or _said(english, text)
     if found is None:
         return None
     why = Brought(found.group().strip(), round(_odds(strength), 2))
-    return Impression("sadness", strength, "speech", (why,), grave=True)
+    return Impression("sadness", strength, "speech", (why,), topic="grave")
 
 
-def alarm_in(words: list[str]) -> Impression | None:
+def alarm_in(text: str) -> Impression | None:
     """Return the fright of a sentence that cries, warns or calls for help; none of any other."""
     strength, cries = _alarms()
-    found = _said(cries, words)
+    found = _said(cries, text)
     if found is None:
         return None
     why = Brought(found.group().strip(), round(_odds(strength), 2))
     return Impression("fright", strength, "speech", (why,))
 
 
-def _said(phrases: re.Pattern[str], words: list[str]) -> re.Match[str] | None:
+def smiley_weight() -> float:
+    """Return what a smiley brings to the words beside it, log-odds over no feeling."""
+    return _smileys()[0].weight
+
+
+def smileys_alone(text: str) -> Impression | None:
+    """Return what a text shows that is nothing but smileys, by the first; None of any other."""
+    rest, smileys = cut_smileys(text)
+    if not smileys or any(sign.isalnum() for sign in rest):
+        return None
+    sign, feeling = next(iter(smileys.items()))
+    strength = _smileys()[0].alone
+    return Impression(feeling, strength, "speech", (Brought(sign, round(_odds(strength), 2)),))
+
+
+def cut_smileys(text: str) -> tuple[str, dict[str, str]]:
+    """Return a text without its smileys and emoji, and the feeling of each of them.
+
+    >>> cut_smileys("My cat is ill 😢")
+    ('My cat is ill  ', {'😢': 'sadness'})
+    """
+    _, feelings, pattern = _smileys()
+    text = unicodedata.normalize("NFKC", text)
+    found = {match.group(1): feelings[match.group(1)] for match in pattern.finditer(text)}
+    return pattern.sub(" ", text), found
+
+
+def cut_questions(text: str, language: Language) -> str | None:
+    """Return a text without its questions about the partner's feelings; None if it asks none.
+
+    A greeting beside such a question goes, too: "Hello! How are you?" shows nothing.
+
+    >>> cut_questions("Hello! How are you? I am sad.", "en")
+    'I am sad.'
+    """
+    english, greetings, japanese = _asked()
+    if language == "ja":
+        text = unicodedata.normalize("NFKC", text)
+        rest = japanese.sub("", text)
+        return None if rest == text else rest
+    sentences = _SENTENCE.findall(text)
+    said = [_plain(each) for each in sentences]
+    asked = [english.fullmatch(each) is not None for each in said]
+    if not any(asked):
+        return None
+    beside = [
+        not asks and not greetings.fullmatch(each) for each, asks in zip(said, asked, strict=True)
+    ]
+    return "".join(compress(sentences, beside)).strip()
+
+
+def _said(phrases: re.Pattern[str], text: str) -> re.Match[str] | None:
     """Return the first phrase of a sentence that is not denied."""
-    sentence = " ".join(word for word in words if word[0].isalnum())
+    sentence = _plain(text)
     for match in phrases.finditer(sentence):
         if not _DENIED.search(sentence[: match.start()].rstrip()):
             return match
     return None
 
 
+def _plain(text: str) -> str:
+    """Return a text's words without its signs, in lower case."""
+    return " ".join(word for word in tokens(text) if word[0].isalnum())
+
+
 def stems_in(text: str) -> Impression:
-    """Return what a Japanese sentence shows by the stems in it."""
-    text, table = unicodedata.normalize("NFKC", text), _stems()
+    """Return what a Japanese sentence shows by the stems in it, and by its smileys' feelings."""
+    (text, smileys), table = cut_smileys(text), _stems()
     denial = re.compile(table.denial)
     places: dict[str, dict[int, str]] = {}
     for feeling, stems in table.stems.items():
@@ -116,6 +228,8 @@ def stems_in(text: str) -> Impression:
                 after = text[match.end() : match.end() + table.reach]
                 if stem.endswith("ない") or not denial.match(after):
                     places.setdefault(feeling, {})[match.start()] = stem
+    for number, (sign, feeling) in enumerate(smileys.items(), 1):
+        places.setdefault(feeling, {})[-number] = sign
     if not places:
         return Impression(None, 0.0, "speech")
     most = max(places, key=lambda feeling: (len(places[feeling]), -FEELINGS.index(feeling)))

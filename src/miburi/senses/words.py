@@ -1,29 +1,41 @@
 """Words: a sentence in, an impression out, with what each word brought.
 
-A model and three lists listen; the first list that finds its words speaks, else the model:
+A model and lists listen. The first list that finds its words speaks, else the model:
 
 - a linear model of the eight feelings and none, for English (``words.npz``, trained by
   ``tools/train_words.py``): a weight for each word, each pair of words, each group of letters and
   each word's meaning (a word vector, folded into nine numbers);
 - what people say who speak of ending their life (``despair.toml``);
+- questions about the partner's own feelings, which show nobody's (``asked.toml``);
 - what people cry when they are startled or warn (``alarms.toml``), as no data holds it;
 - word stems for Japanese (``stems-ja.toml``), for which there is no model.
+
+Smileys (``smileys.toml``) speak beside the model and the stems.
 
 The strength is the model's probability, calibrated on sentences that it was not trained on.
 Below ``SILENT`` nothing is shown: a sentence that says little about anybody's feelings.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib import resources
 from typing import Any
+from unicodedata import category
 
 import numpy as np
 from numpy.typing import NDArray
 
 from miburi.senses.impression import Brought, Impression
-from miburi.senses.language import language_of
-from miburi.senses.phrases import alarm_in, despair_in, stems_in
+from miburi.senses.language import Language, language_of
+from miburi.senses.phrases import (
+    alarm_in,
+    cut_questions,
+    cut_smileys,
+    despair_in,
+    smiley_weight,
+    smileys_alone,
+    stems_in,
+)
 from miburi.senses.text import letters, numbers_of, tokens
 
 __all__ = [
@@ -160,13 +172,21 @@ def hear(text: str) -> Impression:
     despair = despair_in(text)
     if despair is not None:
         return despair
-    if language_of(text) == "ja":
+    language = language_of(text)
+    rest = cut_questions(text, language)
+    if rest is None:
+        return _shown(text, language)
+    beside = _shown(rest, language)
+    return beside if beside.feeling else replace(beside, topic="asked")
+
+
+def _shown(text: str, language: Language) -> Impression:
+    if language == "ja":
         return stems_in(text)
-    words = tokens(text)
-    alarm = alarm_in(words)
-    if alarm is not None:
-        return alarm
-    evidence, likely = judge(words)
+    listed = smileys_alone(text) or alarm_in(text)
+    if listed is not None:
+        return listed
+    words, evidence, likely = judge(text)
     best = int(np.argmax(likely[:_NEUTRAL]))
     strength = float(likely[best])
     spoken = strength >= SILENT and strength > likely[_NEUTRAL]
@@ -178,18 +198,25 @@ def hear(text: str) -> Impression:
     )
 
 
-def judge(words: list[str]) -> tuple[Array, Array]:
-    """Return what each word brings, (words, 9), what is denied taken back, and the likelihoods.
+def judge(text: str) -> tuple[list[str], Array, Array]:
+    """Return the n words, signs and smileys, what each brings, (n, 9), and the likelihoods, (9,).
 
-    Who recognises speech, or types in haste, leaves the signs out, so that none is no evidence:
-    such a sentence is read twice, as it is and with "!" behind it, and the mean counts.
+    What is denied is taken back. Who recognises speech, or types in haste, leaves the signs out,
+    so that none is no evidence: such a sentence is read twice, as it is and with "!" behind it,
+    and the mean counts.
     """
     model = load_model()
+    text, smileys = cut_smileys(text)
+    words = tokens(text)
+    drawn = np.zeros((len(smileys), len(LABELS)))
+    for row, feeling in zip(drawn, smileys.values(), strict=True):
+        row[LABELS.index(feeling)] = smiley_weight()
     signed = any(not word[0].isalnum() for word in words)
     readings = [words] if signed or not words else [words, [*words, "!"]]
     each = [deny(reading, model.evidence(reading)) for reading in readings]
-    evidence = np.mean([one[: len(words)] for one in each], axis=0)
-    return evidence, np.mean([model.probabilities(one) for one in each], axis=0)
+    likely = np.mean([model.probabilities(np.concatenate([one, drawn])) for one in each], axis=0)
+    evidence = np.concatenate([np.mean([one[: len(words)] for one in each], axis=0), drawn])
+    return [*words, *smileys], evidence, likely
 
 
 def deny(words: list[str], evidence: Array) -> Array:
@@ -221,10 +248,10 @@ def deny(words: list[str], evidence: Array) -> Array:
 
 
 def _told(words: list[str], brought: Array) -> tuple[Brought, ...]:
-    """Name the words that spoke most for a feeling, each once."""
+    """Name the words and smileys that spoke most for a feeling, each once."""
     most: dict[str, float] = {}
     for word, weight in zip(words, brought.tolist(), strict=True):
-        if word[0].isalnum() or word in "!?":
+        if len(word) > 1 or word in "!?" or category(word)[0] != "P":  # no comma says anything
             most[word] = most.get(word, 0.0) + weight
     ordered = sorted(most.items(), key=lambda item: -item[1])[:_TOLD]
     return tuple(
