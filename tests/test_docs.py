@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from miburi.cli.main import app
+from miburi.cli.commands import app
 
 ROOT = Path(__file__).parents[1]
 #: What only the site has.

@@ -91,7 +91,7 @@ def test_what_needs_an_extra_says_so_in_a_line(
 
 def test_no_door_is_loaded_that_nobody_opens() -> None:
     program = (
-        "import sys, miburi.cli.main, miburi.studio.server, miburi.studio.app; "
+        "import sys, miburi.cli.commands, miburi.studio.server, miburi.studio.app; "
         f"print(*(set({DOORS + EARS}) & sys.modules.keys()))"
     )
     done = subprocess.run(

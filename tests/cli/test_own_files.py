@@ -12,7 +12,7 @@ from tests.fixtures.command import COMMAND, miburi
 from tests.fixtures.live import address, started
 from typer.testing import CliRunner
 
-from miburi.cli.main import app
+from miburi.cli.commands import app
 from miburi.errors import OutputError
 from miburi.gestures import MovementFunction
 from miburi.robot import Robot

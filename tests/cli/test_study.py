@@ -14,7 +14,7 @@ from tests.fixtures.live import Server, own_environment
 from tests.fixtures.study import TWO_GESTURES, Lab
 from typer.testing import CliRunner
 
-from miburi.cli.main import app
+from miburi.cli.commands import app
 from miburi.errors import InputError
 from miburi.interface.client import ConnectionLostError, connect
 from miburi.studies.study.plan import FILE, load_study

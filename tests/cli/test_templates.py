@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from miburi.cli.main import app
+from miburi.cli.commands import app
 from miburi.errors import InputError
 from miburi.feelings import load_temperament
 from miburi.gestures import load

@@ -21,10 +21,9 @@ from miburi.interface.conversation import (
     LARGEST_REPLY,
     LONGEST_REPLY,
     Conversation,
-    OvertakenError,
     Reply,
 )
-from miburi.interface.endpoint import KEY, Endpoint, find_endpoint
+from miburi.interface.endpoint import KEY, Endpoint, OvertakenError, find_endpoint
 from miburi.live.runner import Runner
 from miburi.senses.answers import shipped_answers
 

@@ -13,7 +13,7 @@ from rosbags.highlevel import AnyReader
 from typer.testing import CliRunner
 
 from miburi.bodies import BodyState
-from miburi.cli.main import app
+from miburi.cli.commands import app
 from miburi.errors import InputError
 from miburi.feelings import EmotionalModel
 from miburi.interface.ros_recording import convert_recording

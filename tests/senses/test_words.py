@@ -276,7 +276,7 @@ def test_a_users_feelings_in_another_order_hear_the_same(tmp_path: Path) -> None
 
 def test_nothing_of_the_sense_is_loaded_where_it_is_not_used() -> None:
     code = (
-        "import sys, miburi.cli.main, miburi.interface.api; "
+        "import sys, miburi.cli.commands, miburi.interface.api; "
         "print([m for m in sys.modules if m.startswith('miburi.senses')])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -26,10 +26,12 @@ __all__ = [
     "TemperamentName",
     "calibrated",
     "gesture_of",
+    "gestures_of",
     "repertoire_of",
     "robot_of",
     "settings_of",
     "temperament_of",
+    "warn_of_misfits",
 ]
 
 RobotFile = Annotated[
@@ -126,20 +128,25 @@ def gesture_of(robot: "Robot", source: str) -> "MovementFunction":
     if source.endswith(".toml"):
         return load_for(robot, source)
     function = load(source)
-    _warn_of_misfits(robot, [function])
+    warn_of_misfits(robot, [function])
     return function
 
 
 def repertoire_of(robot: "Robot", folder: Path | None) -> "Repertoire":
     """Return the shipped gestures; those in a folder replace the ones of their feelings."""
-    from miburi.gestures import read_repertoire, shipped_repertoire
-
-    repertoire = shipped_repertoire() if folder is None else read_repertoire(folder, robot)
-    _warn_of_misfits(robot, repertoire.functions)
+    repertoire = gestures_of(robot, folder)
+    warn_of_misfits(robot, repertoire.functions)
     return repertoire
 
 
-def _warn_of_misfits(robot: "Robot", functions: Iterable["MovementFunction"]) -> None:
+def gestures_of(robot: "Robot", folder: Path | None) -> "Repertoire":
+    """Return the same without a look at whether the robot can do the shipped ones as written."""
+    from miburi.gestures import read_repertoire, shipped_repertoire
+
+    return shipped_repertoire() if folder is None else read_repertoire(folder, robot)
+
+
+def warn_of_misfits(robot: "Robot", functions: Iterable["MovementFunction"]) -> None:
     """Warn about the shipped gestures that the robot cannot do as written."""
     from miburi.gestures import misfits
 

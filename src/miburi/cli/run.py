@@ -17,10 +17,11 @@ from miburi.cli.options import (
     ServoName,
     TemperamentName,
     calibrated,
-    repertoire_of,
+    gestures_of,
     robot_of,
     settings_of,
     temperament_of,
+    warn_of_misfits,
 )
 from miburi.errors import InputError
 
@@ -119,10 +120,11 @@ def run(
         voice=None if voice is None else find_synthesizer(voice),
     )
     description, rule = calibrated(robot_of(robot, servo), calibration)
+    repertoire = gestures_of(description, gestures)
     serve(
         Wish(
             description,
-            repertoire_of(description, gestures),
+            repertoire,
             temperament_of(temperament),
             rule,
             settings_of(description, solver),
@@ -136,7 +138,9 @@ def run(
             folder=folder,
             forget=forget,
             seed=seed,
-        )
+        ),
+        # It loads the solver, which takes as long as the server's libraries.
+        meanwhile=lambda: warn_of_misfits(description, repertoire.functions),
     )
 
 

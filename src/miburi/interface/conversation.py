@@ -21,14 +21,13 @@ from typing import Any, Literal
 import httpx
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from miburi.errors import MiburiError
 from miburi.feelings import FEELINGS, Stimulus
 from miburi.feelings.catalogue import FeelingName
-from miburi.interface.endpoint import Endpoint
+from miburi.interface.endpoint import Endpoint, OvertakenError
 from miburi.live.state import Share, State
 from miburi.version import __version__
 
-__all__ = ["LARGEST_REPLY", "LONGEST_REPLY", "PATIENCE", "Conversation", "OvertakenError", "Reply"]
+__all__ = ["LARGEST_REPLY", "LONGEST_REPLY", "PATIENCE", "Conversation", "Reply"]
 
 #: s until the partner answers by itself; a program waits 10 s for the answer to what it says.
 PATIENCE = 8.0
@@ -74,10 +73,6 @@ _FORMAT = {
 }
 #: Statuses of servers that do not know what we ask for beside the words.
 _UNKNOWN_WISH = (400, 422)
-
-
-class OvertakenError(MiburiError):
-    """Somebody has said something else meanwhile, and that is thought about."""
 
 
 @dataclass(frozen=True)

@@ -12,15 +12,19 @@ from functools import cached_property
 from ipaddress import ip_address
 from urllib.parse import urlsplit
 
-from miburi.errors import InputError
+from miburi.errors import InputError, MiburiError
 
-__all__ = ["KEY", "Endpoint", "find_endpoint"]
+__all__ = ["KEY", "Endpoint", "OvertakenError", "find_endpoint"]
 
 #: The variable with the key.
 KEY = "MIBURI_TALK_KEY"
 #: What the names of a home's own computers end with (RFC 6762, RFC 8375, and what routers use).
 _AT_HOME = (".local", ".home.arpa", ".lan", ".home", ".internal", ".localhost")
 _LONGEST = 200
+
+
+class OvertakenError(MiburiError):
+    """Somebody has said something else meanwhile, and that is thought about."""
 
 
 @dataclass(frozen=True)

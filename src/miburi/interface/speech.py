@@ -2,15 +2,18 @@
 
 import asyncio
 from dataclasses import asdict
+from typing import TYPE_CHECKING
 
 from miburi.feelings import Stimulus
-from miburi.interface.conversation import Conversation, OvertakenError
-from miburi.interface.endpoint import Endpoint
+from miburi.interface.endpoint import Endpoint, OvertakenError
 from miburi.interface.settle import done
 from miburi.interface.wire import SayIn, SayOut, StimulusIn, WhyOut
 from miburi.live.view import LivePartner
 from miburi.senses.language import language_of
 from miburi.senses.tone import coloured
+
+if TYPE_CHECKING:
+    from miburi.interface.conversation import Conversation
 
 __all__ = ["Speech"]
 
@@ -28,7 +31,7 @@ class Speech:
 
     def __init__(self, partner: LivePartner, endpoint: Endpoint | None) -> None:
         self._partner = partner
-        self._conversation = None if endpoint is None else Conversation(endpoint)
+        self._conversation = None if endpoint is None else _converse(endpoint)
         self._noted: tuple[str | None] | None = None  # of the conversation, in the log
 
     async def take(self, said: SayIn) -> SayOut:
@@ -76,6 +79,12 @@ class Speech:
             await done(self._partner.stimulate(reply.stimulus))
         return await done(self._partner.speak(reply.text))
 
-    async def _note(self, talk: Conversation) -> None:
+    async def _note(self, talk: "Conversation") -> None:
         self._noted = (talk.trouble,)
         await done(self._partner.note_talk(str(talk.endpoint), talk.trouble))
+
+
+def _converse(endpoint: Endpoint) -> "Conversation":
+    from miburi.interface.conversation import Conversation  # the libraries of a client, only here
+
+    return Conversation(endpoint)

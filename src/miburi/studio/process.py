@@ -1,5 +1,6 @@
 """The process of the server: what it is given, and how it begins; web libraries stay in there."""
 
+import gc
 import socket
 from dataclasses import dataclass
 from pathlib import Path
@@ -44,6 +45,7 @@ class Pages:
 def serve_pages(pages: Pages, ends: Lanes) -> None:
     """Serve until SIGTERM, or until the partner's process has ended."""
     come_first(apart=True)
+    gc.disable()  # nothing of a library that is being loaded is waste
     from miburi.studio.serving import serve_until_the_end  # takes a second; the partner wakes
 
     serve_until_the_end(pages, ends)

@@ -110,10 +110,17 @@ def own_folder() -> Path:
     return Path(base) / "miburi"
 
 
-def serve(wish: Wish) -> None:
+def serve(wish: Wish, meanwhile: Callable[[], None] = lambda: None) -> None:
     """Run the live partner and its server until SIGINT or SIGTERM; then bring the body home.
 
     The server answers until the body is home. A body that somebody stopped stays where it is.
+
+    Parameters
+    ----------
+    wish
+        What to start.
+    meanwhile
+        Called while the server's process loads its libraries.
 
     Raises
     ------
@@ -134,6 +141,7 @@ def serve(wish: Wish) -> None:
         helpers = _start(Pages(listeners, reach, wish.doors, folder, certificate))
         url = listeners.url
     try:
+        meanwhile()
         feelings = _feelings(wish, memory)
         runner = _wake(wish, feelings, folder)
         talk = wish.doors.talk

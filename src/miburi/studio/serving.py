@@ -68,6 +68,7 @@ class _Server(uvicorn.Server):
             await listen_encrypted(self, encrypted, context)
         renewal = Renewal(pages.listeners, pages.folder, pages.reach, context, certificate)
         self._renewing = asyncio.create_task(_keep_up(renewal))
+        gc.enable()
         gc.freeze()  # to look through all that was loaded takes 0.07 s, which a Stop would wait
         self._partner.tell_ready()
 

@@ -266,7 +266,7 @@ def test_an_interrupted_compiler_that_fails_in_its_own_way_is_one_line_too() -> 
     """Ctrl-C in a library of Numba's ended in 478 lines, of RuntimeError at last."""
     interrupt = """
 import importlib, os, signal
-cli = importlib.import_module("miburi.cli.main")
+cli = importlib.import_module("miburi.cli.commands")
 
 def compile():
     try:
