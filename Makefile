@@ -58,13 +58,14 @@ test-lowest: .venv-lowest/bin/uv ## the tests with the lowest versions that pypr
 		--ignore $(PAGES) --ignore tests/firmware
 
 .PHONY: test-wheel
-test-wheel: ## the tests on a wheel, with any Python (PYTHON=python3.13)
+test-wheel: firmware ## the tests on a wheel, with any Python (PYTHON=python3.13)
 	rm -rf .venv-wheel dist
 	$(PYTHON) -m venv .venv-wheel
 	.venv-wheel/bin/python -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir dist .
 	.venv-wheel/bin/python -m pip install --quiet --disable-pip-version-check -c constraints.txt \
 		"$$(ls dist/*.whl)[dev,docs,ears,https,mcp,mqtt,ros,studies]"
-	.venv-wheel/bin/python -m pytest -n auto --ignore $(PAGES) --ignore tests/firmware
+	MIBURI_FIRMWARE=$(CURDIR)/build/firmware .venv-wheel/bin/python -m pytest -n auto \
+		--ignore $(PAGES) --ignore tests/firmware
 
 clean: ## remove what was built
 	rm -rf .venv .venv-bench .venv-lowest .venv-wheel build dist out .mypy_cache .pytest_cache .ruff_cache .hypothesis
