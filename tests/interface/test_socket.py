@@ -108,7 +108,8 @@ def test_stop_overtakes_the_flood_of_its_own_sender(server: Server) -> None:
         while '"phase":"stopped"' not in heard:
             heard += str(flood.recv(timeout=10))
         assert server.runner.snapshot.state.serial - serial < 50
-        assert "too many commands" in heard
+        while "too many commands" not in heard:  # it may come after the Stop that overtook it
+            heard += str(flood.recv(timeout=10))
         server.runner.pause(True).result(5)
         assert server.runner.snapshot.state.phase == "stopped"
 
