@@ -25,6 +25,7 @@ test: .venv/test.stamp ## all tests
 	$(BIN)/python -m pytest -n 2 --dist loadfile --reruns 1 --only-rerun . -r R $(PAGES)
 
 screenshots: .venv/test.stamp ## pictures of the studio and the face, in out/screenshots
+	tools/debian-packages fonts-noto-cjk
 	$(BIN)/python tools/screenshots out/screenshots
 
 lint: .venv/test.stamp ## style and types
