@@ -41,6 +41,7 @@ def test_it_says_what_it_heard_and_why_and_what_it_feels(
     nothing = say(page, "The table has four legs")
     assert "heard no feeling in that" in nothing
     assert "Tell me with a plain word" in nothing
+    assert say(page, "How are you?").startswith("You asked what I feel. “")
 
 
 def test_of_the_faces_panels_one_is_open_at_a_time(context: BrowserContext, url: str) -> None:
