@@ -22,8 +22,6 @@ __all__ = ["LANGUAGES", "Synthesizer", "find_synthesizer"]
 LANGUAGES = ("en",)
 #: Which of flite's voices, its pitch, Hz, which a feeling raises or lowers, and the lowest (ours).
 _VOICE, _PITCH, _LOWEST = "slt", 172.0, 60.0
-#: s for a sentence; 25 s of speech take 0.5 s of a processor (ours).
-_PATIENCE = 5.0
 #: Signs that others than typewriters have, for which it has no word.
 _PLAIN = str.maketrans({"‘": "'", "’": "'", "“": '"', "”": '"', "–": ",", "—": ",", "…": "..."})
 
@@ -36,9 +34,12 @@ class Synthesizer:
     ----------
     program
         Its file.
+    patience
+        s for a sentence; 25 s of speech take 0.5 s of a processor (ours).
     """
 
     program: str
+    patience: float = 5.0
 
     async def sound(self, text: str, voice: Voice) -> bytes | None:
         """Return a sentence as a WAV file; None if it took too long, or has nothing to say.
@@ -70,7 +71,7 @@ class Synthesizer:
             try:
                 with suppress(OSError, AttributeError):  # it has ended already; not a Unix
                     os.setpriority(os.PRIO_PROCESS, process.pid, 0)  # it does not come first
-                async with asyncio.timeout(_PATIENCE):
+                async with asyncio.timeout(self.patience):
                     failed = await process.wait()
                 return None if failed else heard.read_bytes()
             except (TimeoutError, OSError):
