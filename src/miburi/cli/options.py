@@ -26,7 +26,7 @@ __all__ = [
     "TemperamentName",
     "calibrated",
     "gesture_of",
-    "gestures_of",
+    "load_gestures",
     "repertoire_of",
     "robot_of",
     "settings_of",
@@ -134,13 +134,13 @@ def gesture_of(robot: "Robot", source: str) -> "MovementFunction":
 
 def repertoire_of(robot: "Robot", folder: Path | None) -> "Repertoire":
     """Return the shipped gestures; those in a folder replace the ones of their feelings."""
-    repertoire = gestures_of(robot, folder)
+    repertoire = load_gestures(robot, folder)
     warn_of_misfits(robot, repertoire.functions)
     return repertoire
 
 
-def gestures_of(robot: "Robot", folder: Path | None) -> "Repertoire":
-    """Return the same without a look at whether the robot can do the shipped ones as written."""
+def load_gestures(robot: "Robot", folder: Path | None) -> "Repertoire":
+    """Do the same as :func:`repertoire_of`, but give no warning, which takes the solver."""
     from miburi.gestures import read_repertoire, shipped_repertoire
 
     return shipped_repertoire() if folder is None else read_repertoire(folder, robot)

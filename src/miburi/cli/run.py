@@ -17,7 +17,7 @@ from miburi.cli.options import (
     ServoName,
     TemperamentName,
     calibrated,
-    gestures_of,
+    load_gestures,
     robot_of,
     settings_of,
     temperament_of,
@@ -120,7 +120,7 @@ def run(
         voice=None if voice is None else find_synthesizer(voice),
     )
     description, rule = calibrated(robot_of(robot, servo), calibration)
-    repertoire = gestures_of(description, gestures)
+    repertoire = load_gestures(description, gestures)
     serve(
         Wish(
             description,
