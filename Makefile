@@ -98,7 +98,7 @@ clean: ## remove what was built
 	done
 	@touch $@
 
-# Nineteen thousand trials. Interrupted, each goes on where it was.
+# Twenty-four thousand trials. Interrupted, each goes on where it was.
 .PHONY: docs-safety
 TRIALS = $(BIN)/miburi trials --seed 1 --out $@
 SOME := --free 200 --blocked 200
@@ -109,7 +109,7 @@ out/trials/twelve-servos.parquet: .venv/run.stamp
 out/trials/imagined-servo.parquet: .venv/run.stamp
 	$(TRIALS) --free 100 --blocked 100 --servo imagined
 out/trials/rule-off.parquet: .venv/run.stamp
-	$(TRIALS) --free 10 --blocked 500 --rule off
+	$(TRIALS) --free 10 --blocked 5000 --rule off
 out/trials/states/%.parquet: .venv/run.stamp
 	$(TRIALS) $(SOME) --state $*
 out/trials/parts/as-printed.parquet: .venv/run.stamp

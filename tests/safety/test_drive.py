@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from miburi.bodies.simulated import Simulated
-from miburi.robot import Array, Robot
+from miburi.robot import JOINTS, Array, Robot
 from miburi.robot.loads import loads
 from miburi.safety.drive import aim, demand
+from miburi.safety.free import FreeRule
 from miburi.safety.move import plan_move
-from miburi.safety.profile import plan_profile, to_steps
+from miburi.safety.profile import Steps, plan_profile, to_steps
 from miburi.servos import Servo, load_servo
 from miburi.studies.trials.plant import TrialPlant
 from miburi.studies.trials.replay import DeafRule
@@ -88,6 +89,29 @@ def test_a_slower_move_pushes_less(robot: Robot, servo: Servo) -> None:
     assert (slow < fast).all()
     assert (fast <= servo.motor_torque).all()
     assert np.median(slow) < 0.35 * servo.motor_torque
+
+
+def test_a_lowered_arm_pushes_less_than_a_raised_one(robot: Robot, servo: Servo) -> None:
+    """Its weight does a part of the work; to slow it down takes less than to lift it."""
+    real = robot.with_servo(servo)
+    low, high = to_steps(robot, robot.neutral), to_steps(robot, REACHING)
+    speeds = to_steps(robot, np.full(8, 1.0))
+
+    def ceilings(origin: Steps, goal: Steps) -> Array:
+        profile, direction = plan_profile(robot, origin, goal, speeds)
+        return demand(real, origin, origin, profile, direction).ceiling
+
+    raised, lowered = ceilings(low, high), ceilings(high, low)
+    shoulder = JOINTS.index("right_shoulder")
+    assert lowered[shoulder] < 0.85 * raised[shoulder]
+
+
+def test_full_hands_are_swung_as_fast_as_empty_ones(robot: Robot, servo: Servo) -> None:
+    """10 g in each, stiff gears and a low supply: the waist lagged at its ceiling and stopped."""
+    real = robot.with_servo(servo)
+    laden = enact(TrialPlant(real), FreeRule.of(real), 1, TrialKind.FREE, 4170)
+    assert laden.conditions.variation.load > 0.006
+    assert laden.stop is None
 
 
 def test_worn_gears_get_what_they_take(robot: Robot, servo: Servo) -> None:

@@ -36,7 +36,7 @@ def test_your_own_file_is_read_by_its_path(tmp_path) -> None:
         ("resistance = 2.811", "resistance = 0.0", ["motor.resistance", "greater than 0"]),
         ("motor_load = 0.2668", "motor_load = 1.0", ["friction.motor_load", "less than 1"]),
         ('standing = "ours"', 'standing = "hearsay"', ["supply.standing", "'data sheet'"]),
-        ("headroom = 1.03", "headroom = 0.9", ["drive.headroom", "greater than or equal to 1"]),
+        ("headroom = 1.0", "headroom = 0.9", ["drive.headroom", "greater than or equal to 1"]),
         ("gain = 3200.0", "", ["drive.gain", "missing"]),
     ],
 )

@@ -223,7 +223,8 @@ class Controller:
             return
         self._yields_at = None
         here = positions + self._sag
-        blocked = np.abs(here - self.origin) > self.rule.guards.slack
+        # By more than a motor at rest is granted.
+        blocked = 2 * np.abs(here - self.origin) > self.rule.guards.slack
         if blocked.any():
             self._stay(np.where(blocked, here, self.origin))
 

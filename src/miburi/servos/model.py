@@ -77,13 +77,21 @@ def required_torque(
 
     Parameters
     ----------
-    speed, acceleration
-        The largest of the motion, rad/s and rad/s².
+    speed
+        Of the motion, rad/s; not negative.
+    acceleration
+        Along the motion, rad/s²; negative where it slows down.
     load, inertia
-        N·m and kg·m² on the horn; the rotor is the servo's own.
+        N·m against the motion, negative where it helps, and kg·m² on the horn; the rotor is the
+        servo's own.
     """
     friction = servo.friction
-    held = friction.dry + friction.stiction + friction.load_stiction * np.abs(load)
-    moved = (servo.motor.armature + inertia) * acceleration + friction.viscous * speed
-    motor = (np.abs(load) + moved + held) / (1 - friction.motor_load)
-    return motor + (servo.damping - friction.viscous) * speed
+    rest = np.exp(-((speed / friction.stribeck_speed) ** friction.stribeck_shape))
+    held = friction.dry + rest * (friction.stiction + friction.load_stiction * np.abs(load))
+    pushed = load + (servo.motor.armature + inertia) * acceleration
+    back = (servo.damping - friction.viscous) * speed
+    gears = 1 - friction.motor_load
+    driven = (pushed + friction.viscous * speed + held) / gears + back
+    # Friction and back EMF help to hold a motion back; they are left out.
+    needed: Numbers = np.maximum(driven, -pushed / gears)
+    return needed
