@@ -18,10 +18,10 @@ from miburi.servos import required_torque
 
 __all__ = ["Demand", "aim", "demand"]
 
-#: Motors are given what links with so many times their inertia take, for nobody tells what lies in
-#: the hands (ours): 10 g in each make that of the waist up to 1.3 times, and of an arm 1.4 to 1.6.
+#: Ceilings leave room for so many times the links' inertia, since nobody says what the hands carry
+#: (ours). 10 g in each makes the waist's up to 1.3 times as large, and an arm's 1.4 to 1.6 times.
 LADEN = 1.6
-#: The shares of a motor's way at which a move is looked at.
+#: The shares of the way at which the loads are looked at.
 _SHARES = np.linspace(0.0, 1.0, 9)
 
 
@@ -65,11 +65,7 @@ def demand(robot: Robot, start: Steps, origin: Steps, profile: Profile, directio
     goal = origin + direction * profile.distance
     way = origin + np.multiply.outer(_SHARES, goal - origin)
     gravity, inertia = loads(robot, np.multiply(way, step, dtype=np.float64))
-    moves = profile.distance > 0
-    # A motor that rests must hold out while the others ramp.
-    needed = _needed(
-        robot, profile, np.where(moves, gravity * direction, np.abs(gravity)), LADEN * inertia
-    )
+    needed = _needed(robot, profile, gravity * direction, LADEN * inertia)
     # What reaches the horn counts: worn gears take more of the same push.
     most = servo.drive.headroom / (1 - servo.friction.motor_load) * needed
     ceiling = np.minimum(most, servo.motor_torque)
@@ -90,17 +86,20 @@ def demand(robot: Robot, start: Steps, origin: Steps, profile: Profile, directio
     )
 
 
-def _needed(robot: Robot, profile: Profile, against: Array, inertia: Array) -> Array:
+def _needed(robot: Robot, profile: Profile, along: Array, inertia: Array) -> Array:
     """Return the most that motors need on their way, (8,) N·m of a motor at rest.
 
-    ``against`` and ``inertia`` (9, 8) are the loads along the way.
+    ``along`` (9, 8) N·m is the weight against the motion, and ``inertia`` (9, 8) what is moved.
     """
     servo, step, ramp = robot.servo.model, robot.servo.step, robot.servo.acceleration
     moves = profile.distance > 0
     fastest = np.where(moves, profile.fastest, 0) * step / FINE
-    # The share of its way that a motor speeds up in, and the next at which it is looked at.
-    rising = fastest**2 / (2 * ramp) / np.where(moves, profile.distance * step, 1.0) + _SHARES[1]
-    rises = _SHARES[:, None] < rising
+    # A motor that rests must hold out while the others ramp, wherever its weight pulls.
+    against = np.where(moves, along, np.abs(along))
+    # A motor speeds up over the first part of its way, looked at to the next share beyond it, and
+    # slows down over the last.
+    way = np.where(moves, profile.distance * step, 1.0)
+    rises = _SHARES[:, None] < fastest**2 / (2 * ramp) / way + _SHARES[1]
     accelerations = np.array([0.0, ramp, -ramp])[:, None, None]
     torques = required_torque(servo, fastest, accelerations, against, inertia)
     looked_at = [np.ones_like(rises), rises, rises[::-1]]

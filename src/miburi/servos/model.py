@@ -92,6 +92,6 @@ def required_torque(
     back = (servo.damping - friction.viscous) * speed
     gears = 1 - friction.motor_load
     driven = (pushed + friction.viscous * speed + held) / gears + back
-    # Friction and back EMF help to hold a motion back; they are left out.
+    # Friction and back EMF help to slow a motion down; that help is left out.
     needed: Numbers = np.maximum(driven, -pushed / gears)
     return needed
