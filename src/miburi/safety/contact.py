@@ -28,15 +28,15 @@ not wait for the period to end.
 Each motor has six guards, which calibration derives from free motion. The figures here are those
 of the iphonoid's right shoulder; a step is 0.088°.
 
-1. ``lag``, 32 ms: the delay with which the motor follows its profile.
-2. ``slack``, 5 steps: may always be missing from a window, because encoders count whole steps and
+1. ``lag``, 5.5 ms: the delay with which the motor follows its profile.
+2. ``slack``, 10 steps: may always be missing from a window, because encoders count whole steps and
    gears have play.
 3. ``least``, 8 steps: a window in which less travel is expected is not judged, because one step is
    too coarse a measure for a slow motion. If that is still so when the period ends, the window
    runs on: at 50 steps/s it is judged after 160 ms.
-4. ``behind``, 11 steps: the motor may never be further behind the delayed profile.
-5. ``ahead``, 14 steps: nor further ahead of it.
-6. ``arrival``, 11 steps: one period after the delayed profile has ended, the motor must be this
+4. ``behind``, 12 steps: the motor may never be further behind the delayed profile.
+5. ``ahead``, 10 steps: nor further ahead of it.
+6. ``arrival``, 9 steps: one period after the delayed profile has ended, the motor must be this
    close to its goal.
 
 Guards 4 and 5 widen with the speed of the move. A lag varies from move to move by up to
