@@ -35,7 +35,7 @@ of the iphonoid's right shoulder; a step is 0.088°.
    too coarse a measure for a slow motion. If that is still so when the period ends, the window
    runs on: at 50 steps/s it is judged after 160 ms.
 4. ``behind``, 12 steps: the motor may never be further behind the delayed profile.
-5. ``ahead``, 10 steps: nor further ahead of it.
+5. ``ahead``, 12 steps: nor further ahead of it.
 6. ``arrival``, 9 steps: one period after the delayed profile has ended, the motor must be this
    close to its goal.
 
