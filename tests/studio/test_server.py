@@ -423,8 +423,10 @@ def test_while_the_server_hangs_the_body_is_stopped(tmp_path: Path, which: int, 
         assert f"the {name} hangs, so the body was stopped" in process.stderr.readline()
     finally:
         os.kill(hung, signal.SIGCONT)
-    state = httpx.get(url + "/state").json()
-    assert (state["phase"], state["held"]) == ("stopped", True)
+    # What the server was told while it hung, it hears first: the body still moves there.
+    while not (state := httpx.get(url + "/state").json())["held"]:
+        assert state["phase"] in ("idle", "moving")
+    assert state["phase"] == "stopped"
     process.terminate()
     process.communicate(timeout=30)
     assert process.returncode == 0
