@@ -137,9 +137,18 @@ def test_the_file_keeps_the_rule_to_the_step(robot: Robot, tmp_path: Path) -> No
         np.testing.assert_array_equal(vars(back.guards)[name], values)
     # Nothing was identified: what the rule expects is the description's servo.
     np.testing.assert_array_equal(back.servo, FreeRule.of(robot).servo)
-    path.write_text(path.read_text().replace("ratio = 0.91", "ratio = 1.5"))
-    with pytest.raises(DescriptionError, match=r"rule\.ratio"):
-        read_calibration(robot, path)
+    good = path.read_text()
+    # None of these would be a rule that stops.
+    for right, wrong, words in [
+        ("ratio = 0.91", "ratio = 1.5", r"rule\.ratio"),
+        ("ratio = 0.91", "ratio = 0.5", r"rule\.ratio"),
+        ("period = 0.08", "period = 0.5", r"rule\.period"),
+        ("behind = [0.0046", "behind = [0.9", r"calibration\.toml: guards\.behind is 0\.9\d* rad"),
+    ]:
+        assert right in good
+        path.write_text(good.replace(right, wrong))
+        with pytest.raises(DescriptionError, match=words):
+            read_calibration(robot, path)
 
 
 def test_the_file_keeps_how_a_cards_servos_are_mounted(robot: Robot, tmp_path: Path) -> None:

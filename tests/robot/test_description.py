@@ -58,6 +58,13 @@ def test_limits_cannot_be_changed(robot: Robot) -> None:
         ("lag = [0.0055", 'lag = ["0.0055"', ["guards.lag.0", "'0.0055'", "valid number"]),
         ("lag = [0.0055", "lag = [nan", ["guards.lag.0", "finite"]),
         ("lag = [0.0055,", "lag = [", ["guards.lag", "8 items"]),
+        # A guard so wide is none: no contact would stop the simulated body.
+        (
+            "arrival = [0.0138",
+            "arrival = [0.9",
+            ["guards.arrival is 0.9 rad", "0.001534 to 0.2301 rad are allowed (1 to 150 steps)"],
+        ),
+        ("behind = [0.0230", "behind = [0.0", ["guards.behind is 0 rad", "1 to 300 steps"]),
         ('name = "iphonoid"', 'name = "i phone"', ["name", "i phone"]),
         ("[lengths]", "[lengths", ["not TOML"]),
     ],

@@ -35,10 +35,10 @@ __all__ = [
 
 
 class RuleTable(Table):
-    """The period in s, a multiple of 10 ms, and the ratio (Eqs. 1 and 2)."""
+    """The period in s, a multiple of 10 ms, and the ratio (Eqs. 1 and 2), in the card's ranges."""
 
-    period: Annotated[float, Field(ge=0.02, le=1.0, multiple_of=0.01)]
-    ratio: Annotated[float, Field(ge=0, le=1)]
+    period: Annotated[float, Field(ge=0.02, le=0.2, multiple_of=0.01)]
+    ratio: Annotated[float, Field(ge=0.8, le=1)]
 
 
 _Eight = Field(min_length=8, max_length=8)
@@ -161,7 +161,10 @@ def read_calibration(robot: Robot, path: Path) -> Calibration:
 
     table = load_table(CalibrationFile, path)
     period, ratio = round(table.rule.period * SECOND), round(table.rule.ratio * 10_000)
-    guards = in_whole_units(table.guards, robot.servo.step)
+    try:
+        guards = in_whole_units(table.guards, robot.servo.step)
+    except ValueError as error:
+        raise DescriptionError(f"{path}: {error}.") from None
     own, rule = table.identified, FreeRule.of(robot)
     if own is not None:
         robot = _with_identified(robot, own, path)

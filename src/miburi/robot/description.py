@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, Strict, ValidationInfo, model_validator
 
 from miburi.ground.tables import Table, load_table
-from miburi.robot.guards import Guards
+from miburi.robot.guards import Guards, in_whole_units
 from miburi.servos import Servo, load_servo
 
 __all__ = [
@@ -159,6 +159,11 @@ class Robot(Table):
     guards: GuardsTable
     masses: Masses
     shape: Shape
+
+    @model_validator(mode="after")
+    def _guards_guard(self) -> Self:
+        in_whole_units(self.guards, self.servo.step)
+        return self
 
     @cached_property
     def lower(self) -> Array:

@@ -52,7 +52,7 @@ class Guard:
     unit
         Its unit.
     low, high
-        The range that the card accepts, in whole units.
+        The range that descriptions, calibrations and the card may give, in whole units.
     generous
         The value for a card whose servos have not been measured, in whole units. All generous
         values together let a lag of up to 50 ms pass.
@@ -102,10 +102,26 @@ GUARDS: dict[str, Guard] = {field.name: get_args(field.type)[1] for field in fie
 
 
 def in_whole_units(guards: Guards[list[float]], step: float) -> Guards[_Integers]:
-    """Convert guards from SI units to the rule's; ``step`` is the angle of an encoder step, rad."""
-    return guards.map(
+    """Convert guards from SI units to the rule's; ``step`` is the angle of an encoder step, rad.
+
+    Raises
+    ------
+    ValueError
+        A guard is out of its range: so narrow that free motion is stopped, or so wide that it is
+        none. The message has the name, what was got and what is allowed.
+    """
+    whole = guards.map(
         lambda guard, values: np.rint(np.divide(values, guard.unit.size(step))).astype(np.int64)
     )
+    for name, guard in GUARDS.items():
+        for value, steps in zip(vars(guards)[name], vars(whole)[name].tolist(), strict=True):
+            if not guard.low <= steps <= guard.high:
+                low, high = (end * guard.unit.size(step) for end in (guard.low, guard.high))
+                raise ValueError(
+                    f"guards.{name} is {value:g} {guard.unit.si}; {low:.4g} to {high:.4g} "
+                    f"{guard.unit.si} are allowed ({guard.low} to {guard.high} {guard.unit.whole})"
+                )
+    return whole
 
 
 def by_motor(guards: Guards[_Integers]) -> list[Guards[int]]:
