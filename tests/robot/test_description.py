@@ -7,6 +7,7 @@ import pytest
 
 from miburi.errors import DescriptionError
 from miburi.robot import JOINTS, Robot, load_robot
+from miburi.safety.free import FreeRule
 from miburi.servos import load_servo
 
 TEXT = (resources.files("miburi.robot") / "iphonoid.toml").read_text()
@@ -110,3 +111,12 @@ def test_another_robot_of_the_same_kind(tmp_path) -> None:
     path = tmp_path / "tall.toml"
     path.write_text(TEXT.replace("L01 = 0.12", "L01 = 0.2"))
     assert load_robot(path).lengths.L01 == 0.2
+
+
+@pytest.mark.parametrize("steps", [1024, 16_384])
+def test_guards_are_angles_whatever_encoder_a_servo_has(robot: Robot, steps: int) -> None:
+    servo = robot.servo.model
+    encoder = servo.encoder.model_copy(update={"steps_per_turn": steps})
+    other = robot.with_servo(servo.model_copy(update={"encoder": encoder}))
+    slack = FreeRule.of(other).guards.slack * other.servo.step
+    np.testing.assert_allclose(slack, robot.guards.slack, atol=other.servo.step / 2)

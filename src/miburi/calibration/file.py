@@ -15,7 +15,7 @@ from miburi.errors import DescriptionError
 from miburi.ground.tables import Table, load_table
 from miburi.robot import Robot
 from miburi.robot.description import GuardsTable
-from miburi.robot.guards import GUARDS, in_whole_units
+from miburi.robot.guards import GUARDS, check_ranges, in_whole_units
 from miburi.safety.contact import Rule
 from miburi.safety.profile import SECOND
 
@@ -162,9 +162,10 @@ def read_calibration(robot: Robot, path: Path) -> Calibration:
     table = load_table(CalibrationFile, path)
     period, ratio = round(table.rule.period * SECOND), round(table.rule.ratio * 10_000)
     try:
-        guards = in_whole_units(table.guards, robot.servo.step)
+        check_ranges(table.guards)
     except ValueError as error:
         raise DescriptionError(f"{path}: {error}.") from None
+    guards = in_whole_units(table.guards, robot.servo.step)
     own, rule = table.identified, FreeRule.of(robot)
     if own is not None:
         robot = _with_identified(robot, own, path)

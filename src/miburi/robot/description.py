@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, Strict, ValidationInfo, model_validator
 
 from miburi.ground.tables import Table, load_table
-from miburi.robot.guards import Guards, in_whole_units
+from miburi.robot.guards import Guards, check_ranges
 from miburi.servos import Servo, load_servo
 
 __all__ = [
@@ -161,8 +161,8 @@ class Robot(Table):
     shape: Shape
 
     @model_validator(mode="after")
-    def _guards_guard(self) -> Self:
-        in_whole_units(self.guards, self.servo.step)
+    def _in_range(self) -> Self:
+        check_ranges(self.guards)
         return self
 
     @cached_property

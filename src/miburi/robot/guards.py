@@ -19,11 +19,24 @@ from numpy.typing import NDArray
 from pydantic import ConfigDict, GetJsonSchemaHandler, with_config
 from pydantic_core import CoreSchema
 
-__all__ = ["ANGLE", "GUARDS", "TIME", "Guard", "Guards", "Unit", "by_motor", "in_whole_units"]
+__all__ = [
+    "ANGLE",
+    "GUARDS",
+    "TIME",
+    "Guard",
+    "Guards",
+    "Unit",
+    "by_motor",
+    "check_ranges",
+    "in_whole_units",
+]
 
 Value = TypeVar("Value")
 Other = TypeVar("Other")
 _Integers = NDArray[np.int64]
+#: The angle of an encoder step of the XL330 servos that a card drives, rad; the ranges are in it,
+#: whatever encoder a simulated servo has.
+CARD_STEP = 2 * np.pi / 4096
 
 
 class Unit(NamedTuple):
@@ -102,7 +115,14 @@ GUARDS: dict[str, Guard] = {field.name: get_args(field.type)[1] for field in fie
 
 
 def in_whole_units(guards: Guards[list[float]], step: float) -> Guards[_Integers]:
-    """Convert guards from SI units to the rule's; ``step`` is the angle of an encoder step, rad.
+    """Convert guards from SI units to the rule's; ``step`` is the angle of an encoder step, rad."""
+    return guards.map(
+        lambda guard, values: np.rint(np.divide(values, guard.unit.size(step))).astype(np.int64)
+    )
+
+
+def check_ranges(guards: Guards[list[float]]) -> None:
+    """Check the guards of a file against their ranges, in steps of the card's servos.
 
     Raises
     ------
@@ -110,18 +130,15 @@ def in_whole_units(guards: Guards[list[float]], step: float) -> Guards[_Integers
         A guard is out of its range: so narrow that free motion is stopped, or so wide that it is
         none. The message has the name, what was got and what is allowed.
     """
-    whole = guards.map(
-        lambda guard, values: np.rint(np.divide(values, guard.unit.size(step))).astype(np.int64)
-    )
+    whole = in_whole_units(guards, CARD_STEP)
     for name, guard in GUARDS.items():
         for value, steps in zip(vars(guards)[name], vars(whole)[name].tolist(), strict=True):
             if not guard.low <= steps <= guard.high:
-                low, high = (end * guard.unit.size(step) for end in (guard.low, guard.high))
+                low, high = (end * guard.unit.size(CARD_STEP) for end in (guard.low, guard.high))
                 raise ValueError(
                     f"guards.{name} is {value:g} {guard.unit.si}; {low:.4g} to {high:.4g} "
                     f"{guard.unit.si} are allowed ({guard.low} to {guard.high} {guard.unit.whole})"
                 )
-    return whole
 
 
 def by_motor(guards: Guards[_Integers]) -> list[Guards[int]]:
