@@ -154,8 +154,9 @@ class _Answering:
                         self._watchdog.beat()
                         self._watch("server", self._watchdog)
                     case Cancel(number):
-                        if number in self._open:
-                            self._open[number].cancel()
+                        # The runner may be answering it at this moment.
+                        if (future := self._open.get(number)) is not None:
+                            future.cancel()
         self._over.set()
 
     def _news(self, entry: int, sample: int) -> Latest:
