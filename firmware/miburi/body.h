@@ -106,14 +106,16 @@ class Body {
     return Result::ok;
   }
 
-  // What the motors will bear in the next move or release, and the most duty that each may use.
+  // What the motors will bear in the next move or release, and the most duty that each may use:
+  // after the ramp no more than before it, and enough to hold the load at the end.
   // What a host says of it shifts what the rule expects: by less than 32 steps, times the sag.
   Result set_loads(const Load* loads, Writer& out) {
     for (uint8_t i = 0; i < MOTORS; i++) {
       const Load& load = loads[i];
-      const int32_t most = largest_error(rule_, load) / QUARTER;
-      if (!within(load.begin, -most, most) || !within(load.end, -most, most) ||
-          !within(load.pwm, 1, FULL_PWM)) {
+      const int32_t first = error_of(rule_, load.pwm) / QUARTER;
+      const int32_t last = error_of(rule_, load.cruise) / QUARTER;
+      if (!within(load.begin, -first, first) || !within(load.end, -last, last) ||
+          !within(load.pwm, 1, FULL_PWM) || !within(load.cruise, 1, load.pwm)) {
         out.put(i, 1);
         return Result::range;
       }
@@ -365,7 +367,21 @@ class Body {
       hold(table_.settings.max_speed);
     } else {
       held_ = false;
+      ease();
     }
+  }
+
+  // Once the motors have sped up, lets each use no more duty than the rest of the move needs. Who
+  // does not hear it keeps the ceiling that it has.
+  void ease() {
+    if (eased_ || !cruises(controller_, now())) {
+      return;
+    }
+    eased_ = true;
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      orders_[i].pwm = cruise_[i];
+    }
+    servos_.set_pwm(table_.joints, orders_);
   }
 
   void give_up(Reason reason, uint8_t motor) {
@@ -401,10 +417,11 @@ class Body {
     uint32_t real[MOTORS];
     for (uint8_t i = 0; i < MOTORS; i++) {
       real[i] = Servos::real_speed(speeds[i]);
+      cruise_[i] = loads_[i].cruise;
       orders_[i] = Order{loads_[i].pwm, speeds[i], acceleration_,
                          to_servo(table_.joints[i], goal[i])};
     }
-    held_ = loaded_ = false;
+    held_ = loaded_ = eased_ = false;
     servos_.command(table_.joints, orders_);
     start(controller_, rule_, phase, goal, real, loads_, acceleration_, readings_.angles(), now());
     // Whoever did not hear it is told once more; who still did not will be missed by the rule.
@@ -457,12 +474,14 @@ class Body {
 
   Order orders_[MOTORS] = {};
   Load loads_[MOTORS] = {};
+  uint16_t cruise_[MOTORS] = {};  // of the move that runs: the next one's loads may come meanwhile
 
   uint32_t ticks_ = 0;
   int64_t clock_ = 0;
   int64_t next_poll_ = 0;
 
   bool loaded_ = false;          // loads_ are those of the next move
+  bool eased_ = false;           // the motors have been told their ceilings after the ramp
   bool held_ = false;            // the servos are known to hold
   bool limp_ = false;            // torque was taken off on purpose
   uint8_t pinned_ = 0;           // motors for which controller_.origin says where to hold

@@ -9,7 +9,7 @@
 namespace miburi {
 
 const uint8_t FIRMWARE[3] = {0, 2, 0};
-const uint8_t LOAD_SIZE = 4;
+const uint8_t LOAD_SIZE = 6;
 
 template <class Io>
 class Card {
@@ -145,6 +145,7 @@ class Card {
       loads[i].begin = in.i8();
       loads[i].end = in.i8();
       loads[i].pwm = in.u16();
+      loads[i].cruise = in.u16();
     }
     return body_.set_loads(loads, out);
   }

@@ -38,6 +38,10 @@ const int32_t FURTHEST = 48;
 // is: it must not push back. Once for each contact, so that no load can pull it further and further.
 const int64_t YIELD_AFTER = 150000;
 
+// µs after the longest ramp until which motors may push as they may to speed up: they follow behind
+// their profiles, and what they carry swings.
+const int64_t EASES_AFTER = 60000;
+
 struct Stop {
   Reason reason;
   int64_t time;
@@ -86,17 +90,18 @@ inline void stop(Controller& c, Reason reason, uint8_t motor, const int16_t* pos
 }
 
 // The error that a motor's load takes at a move's beginning and end, in quarters of a step of the
-// joint's angle; and how much duty the motor may use.
+// joint's angle; and how much duty the motor may use: until all have sped up, and after that.
 struct Load {
   int8_t begin;
   int8_t end;
   uint16_t pwm;
+  uint16_t cruise;
 };
 const int16_t QUARTER = 64;  // 1/256 steps
 
-// The error at which a motor's duty has its limit, in 1/256 steps.
-inline int32_t largest_error(const Rule& rule, const Load& load) {
-  return static_cast<int32_t>((static_cast<uint32_t>(load.pwm) * rule.error_per_pwm) >> 8);
+// The error that brings a duty, in 1/256 steps.
+inline int32_t error_of(const Rule& rule, uint16_t pwm) {
+  return static_cast<int32_t>((static_cast<uint32_t>(pwm) * rule.error_per_pwm) >> 8);
 }
 
 // Start a motion that the caller has found to be allowed; speeds in 1/256 steps/s, more than 0.
@@ -120,9 +125,19 @@ inline void start(Controller& c, const Rule& rule, Phase phase, const int16_t* g
     const int32_t weight = static_cast<int32_t>(rule.sag[motor]) * QUARTER * direction;
     c.watch.loading[motor].begin = (load.begin * weight) >> 8;
     c.watch.loading[motor].end = (load.end * weight) >> 8;
-    c.watch.loading[motor].most = largest_error(rule, load);
+    c.watch.loading[motor].most = error_of(rule, load.pwm);
   }
   begin(c.watch, rule);
+}
+
+// Whether all motors have sped up since the latest start: then they need less.
+inline bool cruises(const Controller& c, int64_t time) {
+  int64_t longest = 0;
+  for (uint8_t motor = 0; motor < MOTORS; motor++) {
+    const int64_t ramp = c.watch.profile[motor].ramp;
+    longest = ramp > longest ? ramp : longest;
+  }
+  return time - c.began >= longest + EASES_AFTER;
 }
 
 // Speeds of the slow return from `origin` to `goal`, arriving together: the motor with the

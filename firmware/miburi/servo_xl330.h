@@ -114,6 +114,16 @@ class Xl330 {
     send(packet);
   }
 
+  // Changes the limits of the duty alone.
+  void set_pwm(const Joint* joints, const Order* orders) {
+    protocol2::Instruction packet(protocol2::BROADCAST, protocol2::SYNC_WRITE);
+    packet.put(GOAL_PWM, 2).put(2, 2);
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      packet.put(joints[i].id, 1).put(orders[i].pwm, 2);
+    }
+    send(packet);
+  }
+
   // The motors that have not taken these orders.
   uint8_t deaf(const Joint* joints, const Order* orders) {
     uint8_t deaf = static_cast<uint8_t>(~sync_read(joints, PROFILE_AND_GOAL, 12));

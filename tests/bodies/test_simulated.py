@@ -108,7 +108,7 @@ def test_without_the_rule_the_arm_would_push_on(robot: Robot) -> None:
     raise_arms(body)
     run(body, 1.5)
     assert body.state.phase is not Phase.STOPPED
-    assert run(body, 0.5) > 2.0
+    assert run(body, 0.5) > 1.2  # no more, for the limit of its motors' push
 
 
 def test_a_release_returns_the_body_to_neutral(robot: Robot) -> None:

@@ -29,10 +29,11 @@ SIGNS = (None, Sign.SPEED, Sign.TRACKING, Sign.ARRIVAL)
 PHASES = (Phase.IDLE, Phase.MOVING, Phase.STOPPED, Phase.RETURNING)
 
 
-#: What a card is told of one motor's load: quarters of a step at both ends, and the most duty.
-LOAD = struct.Struct("<bbH")
+#: What a card is told of one motor's load: quarters of a step at both ends, and the most duty
+#: until motors have sped up, and after that.
+LOAD = struct.Struct("<bbHH")
 #: The payload of loads of motors that bear nothing, with all their duty.
-NO_LOADS = LOAD.pack(0, 0, FULL_PWM) * len(JOINTS)
+NO_LOADS = LOAD.pack(0, 0, FULL_PWM, FULL_PWM) * len(JOINTS)
 
 
 def weightless() -> Robot:
@@ -92,7 +93,7 @@ class Talking(Card):
 
     def ask(self, kind: FrameKind, payload: bytes = b"", patience: float = 0.25) -> bytes:
         if kind == FrameKind.LOADS and self.hung is not None:
-            payload = b"".join(LOAD.pack(4 * sag, 4 * sag, FULL_PWM) for sag in self.hung)
+            payload = b"".join(LOAD.pack(4 * sag, 4 * sag, FULL_PWM, FULL_PWM) for sag in self.hung)
         answer = super().ask(kind, payload, patience)
         self.on_answer(kind, payload, answer)
         return answer

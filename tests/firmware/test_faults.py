@@ -257,7 +257,7 @@ def test_a_tap_on_stop_holds_softly(rig: Rig) -> None:
     recovers(rig)
     order = rig.body.order
     assert order is not None
-    assert [servo.get("goal_pwm") for servo in rig.servos] == order.pwm.tolist()
+    assert [servo.get("goal_pwm") for servo in rig.servos] == order.cruise.tolist()
 
 
 def test_a_stop_under_load_lets_nothing_sink_and_its_end_is_no_contact(rig: Rig) -> None:

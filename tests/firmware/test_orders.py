@@ -29,8 +29,16 @@ def test_no_move_without_its_loads_nor_with_more_than_a_motor_holds(rig: Rig) ->
         rig.run(0.1)
         assert rig.settle() is Phase.IDLE
     held = rig.settings.general.error_per_pwm * 60 // 256 // 64  # quarters of a step
-    for load in ((held + 1, 0, 60), (0, -held - 1, 60), (0, 0, 0), (0, 0, 886)):
-        wrong = LOAD.pack(0, 0, 885) * 4 + LOAD.pack(*load) + LOAD.pack(0, 0, 885) * 3
+    light = LOAD.pack(0, 0, 885, 885)
+    for load in (
+        (held + 1, 0, 60, 60),
+        (0, -held - 1, 61, 60),
+        (0, 0, 0, 0),
+        (0, 0, 886, 885),
+        (0, 0, 60, 0),
+        (0, 0, 60, 61),
+    ):
+        wrong = light * 4 + LOAD.pack(*load) + light * 3
         with pytest.raises(BodyError, match=f"load of {JOINTS[4]}: it is more"):
             rig.body.ask(FrameKind.LOADS, wrong)
     assert rig.body.state.phase is Phase.IDLE

@@ -12,6 +12,8 @@ from tests.firmware.rig import Rig
 
 from miburi.card.card import Card
 from miburi.card.line import SerialLine
+from miburi.card.link import FrameKind
+from miburi.card.order import Order
 from miburi.card.settings import FULL_PWM, CardSettings
 from miburi.cli.by_hand import find_zeros
 from miburi.emulation.body import EmulatedBody, EmulatedRobot
@@ -20,7 +22,9 @@ from miburi.errors import BodyError
 from miburi.robot import JOINTS, iphonoid, load_robot
 from miburi.robot.loads import loads
 from miburi.robot.specimens import specimens
-from miburi.safety.move import plan_move
+from miburi.safety.drive import EASES_AFTER
+from miburi.safety.move import Move, plan_move
+from miburi.safety.profile import SECOND
 from miburi.safety.stop import Phase
 from miburi.servos import load_servo
 from miburi.studies import experiment
@@ -69,6 +73,46 @@ def test_each_move_has_a_ceiling_and_a_stop_a_soft_one(firmware: Path) -> None:
     assert {servo.get("goal_pwm") for servo in servos} == {body.settings.general.hold_pwm}
     # 0.12 N·m: as others' measurements have it, 221 of 885 at 5 V.
     assert body.settings.general.hold_pwm == pytest.approx(221, abs=2)
+    body.close()
+
+
+def test_who_has_sped_up_may_push_less(firmware: Path) -> None:
+    """Of the running move's ceilings: the next one's loads may have come meanwhile."""
+    robot = iphonoid()
+    body = EmulatedBody(robot)
+    servos = body.emulation.bus.servos
+    there, speeds = robot.neutral.copy(), np.full(8, 0.4)
+    there[:2] += 1.5, 0.6
+    speeds[0] = 3.0
+
+    def ceilings() -> list[int]:
+        return [servo.get("goal_pwm") for servo in servos]
+
+    def begin() -> Order:
+        body.move(Move(there, speeds))
+        order = body.order
+        assert order is not None
+        assert ceilings() == order.pwm.tolist()
+        assert (order.cruise <= order.pwm).all()
+        return order
+
+    order = begin()
+    assert order.cruise[1] < 0.9 * order.pwm[1]
+    body.ask(FrameKind.LOADS, order._replace(cruise=order.pwm).pack_loads())
+    while ceilings() == order.pwm.tolist() and body.state.phase is Phase.MOVING:
+        body.step(0.01)
+    after = (body.report.time - body.move_began) / SECOND
+    due = speeds.max() / robot.servo.acceleration + EASES_AFTER / SECOND
+    assert due - 0.02 < after < due + 0.02  # the latest report is up to 20 ms old
+    assert ceilings() == order.cruise.tolist()
+    body.step(2.0)
+    assert body.state.phase is Phase.IDLE
+    assert ceilings() == order.cruise.tolist()
+    there[:2] -= 1.5, 0.6
+    begin()  # the next move may push as it needs
+    body.stop()
+    body.step(1.0)
+    assert set(ceilings()) == {body.settings.general.hold_pwm}
     body.close()
 
 

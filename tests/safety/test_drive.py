@@ -6,7 +6,7 @@ import pytest
 from miburi.bodies.simulated import Simulated
 from miburi.robot import JOINTS, Array, Robot
 from miburi.robot.loads import loads
-from miburi.safety.drive import aim, demand
+from miburi.safety.drive import EASES_AFTER, aim, demand
 from miburi.safety.free import FreeRule
 from miburi.safety.move import plan_move
 from miburi.safety.profile import Steps, plan_profile, to_steps
@@ -81,6 +81,21 @@ def test_a_ceiling_leaves_the_free_move_as_it_is(robot: Robot, servo: Servo) -> 
         body.move(plan_move(robot, robot.neutral, REACHING, 0.4))
         ways.append([body.step(0.01).angles for _ in range(120)])
     assert np.abs(np.subtract(*ways)).max() < 0.01
+
+
+def test_who_has_sped_up_may_push_less(robot: Robot, servo: Servo) -> None:
+    """A motor at rest needs as much all the time; one that moves has its inertia behind it."""
+    real = robot.with_servo(servo)
+    origin, goal = to_steps(robot, robot.neutral), to_steps(robot, REACHING)
+    profile, direction = plan_profile(robot, origin, goal, to_steps(robot, np.full(8, 1.0)))
+    needs = demand(real, origin, origin, profile, direction)
+    assert (needs.cruise <= needs.ceiling).all()
+    assert (needs.cruise < 0.75 * needs.ceiling)[[1, 4]].all()  # the shoulders
+    assert needs.eases_at == profile.ramp.max() + EASES_AFTER
+    body = Simulated(real, FreeRule.of(real))
+    body.move(plan_move(real, real.neutral, REACHING, 1.0))
+    body.step(1.5)
+    assert body.state.stop is None
 
 
 def test_a_slower_move_pushes_less(robot: Robot, servo: Servo) -> None:

@@ -38,6 +38,7 @@ def test_your_own_file_is_read_by_its_path(tmp_path) -> None:
         ('standing = "ours"', 'standing = "hearsay"', ["supply.standing", "'data sheet'"]),
         ("headroom = 1.0", "headroom = 0.9", ["drive.headroom", "greater than or equal to 1"]),
         ("gain = 3200.0", "", ["drive.gain", "missing"]),
+        ("room = 0.05", "room = 1.5", ["drive.room", "less than or equal to 1"]),
     ],
 )
 def test_a_wrong_file_is_refused_in_words(tmp_path, old: str, new: str, words: list[str]) -> None:

@@ -160,7 +160,7 @@ class Simulated:
         controller.update(self._history[-1], self._clock)
         stopped = controller.phase is Phase.STOPPED
         touch = self._plant.advance(
-            self._setpoints(), self._hold_torque if stopped else controller.ceiling
+            self._setpoints(), self._hold_torque if stopped else controller.ceiling(self._clock)
         )
         self._readings += 1
         self._history.append(self._plant.encoders())

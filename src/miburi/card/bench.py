@@ -21,7 +21,6 @@ from miburi.calibration.identify import Identified, identify, stiffness
 from miburi.card.card import Card
 from miburi.card.free_moves import free_moves, record
 from miburi.card.link import FrameKind, Report
-from miburi.card.order import Order
 from miburi.card.settings import FULL_PWM, next_speed, real_speed
 from miburi.errors import BodyError
 from miburi.feelings import FEELINGS
@@ -30,6 +29,7 @@ from miburi.ground.files import write_whole
 from miburi.ground.tables import Table, load_table
 from miburi.robot import JOINTS, Array, Robot
 from miburi.robot.loads import GRAVITY, loads
+from miburi.safety.drive import uneased
 from miburi.safety.free import FreeRule
 from miburi.safety.move import Move, plan_move
 from miburi.safety.profile import FINE, SECOND
@@ -224,10 +224,10 @@ def _go(
     step by which a weight takes the elbow down, whose load counts ``_DEEPER`` times.
     """
     move = Move(angles, np.full(len(JOINTS), speed))
-    here, origin = np.array(card.report.positions), np.array(card.goals)
-    order = Order.of(card.robot, card.settings, here, origin, move)
+    order = card.order_of(move)
     if duty is not None:
-        order = order._replace(pwm=np.full(len(JOINTS), duty))
+        same = np.full(len(JOINTS), duty)
+        order = order._replace(pwm=same, cruise=same)
     if hung is not None:
         for told in (order.begin, order.end):
             told[_ELBOW] = (told[_ELBOW] + hung) // _DEEPER
@@ -421,7 +421,7 @@ def _identify(card: Card) -> Identified:
     """Identify the servos from the free moves of all joints, as the description has them."""
     _with_gain(card, card.robot.servo.model.drive.gain)
     moves = [move for name, move in free_moves(card.robot) if name not in JOINTS]
-    traces = record(card, moves)
+    traces = record(card, moves, uneased(card.robot))
     card.stop()
     return identify(card.robot, traces)
 

@@ -28,6 +28,7 @@ from miburi.card.free_moves import free_moves, gestures, record, swings
 from miburi.card.settings import ALLOWED, STEPS_PER_TURN, CardSettings, format_value
 from miburi.errors import BodyError
 from miburi.robot import JOINTS, Robot
+from miburi.safety.drive import uneased
 from miburi.safety.free import FreeRule
 from miburi.safety.move import Move
 
@@ -150,7 +151,7 @@ def _trace(
     for name, move in moves:
         if name != told:
             tell(f"moving {name.replace('_', ' ')}")
-        traces += record(card, [move])
+        traces += record(card, [move], uneased(card.robot))
         told = name
     card.stop()
     return traces

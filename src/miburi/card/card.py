@@ -179,9 +179,16 @@ class Card:
 
     def move(self, move: Move) -> None:
         """Start a move; see :meth:`miburi.bodies.Body.move`."""
+        self.start(self.order_of(move))
+
+    def order_of(self, move: Move, robot: Robot | None = None) -> Order:
+        """Return what a move asks of the motors; BodyError if the body cannot make it now.
+
+        ``robot`` has them driven in another way than the card's.
+        """
         check_move(self._robot, self.state.phase, move)
         here, origin = np.array(self.report.positions), np.array(self.goals)
-        self.start(Order.of(self._robot, self._settings, here, origin, move))
+        return Order.of(robot or self._robot, self._settings, here, origin, move)
 
     def start(self, order: Order) -> None:
         """Start a move that may have other loads or ceilings; BodyError where it is refused."""

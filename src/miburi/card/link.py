@@ -25,7 +25,7 @@ __all__ = [
     "encode",
 ]
 
-VERSION = 6
+VERSION = 7
 #: The kind of an answer is that of its request plus this.
 ANSWER = 0x80
 _MAX_FRAME = 128

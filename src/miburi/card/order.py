@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from miburi.card.settings import FULL_PWM, CardSettings, next_speed, real_acceleration, real_speed
-from miburi.robot import JOINTS, Robot
+from miburi.robot import JOINTS, Array, Robot
 from miburi.safety.contact import Loading
 from miburi.safety.drive import aim, demand
 from miburi.safety.move import Move
@@ -21,7 +21,7 @@ __all__ = ["Order"]
 
 #: The unit in which errors go to the card, 1/256 steps; and how many of it.
 _QUARTER, _MOST = FINE // 4, 127
-_LOAD = struct.Struct("<bbH")
+_LOAD = struct.Struct("<bbHH")
 
 
 class Order(NamedTuple):
@@ -33,8 +33,8 @@ class Order(NamedTuple):
         Steps, steps/s.
     begin, end
         The errors that the loads take, in quarters of a step of the joint's angle.
-    pwm
-        The most duty, of ``FULL_PWM``.
+    pwm, cruise
+        The most duty, of ``FULL_PWM``, and after the motors have sped up.
     """
 
     goals: Steps
@@ -42,6 +42,7 @@ class Order(NamedTuple):
     begin: Steps
     end: Steps
     pwm: Steps
+    cruise: Steps
 
     @classmethod
     def of(
@@ -77,21 +78,25 @@ class Order(NamedTuple):
     ) -> "Order":
         profile, direction = _profile(settings, origin, goals, speeds)
         needs = demand(robot, positions, origin, profile, direction)
-        share = needs.ceiling / robot.servo.model.motor_torque
-        duty = np.clip(np.ceil(share * FULL_PWM), 1, FULL_PWM).astype(np.int64)
 
-        def quarters(error: Steps) -> Steps:
+        def duty(torque: Array) -> Steps:
+            share = torque / robot.servo.model.motor_torque
+            return np.clip(np.ceil(share * FULL_PWM), 1, FULL_PWM).astype(np.int64)
+
+        def quarters(error: Steps, duty: Steps) -> Steps:
             most = np.minimum(duty * settings.general.error_per_pwm // 256 // _QUARTER, _MOST)
             rounded = (error * direction + _QUARTER // 2) // _QUARTER
             clipped: Steps = np.clip(rounded, -most, most)
             return clipped
 
+        pwm, cruise = duty(needs.ceiling), duty(needs.cruise)
         return cls(
             goals,
             speeds,
-            quarters(needs.loading.begin),
-            quarters(needs.loading.end),
-            duty,
+            quarters(needs.loading.begin, pwm),
+            quarters(needs.loading.end, cruise),
+            pwm,
+            cruise,
         )
 
     def profile(self, settings: CardSettings, origin: Steps) -> tuple[Profile, Steps]:
@@ -114,7 +119,7 @@ class Order(NamedTuple):
 
     def pack_loads(self) -> bytes:
         """Return the payload of the loads, which go before it, or before a release."""
-        return b"".join(map(_LOAD.pack, self.begin, self.end, self.pwm))
+        return b"".join(map(_LOAD.pack, self.begin, self.end, self.pwm, self.cruise))
 
     @classmethod
     def unpack(cls, move: bytes, loads: bytes) -> "Order":

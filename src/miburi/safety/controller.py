@@ -26,7 +26,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from miburi.errors import BodyError
-from miburi.robot import JOINTS, Robot
+from miburi.robot import JOINTS, Array, Robot
 from miburi.safety.contact import Rule, Watch, Window
 from miburi.safety.drive import aim, demand
 from miburi.safety.move import Move
@@ -82,8 +82,6 @@ class Controller:
         Where the commanded profile starts; the motors hold there when no profile runs.
     watch
         The commanded profile that runs and the rule that watches it; each profile has its own.
-    ceiling
-        (8,) N·m, the most that the motors may give for it; a stopped body holds with less.
     """
 
     robot: Robot
@@ -183,6 +181,11 @@ class Controller:
         travel = self.watch.profile.position(time - self.began)
         return self.origin * FINE + self.watch.direction * travel
 
+    def ceiling(self, time: int) -> Array:
+        """Return the most that the motors may give, (8,) N·m; a stopped body holds with less."""
+        needs = self._needs
+        return needs.ceiling if time - self.began < needs.eases_at else needs.cruise
+
     def start(self, phase: Phase, goal: Steps, speeds: Steps, positions: Steps, time: int) -> None:
         """Start towards ``goal``, in steps, at ``speeds`` in steps/s; nothing is checked here."""
         self.phase = phase
@@ -231,7 +234,7 @@ class Controller:
     def _plan(self, goal: Steps, positions: Steps, speeds: Steps) -> Watch:
         profile, direction = plan_profile(self.robot, self.origin, goal, speeds)
         needs = demand(self.robot, positions, self.origin, profile, direction)
-        self.ceiling = needs.ceiling
+        self._needs = needs
         return self.rule.watch(profile, positions, direction, needs.loading)
 
     def _hold(self, stop: Stop, positions: Steps) -> None:

@@ -3,7 +3,8 @@
 A position control without an integral is a spring: a motor hangs below its goal by its load over
 its stiffness. The load is known from the description, so goals are aimed so much higher. And as
 it is known what a move takes, the duty (Goal PWM) is limited to somewhat more: what then holds a
-motor feels no more than that, whatever else fails.
+motor feels no more than that, whatever else fails. Speeding up takes most, so there are two
+ceilings: one while motors speed up, and a lower one after that.
 """
 
 from typing import NamedTuple
@@ -16,11 +17,14 @@ from miburi.safety.contact import UNLOADED, Loading
 from miburi.safety.profile import FINE, Profile, Steps
 from miburi.servos import required_torque
 
-__all__ = ["Demand", "aim", "demand"]
+__all__ = ["EASES_AFTER", "Demand", "aim", "demand", "uneased"]
 
 #: Ceilings leave room for so many times the links' inertia, since nobody says what the hands carry
 #: (ours). 10 g in each makes the waist's up to 1.3 times as large, and an arm's 1.4 to 1.6 times.
 LADEN = 1.6
+#: µs after the longest ramp until which motors may push as they may to speed up: they follow behind
+#: their profiles, and what they carry swings (ours).
+EASES_AFTER = 60_000
 #: The shares of the way at which the loads are looked at.
 _SHARES = np.linspace(0.0, 1.0, 9)
 
@@ -36,6 +40,16 @@ def aim(robot: Robot, angles: Array) -> Array:
     return goals
 
 
+def uneased(robot: Robot) -> Robot:
+    """Return a robot whose motors keep their first ceilings to the end, for calibrations.
+
+    A lower one would hold back a servo that nobody knows yet, and be taken for friction.
+    """
+    servo = robot.servo.model
+    drive = servo.drive.model_copy(update={"room": 1.0})
+    return robot.with_servo(servo.model_copy(update={"drive": drive}))
+
+
 class Demand(NamedTuple):
     """What a move asks of the motors.
 
@@ -43,11 +57,17 @@ class Demand(NamedTuple):
     ----------
     ceiling
         (8,), the most that they may give: N·m of a motor at rest with that duty.
+    cruise
+        (8,), the same after ``eases_at``; no more than ``ceiling``.
+    eases_at
+        µs since the move's start: all have sped up.
     loading
         What bears on them.
     """
 
     ceiling: Array
+    cruise: Array
+    eases_at: int
     loading: Loading
 
 
@@ -68,7 +88,8 @@ def demand(robot: Robot, start: Steps, origin: Steps, profile: Profile, directio
     needed = _needed(robot, profile, gravity * direction, LADEN * inertia)
     # What reaches the horn counts: worn gears take more of the same push.
     most = servo.drive.headroom / (1 - servo.friction.motor_load) * needed
-    ceiling = np.minimum(most, servo.motor_torque)
+    ceiling, cruise = np.minimum(most, servo.motor_torque)
+    cruise = np.minimum(cruise + servo.drive.room * servo.motor_torque, ceiling)
 
     def error(torque: Array) -> Steps:
         fine: Steps = np.rint(torque / servo.stiffness / step * FINE).astype(np.int64)
@@ -76,6 +97,8 @@ def demand(robot: Robot, start: Steps, origin: Steps, profile: Profile, directio
 
     return Demand(
         ceiling,
+        cruise,
+        int(profile.ramp.max()) + EASES_AFTER,
         Loading(
             offset=(origin - start) * direction * FINE,
             begin=error(gravity[0]) * direction,
@@ -87,9 +110,10 @@ def demand(robot: Robot, start: Steps, origin: Steps, profile: Profile, directio
 
 
 def _needed(robot: Robot, profile: Profile, along: Array, inertia: Array) -> Array:
-    """Return the most that motors need on their way, (8,) N·m of a motor at rest.
+    """Return the most that motors need on their way, and after they have sped up.
 
-    ``along`` (9, 8) N·m is the weight against the motion, and ``inertia`` (9, 8) what is moved.
+    It is (2, 8) N·m of a motor at rest. ``along`` (9, 8) N·m is the weight against the motion, and
+    ``inertia`` (9, 8) what is moved.
     """
     servo, step, ramp = robot.servo.model, robot.servo.step, robot.servo.acceleration
     moves = profile.distance > 0
@@ -99,9 +123,14 @@ def _needed(robot: Robot, profile: Profile, along: Array, inertia: Array) -> Arr
     # A motor speeds up over the first part of its way, looked at to the next share beyond it, and
     # slows down over the last.
     way = np.where(moves, profile.distance * step, 1.0)
-    rises = _SHARES[:, None] < fastest**2 / (2 * ramp) / way + _SHARES[1]
+    part = fastest**2 / (2 * ramp) / way
+    rises = _SHARES[:, None] < part + _SHARES[1]
+    after = _SHARES[:, None] > part - _SHARES[1]
     accelerations = np.array([0.0, ramp, -ramp])[:, None, None]
     torques = required_torque(servo, fastest, accelerations, against, inertia)
-    looked_at = [np.ones_like(rises), rises, rises[::-1]]
-    most: Array = np.max(torques, axis=(0, 1), where=looked_at, initial=0.0)
+    falls, never = rises[::-1], np.zeros_like(rises)
+    looked_at = np.array([[np.ones_like(rises), rises, falls], [after, never, falls]])
+    most: Array = np.max(
+        np.broadcast_to(torques, looked_at.shape), axis=(1, 2), where=looked_at, initial=0.0
+    )
     return most

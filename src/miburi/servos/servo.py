@@ -135,12 +135,15 @@ class Loop(Origin):
 class Drive(Origin):
     """How Miburi drives it: the P gain, and how a move's ceiling and goal are made.
 
-    ``headroom`` times the torque that a move needs is the most that a motor may give; ``lift`` is
-    the share of the load's sag by which goals are corrected.
+    ``headroom`` times the torque that a move needs is the most that a motor may give. Once motors
+    have sped up, that is what the rest of the move needs, and the share ``room`` of the motor's
+    torque; with 1 nothing changes then. ``lift`` is the share of the load's sag by which goals are
+    corrected.
     """
 
     gain: Positive
     headroom: Annotated[float, Field(ge=1)]
+    room: Annotated[float, Field(ge=0, le=1)]
     lift: Annotated[float, Field(ge=0, le=1)]
 
 

@@ -24,6 +24,7 @@ from miburi.calibration.identify import (
 from miburi.card.free_moves import free_moves, gestures, swings
 from miburi.errors import BodyError
 from miburi.robot import JOINTS, Array, Robot
+from miburi.safety.drive import uneased
 from miburi.safety.free import FreeRule
 from miburi.safety.move import Move
 from miburi.safety.stop import Phase
@@ -136,7 +137,7 @@ def _record_all(
     """Let a robot make moves from neutral with no rule on; return their traces."""
     here = np.array(plant.robot.neutral)
     plant.begin(here, variation, rng)
-    body = Simulated(plant.robot, DeafRule.of(plant.robot), plant=plant)
+    body = Simulated(uneased(plant.robot), DeafRule.of(plant.robot), plant=plant)
     traces = []
     for move in moves:
         traces.append(_record(body, here, move, after))
