@@ -21,7 +21,7 @@ experiment: .venv/run.stamp ## the paper's experiment, written to out/experiment
 # named in the summary: look into it. No test of the contact stop's rule is among them.
 PAGES := tests/studio/browser
 test: .venv/test.stamp ## all tests
-	$(BIN)/python -m pytest -n auto --ignore $(PAGES)
+	$(BIN)/python -m pytest -n auto -r R --ignore $(PAGES)
 	$(BIN)/python -m pytest -n 2 --dist loadfile --reruns 1 --only-rerun . -r R $(PAGES)
 
 screenshots: .venv/test.stamp ## pictures of the studio and the face, in out/screenshots
