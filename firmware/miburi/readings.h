@@ -14,10 +14,12 @@ class Readings {
  public:
   explicit Readings(Servos& servos) : servos_(servos) {}
 
-  // Reads all motors once; true when every one answered, and is believed. `limp`: the motors that
+  // Reads all motors; true when every one answered, and is believed. `limp`: the motors that
   // anybody may have turned; `held`: the angles at which the others are held.
   bool take(const Table& table, int64_t time, uint8_t limp, const int16_t* held) {
-    heard_ = answered_ = servos_.read_motion(table.joints, motion_);
+    uint32_t late;
+    heard_ = answered_ = servos_.read_motion(table.joints, motion_, late);
+    time += late;
     time_ = time;
     for (uint8_t i = 0; i < MOTORS; i++) {
       const uint8_t bit = static_cast<uint8_t>(1u << i);

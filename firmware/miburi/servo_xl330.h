@@ -59,9 +59,17 @@ class Xl330 {
 
   explicit Xl330(Io& io) : io_(io) {}
 
-  // Each returns a bit per motor that answered.
-  uint8_t read_motion(const Joint* joints, Motion* motion) {
+  // Each returns a bit per motor that answered. Motions are those of `late` µs after the call.
+  uint8_t read_motion(const Joint* joints, Motion* motion, uint32_t& late) {
+    const uint32_t began = io_.micros();
     uint8_t heard = sync_read(joints, SPEED_AND_POSITION, 8);
+    late = 0;
+    if (heard != ALL) {
+      // A byte is lost now and then. All are asked anew: who is asked alone has gone on meanwhile,
+      // and would seem to be ahead of the others.
+      late = io_.micros() - began;
+      heard = sync_read(joints, SPEED_AND_POSITION, 8);
+    }
     misnamed_ = 0;
     for (uint8_t i = 0; i < MOTORS; i++) {
       // After a servo that is missing, the others wait in vain for their turn: ask them alone.

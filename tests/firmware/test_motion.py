@@ -27,9 +27,9 @@ def test_free_moves_are_never_stopped(firmware: Path, seed: int) -> None:
         assert np.abs(rig.body.state.angles - move.angles).max() < 0.03
     assert rig.twin.looks > 20 * FREE // WORKERS
     assert rig.line.mega.dropped(0) == 0
-    # At 1 Mbaud three interrupts in a row can cost a byte of a servo's answer, once in minutes.
-    # That reading is not judged, the next comes 20 ms later; it must stay as rare as this.
-    assert rig.line.mega.dropped(1) <= 1 + rig.twin.looks // 2000
+    # At 1 Mbaud three interrupts in a row can cost a byte of a servo's answer: in one of 1,700 to
+    # 2,900 readings, with other seeds and programs. All are asked anew then; it must stay rare.
+    assert rig.line.mega.dropped(1) <= 1 + rig.twin.looks // 1000
     rig.close()
 
 
