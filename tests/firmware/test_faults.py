@@ -195,7 +195,7 @@ def test_answers_that_are_lost_in_turn_do_not_starve_the_rule(rig: Rig) -> None:
 
 
 def test_a_lost_answer_makes_no_fast_move_look_wrong(rig: Rig) -> None:
-    """Who was asked again alone, milliseconds later, had gone on, and seemed to be ahead: a stop."""
+    """Who was asked again alone, milliseconds later, had gone on, and seemed to be ahead."""
     ids = [rig.servos[motor].get("id") for motor in (1, 4, 7)]
     asked = 0
     to_lose: int | None = None
