@@ -21,6 +21,7 @@ from miburi.calibration.identify import Identified, identify, stiffness
 from miburi.card.card import Card
 from miburi.card.free_moves import free_moves, record
 from miburi.card.link import FrameKind, Report
+from miburi.card.order import Order
 from miburi.card.settings import FULL_PWM, next_speed, real_speed
 from miburi.errors import BodyError
 from miburi.feelings import FEELINGS
@@ -224,7 +225,8 @@ def _go(
     step by which a weight takes the elbow down, whose load counts ``_DEEPER`` times.
     """
     move = Move(angles, np.full(len(JOINTS), speed))
-    order = card.order_of(move)
+    here, origin = np.array(card.report.positions), np.array(card.goals)
+    order = Order.of(card.robot, card.settings, here, origin, move)
     if duty is not None:
         same = np.full(len(JOINTS), duty)
         order = order._replace(pwm=same, cruise=same)

@@ -177,18 +177,11 @@ class Card:
             stop=stop,
         )
 
-    def move(self, move: Move) -> None:
-        """Start a move; see :meth:`miburi.bodies.Body.move`."""
-        self.start(self.order_of(move))
-
-    def order_of(self, move: Move, robot: Robot | None = None) -> Order:
-        """Return what a move asks of the motors; BodyError if the body cannot make it now.
-
-        ``robot`` has them driven in another way than the card's.
-        """
+    def move(self, move: Move, driven: Robot | None = None) -> None:
+        """Start a move (:meth:`miburi.bodies.Body.move`), motors driven as another robot's are."""
         check_move(self._robot, self.state.phase, move)
         here, origin = np.array(self.report.positions), np.array(self.goals)
-        return Order.of(robot or self._robot, self._settings, here, origin, move)
+        self.start(Order.of(driven or self._robot, self._settings, here, origin, move))
 
     def start(self, order: Order) -> None:
         """Start a move that may have other loads or ceilings; BodyError where it is refused."""

@@ -111,24 +111,24 @@ def _move(robot: Robot, angles: Array, speed: float) -> Move:
     return Move(np.array(angles), np.full(len(JOINTS), min(speed, robot.servo.max_speed)))
 
 
-def record(card: Card, moves: Iterable[Move], robot: Robot | None = None) -> list[Trace]:
+def record(card: Card, moves: Iterable[Move], driven: Robot | None = None) -> list[Trace]:
     """Let an idle card make free moves, and return a trace of each.
 
-    ``robot`` has the motors driven in another way than the card's.
+    ``driven`` is another robot, as whose motors these are driven.
 
     Raises
     ------
     BodyError
         A move was stopped.
     """
-    return [_record_one(card, move, robot) for move in moves]
+    return [_record_one(card, move, driven) for move in moves]
 
 
-def _record_one(card: Card, move: Move, robot: Robot | None) -> Trace:
+def _record_one(card: Card, move: Move, driven: Robot | None) -> Trace:
     origin, reports = np.array(card.goals), [card.report]
     previous, card.on_report = card.on_report, reports.append
     try:
-        card.start(card.order_of(move, robot))
+        card.move(move, driven)
         while card.step(0.02).phase is Phase.MOVING:
             pass
         stop = card.state.stop
