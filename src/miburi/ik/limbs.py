@@ -22,7 +22,7 @@ __all__ = ["choose_nearest", "nearest_angle", "place_body"]
 _SLIGHT = 1e-9
 
 
-class Planar(NamedTuple):
+class _Planar(NamedTuple):
     """An arm in its own plane: lengths, limits of elbow and fingertip, both positive inwards."""
 
     upper: float  # m
@@ -37,12 +37,12 @@ class Planar(NamedTuple):
 def nearest_angle(angle: float, low: float, high: float) -> float:
     """Return the allowed angle, low to high, whose direction is nearest to that of ``angle``."""
     middle = 0.5 * (low + high)
-    nearest: float = min(max(middle + wrapped(angle - middle), low), high)
+    nearest: float = min(max(middle + _wrapped(angle - middle), low), high)
     return nearest
 
 
 @compiled
-def wrapped(angle: float) -> float:
+def _wrapped(angle: float) -> float:
     """Return the same direction as an angle from -π to π."""
     direction: float = angle - 2.0 * pi * np.rint(angle / (2.0 * pi))
     return direction
@@ -88,9 +88,9 @@ def _place_arm(
     ahead = x * cosine + y * sine
     above = target[3 * limb + 2] - size.L01
     if side > 0.0:
-        arm = Planar(size.L23, size.L34, lower[2], upper[2], lower[3], upper[3])
+        arm = _Planar(size.L23, size.L34, lower[2], upper[2], lower[3], upper[3])
     else:
-        arm = Planar(size.L23, size.L34, -upper[5], -lower[5], -upper[6], -lower[6])
+        arm = _Planar(size.L23, size.L34, -upper[5], -lower[5], -upper[6], -lower[6])
     away = sqrt(along * along + ahead * ahead + above * above)
     gap = max(away - arm.upper - arm.fore, abs(arm.upper - arm.fore) - away, 0.0)
     least = gap * gap * (1.0 + 1e-12) + 1e-26  # no pose does better
@@ -123,7 +123,7 @@ def _place_arm(
 
 @compiled
 def _place_planar(
-    arm: Planar, x: float, y: float, least: float
+    arm: _Planar, x: float, y: float, least: float
 ) -> tuple[float, float, float, float, float]:
     """Return elbow, fingertip, tip x, tip y and the least squared distance of the tip from (x, y).
 
@@ -172,7 +172,7 @@ def choose_nearest(body: Body, work: Work, start: Array, pose: Array) -> None:
     distance = _choose_arms(body, present, pose)
     waist = nearest_angle(pose[0] + pi, lower[0], upper[0])
     nod = nearest_angle(pi - pose[7], lower[7], upper[7])
-    if abs(wrapped(waist - pose[0] - pi)) > _SLIGHT or abs(wrapped(nod + pose[7] - pi)) > _SLIGHT:
+    if abs(_wrapped(waist - pose[0] - pi)) > _SLIGHT or abs(_wrapped(nod + pose[7] - pi)) > _SLIGHT:
         return
     value, _ = place_body(body, work, waist)
     for j in range(8):
@@ -229,7 +229,7 @@ def _choose_arm(body: Body, start: Array, q: Array, first: int) -> float:
             distance, outside = 0.0, 0.0
             for j, angle in enumerate((shoulder, elbow, side * mirror * f), first):
                 allowed = nearest_angle(angle, lower[j], upper[j])
-                outside = max(outside, abs(wrapped(allowed - angle)))
+                outside = max(outside, abs(_wrapped(allowed - angle)))
                 distance += (allowed - start[j]) ** 2
             if distance < shortest and (outside <= _SLIGHT or (side > 0.0 and mirror > 0.0)):
                 shortest = distance
