@@ -8,12 +8,13 @@ import sys
 from collections.abc import Awaitable, Callable, Iterator
 from typing import Any
 
-import httpx
 import pytest
 from mcp import Client, StdioServerParameters
 from mcp.client.stdio import stdio_client
 from mcp.client.streamable_http import streamable_http_client
-from tests.fixtures.live import Server, address, interface, own_environment, serving
+from tests.fixtures.live import Server, interface, own_environment, serving, stays_stopped
+from tests.fixtures.program import address
+from tests.fixtures.waiting import PATIENCE, PAUSE, post
 
 from miburi.feelings import FEELINGS, Expression
 from miburi.interface.access import AGENTS, Gate
@@ -67,8 +68,9 @@ class Agent:
         return state
 
     async def until(self, wanted: Callable[[dict[str, Any]], object]) -> dict[str, Any]:
-        while not wanted(state := await self.state()):
-            pass
+        async with asyncio.timeout(PATIENCE):
+            while not wanted(state := await self.state()):
+                await asyncio.sleep(PAUSE)
         return state
 
 
@@ -206,9 +208,8 @@ def test_no_agent_can_release_a_body_that_somebody_stopped(door: Server) -> None
             if {"feeling", "at", "on"} & needed.keys():
                 assert "Only a person can release it" in answer
                 assert not answer.startswith("It looks")
-        then = partner.state.time
-        while partner.state.time < then + 2:  # longer than the pause after a contact
-            assert (await agent.state())["body"] == "stopped"
+        await asyncio.to_thread(stays_stopped, partner)
+        assert (await agent.state())["body"] == "stopped"
         assert "released" not in await agent.call("events", since=before["latest_event"])
         partner.release()
         await agent.until(lambda state: state["body"] == "idle")
@@ -315,14 +316,14 @@ def test_the_gate_stands_before_agents_too(
     add_agents(app)
     accept = {"Accept": "application/json, text/event-stream"}
     with serving(Gate(app, TOKEN), lifespan=True) as url:
-        answer = httpx.post(url + AGENTS, json=INITIALIZE, headers=accept | headers)
+        answer = post(url + AGENTS, json=INITIALIZE, headers=accept | headers)
     assert answer.status_code == status
     if status == 200:
         assert answer.json()["result"]["serverInfo"]["name"] == "miburi"
 
 
 def test_on_this_computer_a_foreign_host_is_refused(door: Server) -> None:
-    answer = httpx.post(door.url + AGENTS, json=INITIALIZE, headers={"Host": "evil.example"})
+    answer = post(door.url + AGENTS, json=INITIALIZE, headers={"Host": "evil.example"})
     assert answer.status_code == 403
 
 
@@ -331,7 +332,7 @@ def test_agents_come_in_only_where_they_are_let_in(start: Callable[..., Any]) ->
         assert (await agent.state())["stopped"] is None
 
     with start("--forget") as said:
-        assert httpx.post(address(said) + AGENTS, json=INITIALIZE).status_code == 404
+        assert post(address(said) + AGENTS, json=INITIALIZE).status_code == 404
         run(over_stdio(address(said)), work)
     with start("--forget", "--agents") as said:
         run(over_http(address(said)), work)
