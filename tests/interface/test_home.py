@@ -1,18 +1,15 @@
 """The door for homes, at a real Mosquitto, heard by Paho's client."""
 
 import json
-import os
 import re
-import signal
 import subprocess
-import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 from tests.fixtures.broker import Listener, Mosquitto, at_home, start_broker
-from tests.fixtures.live import own_environment, stays_stopped
+from tests.fixtures.live import stays_stopped
 from tests.fixtures.waiting import until
 
 from miburi.feelings import FEELINGS
@@ -187,20 +184,6 @@ def test_a_stop_while_the_broker_was_away_is_told_when_it_is_back(
         heard["report"] = hear_report(listener, lambda report: report.stopped)
     assert heard["stop"].event_type is StopReason.ASKED
     assert heard["report"].stops_today == 1
-
-
-def test_its_last_will_says_that_it_is_gone(
-    broker: Mosquitto, listener: Listener, tmp_path: Path
-) -> None:
-    with subprocess.Popen(
-        [sys.executable, "-m", "miburi", "run", "--headless", "--port", "0", "--folder",
-         str(tmp_path), "--broker", f"127.0.0.1:{broker.port}", "--name", "kitchen"],
-        start_new_session=True, env=own_environment(),
-        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-    ) as process:  # fmt: skip
-        listener.hear(TOPICS.available, lambda text: text == "online")
-        os.killpg(process.pid, signal.SIGKILL)
-    assert listener.hear(TOPICS.available) == "offline"
 
 
 def test_a_password_and_tls(live: Runner, tmp_path: Path) -> None:
