@@ -5,7 +5,6 @@ import itertools
 import json
 import re
 import sys
-import threading
 from collections.abc import Awaitable, Callable, Iterator
 from concurrent.futures import Future
 from typing import Any
@@ -16,6 +15,7 @@ from mcp import Client, StdioServerParameters
 from mcp.client.stdio import stdio_client
 from mcp.client.streamable_http import streamable_http_client
 from tests.fixtures.live import Server, interface, own_environment, serving, stays_stopped
+from tests.fixtures.live import until as run_until
 from tests.fixtures.waiting import PATIENCE, PAUSE, post
 
 from miburi.feelings import FEELINGS, Expression
@@ -248,31 +248,33 @@ def test_of_two_agents_at_once_one_gets_its_gesture_and_the_other_is_told(door: 
 
 
 def test_a_stop_drops_a_gesture_that_waits_and_the_agent_is_told(
-    door: Server, monkeypatch: pytest.MonkeyPatch
+    runner: Runner, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    arrived, perform = threading.Event(), door.runner.perform
+    perform = runner.perform
 
-    def arrive(*wish: Any) -> Future[None]:
+    def stop_while_it_waits(*wish: Any) -> Future[None]:
         answer = perform(*wish)
-        arrived.set()
+        runner.tick()
+        runner.stop()
+        runner.tick()
         return answer
 
     async def work(agent: Agent) -> None:
-        partner.express(Expression("thrill", 0.9))  # the agent's gesture has to wait for its end
-        await agent.until(lambda state: state["shows"] == {"feeling": "thrill", "mood": 0.9})
-        async with over_http(door.url) as client:
-            monkeypatch.setattr(door.runner, "perform", arrive)
-            asked = asyncio.create_task(Agent(client).call("gesture", feeling="disgust"))
-            assert await asyncio.to_thread(arrived.wait, PATIENCE)
-            partner.stop()
-            assert (await asked).endswith("Only a person can release it. Your gesture was dropped.")
-        await agent.until(lambda state: state["body"] == "stopped")
+        told = await agent.call("gesture", feeling="disgust")
+        assert told.endswith("Only a person can release it. Your gesture was dropped.")
+        runner.start()
         partner.release()
         await agent.until(lambda state: state["body"] == "idle")
         assert "disgust" not in await agent.call("events")
 
-    with connect(door.url) as partner:
-        run(over_http(door.url), work)
+    perform(Expression("thrill", 0.9))  # the agent's gesture has to wait for its end
+    run_until(runner, lambda state: state.asked and state.expressed)
+    monkeypatch.setattr(runner, "perform", stop_while_it_waits)
+    app = interface(runner)
+    add_agents(app)
+    with serving(app, lifespan=True) as url, connect(url) as partner:
+        run(over_http(url), work)
+    runner.close(patience=0.0)
 
 
 def test_too_many_wishes_are_refused_in_words_and_none_waits(door: Server, clock: Clock) -> None:
