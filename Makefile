@@ -17,12 +17,10 @@ experiment: .venv/run.stamp ## the paper's experiment, written to out/experiment
 	$(BIN)/miburi experiment --seed 1 --seconds 30 --out out/experiment
 
 # The tests in a browser come last, two files at a time: without a graphics card each takes a core.
-# One that fails on so busy a machine is carried out once more, as Playwright's own runner does, and
-# named in the summary: look into it. No test of the contact stop's rule is among them.
 PAGES := tests/studio/browser
 test: .venv/test.stamp ## all tests
-	$(BIN)/python -m pytest -n auto -r R --ignore $(PAGES)
-	$(BIN)/python -m pytest -n 2 --dist loadfile --reruns 1 --only-rerun . -r R $(PAGES)
+	$(BIN)/python -m pytest -n auto --ignore $(PAGES)
+	$(BIN)/python -m pytest -n 2 --dist loadfile $(PAGES)
 
 screenshots: .venv/test.stamp ## pictures of the studio and the face, in out/screenshots
 	tools/debian-packages fonts-noto-cjk
@@ -42,7 +40,7 @@ firmware: ## the card's firmware, and the emulated card
 
 firmware-proof: .venv/test.stamp ## the firmware's tests with the full counts (about 7 minutes)
 	MIBURI_TRACES=100000 MIBURI_MOVES=2000,500 MIBURI_FUZZ=1000000 MIBURI_LIES=300 \
-		$(BIN)/python -m pytest -n auto tests/firmware
+		$(BIN)/python -m pytest -n auto --timeout 3600 tests/firmware
 
 # uv alone can resolve to the lowest versions, and for other systems.
 .PHONY: test-lowest check-wheels

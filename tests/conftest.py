@@ -2,7 +2,6 @@
 
 import gc
 import os
-import re
 import signal
 from importlib import resources
 from importlib.util import find_spec
@@ -30,25 +29,15 @@ def pytest_report_header() -> str | None:
     return "left out: tests/interface/test_ros* (cyclonedds is not installed)" if NO_DDS else None
 
 
-#: Rooms whose tests have servers, threads and processes of their own on a busy machine.
-_CROWDED = ("cli", "interface", "live", "studio")
-
-
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Let their failed tests be carried out once more, and named; but none that is about a Stop."""
-    for item in items:
-        room = item.path.relative_to(Path(__file__).parent).parts[0]
-        if room in _CROWDED and not re.search("stop|release|contact", item.name):
-            item.add_marker(pytest.mark.flaky(reruns=1, only_rerun=["."]))
-
-
 def pytest_collection_finish() -> None:
     """Let no collection of garbage look through all that was loaded: parsers' tests took 10 s."""
     gc.collect()
     gc.freeze()
 
 
-pytest_plugins = [f"tests.fixtures.{name}" for name in ("firmware", "live", "broker", "ros")]
+pytest_plugins = [
+    f"tests.fixtures.{name}" for name in ("firmware", "program", "live", "broker", "ros")
+]
 
 
 @pytest.fixture(scope="session")

@@ -1,8 +1,6 @@
 """``miburi study``: begin, serve until somebody ends it, report."""
 
 import socket
-import subprocess
-import sys
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
@@ -10,7 +8,8 @@ from pathlib import Path
 
 import httpx
 import pytest
-from tests.fixtures.live import Server, own_environment
+from tests.fixtures.live import Server
+from tests.fixtures.program import Program
 from tests.fixtures.study import TWO_GESTURES, Lab
 from typer.testing import CliRunner
 
@@ -48,21 +47,12 @@ def test_a_study_is_served_until_somebody_ends_it(tmp_path: Path) -> None:
 @contextmanager
 def served(*options: str | Path) -> Iterator[tuple[str, list[str]]]:
     """Run ``miburi study run``; yields the address, and what it says until its end."""
-    command = [sys.executable, "-m", "miburi", "study", "run", *map(str, options), "--port", "0"]
-    with subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=own_environment()
-    ) as process:
-        assert process.stdout is not None
-        said = [process.stdout.readline()]
-        while "/study/" not in said[-1] and said[-1]:
-            said.append(process.stdout.readline())
-        try:
-            yield said[-1].strip(), said
-        finally:
-            process.terminate()
-            rest, errors = process.communicate(timeout=60)
-    said.append(rest)
-    assert (process.returncode, errors) == (0, "")
+    program = Program("study", "run", *options, "--port", "0")
+    try:
+        yield program.out.next("/study/").strip(), program.out.all
+    finally:
+        code, _, errors = program.end()
+    assert (code, errors) == (0, "")
 
 
 def test_a_robot_makes_the_gestures_of_a_study(server: Server, tmp_path: Path) -> None:

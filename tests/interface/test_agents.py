@@ -6,6 +6,7 @@ import json
 import re
 import sys
 from collections.abc import Awaitable, Callable, Iterator
+from concurrent.futures import Future
 from typing import Any
 
 import httpx
@@ -13,13 +14,16 @@ import pytest
 from mcp import Client, StdioServerParameters
 from mcp.client.stdio import stdio_client
 from mcp.client.streamable_http import streamable_http_client
-from tests.fixtures.live import Server, address, interface, own_environment, serving
+from tests.fixtures.live import Server, interface, own_environment, serving, stays_stopped
+from tests.fixtures.live import until as run_until
+from tests.fixtures.waiting import PATIENCE, PAUSE, post
 
 from miburi.feelings import FEELINGS, Expression
 from miburi.interface.access import AGENTS, Gate
 from miburi.interface.access import BURST as GATE_BURST
 from miburi.interface.access import RATE as GATE_RATE
 from miburi.interface.agents import BURST, add_agents
+from miburi.interface.asker import Asker
 from miburi.interface.client import connect
 from miburi.live.runner import Runner
 
@@ -67,8 +71,9 @@ class Agent:
         return state
 
     async def until(self, wanted: Callable[[dict[str, Any]], object]) -> dict[str, Any]:
-        while not wanted(state := await self.state()):
-            pass
+        async with asyncio.timeout(PATIENCE):
+            while not wanted(state := await self.state()):
+                await asyncio.sleep(PAUSE)
         return state
 
 
@@ -138,9 +143,8 @@ def test_every_tool_does_what_it_says(door: Server, transport: Callable[[str], C
     run(transport(door.url), work)
 
 
-@pytest.mark.parametrize(
-    ("tool", "arguments", "words"),
-    [
+def test_what_is_not_allowed_is_an_error_that_says_what_is(door: Server) -> None:
+    cases: list[tuple[str, dict[str, Any], str]] = [
         ("feel", {"feeling": "boredom"}, "'happiness', 'sadness'"),
         ("feel", {"feeling": "fear", "strength": 1.5}, "less than or equal to 1"),
         ("feel", {}, "Field required"),
@@ -150,15 +154,13 @@ def test_every_tool_does_what_it_says(door: Server, transport: Callable[[str], C
         ("say", {"words": "x" * 301}, "at most 300"),
         ("events", {"since": -1}, "greater than or equal to 0"),
         ("release", {}, "release"),
-    ],
-)
-def test_what_is_not_allowed_is_an_error_that_says_what_is(
-    door: Server, tool: str, arguments: dict[str, Any], words: str
-) -> None:
+    ]
+
     async def work(agent: Agent) -> None:
-        answer = await agent.client.call_tool(tool, arguments)
-        assert answer.is_error
-        assert words in answer.content[0].text  # type: ignore[union-attr]
+        for tool, arguments, words in cases:
+            answer = await agent.client.call_tool(tool, arguments)
+            assert answer.is_error, (tool, arguments)
+            assert words in answer.content[0].text  # type: ignore[union-attr]
 
     run(over_http(door.url), work)
 
@@ -206,9 +208,8 @@ def test_no_agent_can_release_a_body_that_somebody_stopped(door: Server) -> None
             if {"feeling", "at", "on"} & needed.keys():
                 assert "Only a person can release it" in answer
                 assert not answer.startswith("It looks")
-        then = partner.state.time
-        while partner.state.time < then + 2:  # longer than the pause after a contact
-            assert (await agent.state())["body"] == "stopped"
+        await asyncio.to_thread(stays_stopped, partner)
+        assert (await agent.state())["body"] == "stopped"
         assert "released" not in await agent.call("events", since=before["latest_event"])
         partner.release()
         await agent.until(lambda state: state["body"] == "idle")
@@ -246,23 +247,34 @@ def test_of_two_agents_at_once_one_gets_its_gesture_and_the_other_is_told(door: 
         run(over_http(door.url), work)
 
 
-def test_a_stop_drops_a_gesture_that_waits_and_the_agent_is_told(door: Server) -> None:
+def test_a_stop_drops_a_gesture_that_waits_and_the_agent_is_told(
+    runner: Runner, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    perform = runner.perform
+
+    def stop_while_it_waits(*wish: Any) -> Future[None]:
+        answer = perform(*wish)
+        runner.tick()
+        runner.stop()
+        runner.tick()
+        return answer
+
     async def work(agent: Agent) -> None:
-        partner.express(Expression("thrill", 0.9))  # the agent's gesture has to wait for its end
-        await agent.until(lambda state: state["shows"] == {"feeling": "thrill", "mood": 0.9})
-        async with over_http(door.url) as client:
-            asked = asyncio.create_task(Agent(client).call("gesture", feeling="disgust"))
-            for _ in range(20):
-                await agent.state()
-            partner.stop()
-            assert (await asked).endswith("Only a person can release it. Your gesture was dropped.")
-        await agent.until(lambda state: state["body"] == "stopped")
+        told = await agent.call("gesture", feeling="disgust")
+        assert told.endswith("Only a person can release it. Your gesture was dropped.")
+        runner.start()
         partner.release()
         await agent.until(lambda state: state["body"] == "idle")
         assert "disgust" not in await agent.call("events")
 
-    with connect(door.url) as partner:
-        run(over_http(door.url), work)
+    perform(Expression("thrill", 0.9))  # the agent's gesture has to wait for its end
+    run_until(runner, lambda state: state.asked and state.expressed)
+    monkeypatch.setattr(runner, "perform", stop_while_it_waits)
+    app = interface(runner)
+    add_agents(app)
+    with serving(app, lifespan=True) as url, connect(url) as partner:
+        run(over_http(url), work)
+    runner.close(patience=0.0)
 
 
 def test_too_many_wishes_are_refused_in_words_and_none_waits(door: Server, clock: Clock) -> None:
@@ -278,9 +290,9 @@ def test_too_many_wishes_are_refused_in_words_and_none_waits(door: Server, clock
     run(over_http(door.url), work)
 
 
-def test_a_thousand_calls_in_a_row_are_answered(door: Server) -> None:
+def test_hundreds_of_calls_in_a_row_are_answered(door: Server) -> None:
     async def work(agent: Agent) -> None:
-        for number in range(1000):
+        for number in range(2 * int(GATE_BURST)):
             assert "latest_event" in await agent.state(), number
         assert await agent.call("gesture", feeling="surprise") == "It has shown surprise."
 
@@ -298,50 +310,37 @@ def test_a_body_that_cannot_be_reached_is_an_answer(door: Server) -> None:
     run(over_stdio("http://127.0.0.1:9"), work)
 
 
-@pytest.mark.parametrize(
-    ("headers", "status"),
-    [
+def test_the_gate_stands_before_agents_too(live: Runner) -> None:
+    cases: list[tuple[dict[str, str], int]] = [
         ({}, 401),
         ({"Authorization": "Bearer wrong"}, 401),
         ({"Authorization": f"Bearer {TOKEN}"}, 200),
         ({"Authorization": f"Bearer {TOKEN}", "Origin": "https://evil.example"}, 403),
         ({"Authorization": f"Bearer {TOKEN}", "Sec-Fetch-Site": "cross-site"}, 403),
-    ],
-)
-def test_the_gate_stands_before_agents_too(
-    live: Runner, headers: dict[str, str], status: int
-) -> None:
+    ]
     app = interface(live)
     add_agents(app)
     accept = {"Accept": "application/json, text/event-stream"}
     with serving(Gate(app, TOKEN), lifespan=True) as url:
-        answer = httpx.post(url + AGENTS, json=INITIALIZE, headers=accept | headers)
-    assert answer.status_code == status
-    if status == 200:
-        assert answer.json()["result"]["serverInfo"]["name"] == "miburi"
+        for headers, status in cases:
+            answer = post(url + AGENTS, json=INITIALIZE, headers=accept | headers)
+            assert answer.status_code == status
+            if status == 200:
+                assert answer.json()["result"]["serverInfo"]["name"] == "miburi"
 
 
 def test_on_this_computer_a_foreign_host_is_refused(door: Server) -> None:
-    answer = httpx.post(door.url + AGENTS, json=INITIALIZE, headers={"Host": "evil.example"})
+    answer = post(door.url + AGENTS, json=INITIALIZE, headers={"Host": "evil.example"})
     assert answer.status_code == 403
 
 
-def test_agents_come_in_only_where_they_are_let_in(start: Callable[..., Any]) -> None:
-    async def work(agent: Agent) -> None:
-        assert (await agent.state())["stopped"] is None
-
-    with start("--forget") as said:
-        assert httpx.post(address(said) + AGENTS, json=INITIALIZE).status_code == 404
-        run(over_stdio(address(said)), work)
-    with start("--forget", "--agents") as said:
-        run(over_http(address(said)), work)
-
-
 def test_calls_in_a_row_over_the_bridge_wait_for_the_gate(live: Runner) -> None:
-    async def work(agent: Agent) -> None:
-        for _ in range(int(1.4 * GATE_BURST)):
-            assert "latest_event" in await agent.state()
+    async def calls() -> None:
+        async with httpx.AsyncClient(base_url=url + "/api/v1") as http:
+            partner = Asker(url, http)
+            for _ in range(int(1.4 * GATE_BURST)):
+                assert (await partner.state()).stop is None
 
     ticks = itertools.count()  # a quarter of a request comes back with each
     with serving(Gate(interface(live), clock=lambda: next(ticks) / GATE_RATE / 4)) as url:
-        run(over_stdio(url), work)
+        asyncio.run(calls())

@@ -12,6 +12,7 @@ from schemathesis.specs.openapi.checks import (
     status_code_conformance,
 )
 from tests.fixtures.live import Server
+from tests.fixtures.waiting import PATIENCE, until
 
 from miburi.errors import BodyError
 from miburi.feelings import FEELINGS
@@ -26,7 +27,7 @@ V1 = "/api/v1"
 
 @pytest.fixture
 def client(server: Server) -> Iterator[httpx.Client]:
-    with httpx.Client(base_url=server.url) as client:
+    with httpx.Client(base_url=server.url, timeout=PATIENCE) as client:
         yield client
 
 
@@ -37,7 +38,7 @@ def state_of(client: httpx.Client) -> State:
 def test_one_request_makes_it_feel(client: httpx.Client, live: Runner) -> None:
     answer = client.post(V1 + "/stimulus", json={"feeling": "happiness", "strength": 0.8})
     assert answer.status_code == 204
-    live.stop().result(5)  # the step after this command knows the stimulus
+    live.stop().result(PATIENCE)  # the step after this command knows the stimulus
     state = state_of(client)
     assert state.emotion[FEELINGS.index("happiness")] > 0.5
     assert client.get(V1 + "/log").json()[0]["kind"] == "stimulus"
@@ -117,15 +118,12 @@ def test_nan_is_no_number(client: httpx.Client) -> None:
 
 def test_stop_and_release(client: httpx.Client) -> None:
     assert client.post(V1 + "/stop").status_code == 204
-    while state_of(client).stop is None:
-        pass
-    state = state_of(client)
+    state = until(lambda: state_of(client), lambda state: state.stop)
     assert state.phase == "stopped"
     assert state.stop is not None
     assert state.stop.reason == "asked"
     assert client.post(V1 + "/release").status_code == 204
-    while state_of(client).phase == "stopped":
-        pass
+    until(lambda: state_of(client).phase != "stopped")
     kinds = [entry["kind"] for entry in client.get(V1 + "/log").json()]
     assert kinds.index("stopped") < kinds.index("released")
 
@@ -134,9 +132,7 @@ def test_a_blend_with_its_own_effort_is_performed(client: httpx.Client) -> None:
     effort = {"space": 0.5, "weight": 0.2, "time": 0.4, "flow": 0.9}
     wish = {"feeling": "happiness", "mood": 0.8, "blend": {"surprise": 0.4}, "effort": effort}
     assert client.post(V1 + "/express", json=wish).status_code == 204
-    while not state_of(client).asked:
-        pass
-    shown = state_of(client).expressed
+    shown = until(lambda: state_of(client), lambda state: state.asked).expressed
     assert shown is not None
     assert (shown.feeling, shown.mood) == ("happiness", 0.8)
 

@@ -110,14 +110,13 @@ def test_a_wrong_address_is_said(tmp_path: Path) -> None:
 
 def test_stop_has_a_connection_of_its_own() -> None:
     """However many threads of a program wait for answers, its Stop does not."""
-    busy, over = threading.Semaphore(0), threading.Event()
+    busy, over = threading.Semaphore(0), asyncio.Event()
     app = FastAPI()
 
     @app.get("/api/v1/gestures")
     async def gestures() -> list[str]:
         busy.release()
-        while not over.is_set():
-            await asyncio.sleep(0)
+        await over.wait()
         return []
 
     @app.post("/api/v1/stop", status_code=204)

@@ -2,8 +2,6 @@
 
 import asyncio
 import json
-import subprocess
-import sys
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -13,10 +11,15 @@ from pathlib import Path
 
 import httpx
 import pytest
-from tests.fixtures.live import address, block, interface, run, serving, started
+from tests.fixtures.broker import Listener, Mosquitto
+from tests.fixtures.command import miburi as command
+from tests.fixtures.live import block, interface, run, serving
+from tests.fixtures.program import address, running
+from tests.fixtures.waiting import post
 
 import miburi
 from miburi.feelings import FEELINGS, Stimulus, shipped_temperament
+from miburi.interface.access import AGENTS
 from miburi.interface.conversation import (
     LARGEST_REPLY,
     LONGEST_REPLY,
@@ -24,10 +27,18 @@ from miburi.interface.conversation import (
     Reply,
 )
 from miburi.interface.endpoint import KEY, Endpoint, OvertakenError, find_endpoint
+from miburi.interface.report import Topics
 from miburi.live.runner import Runner
 from miburi.senses.answers import shipped_answers
 
 Handler = BaseHTTPRequestHandler
+INITIALIZE = {
+    "jsonrpc": "2.0", "id": 1, "method": "initialize",
+    "params": {
+        "protocolVersion": "2025-11-25", "capabilities": {},
+        "clientInfo": {"name": "test", "version": "1"},
+    },
+}  # fmt: skip
 LOVELY = {"reply": "How lovely!", "feeling": "happiness", "strength": 0.6}
 SAD = "I am so sad today"
 SMALL = {
@@ -464,15 +475,26 @@ def test_nothing_that_it_sends_touches_the_contact_stop(runner: Runner, mind: Mi
     assert after[-1].held
 
 
-def test_the_commands_say_where_words_go_and_what_comes_back(
-    mind: Mind, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_the_program_opens_the_doors_that_it_is_asked_for(
+    mind: Mind,
+    broker: Mosquitto,
+    listener: Listener,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setenv(KEY, "sesame")
-    with started(tmp_path, "--talk", mind.url, "--model", "a-model") as said:
-        done = subprocess.run(
-            [sys.executable, "-m", "miburi", "say", SAD, "--url", address(said)],
-            capture_output=True, text=True, check=False,
-        )  # fmt: skip
+    talk = ("--talk", mind.url, "--model", "a-model")
+    home = ("--broker", f"127.0.0.1:{broker.port}", "--name", "kitchen")
+    there = Topics("kitchen").available
+    with running(tmp_path, *talk, *home, "--agents") as program:
+        url = address(program.out.next())
+        assert f"goes to {mind.url}" in program.out.next()
+        done = command("say", SAD, "--url", url)
+        listener.hear(there, lambda text: text == "online")
+        accept = {"Accept": "application/json, text/event-stream"}
+        assert post(url + AGENTS, json=INITIALIZE, headers=accept).status_code == 200
+        program.process.kill()
+        listener.hear(there, lambda text: text == "offline")
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.splitlines()[-1] == "it says: How lovely!"
     assert [headers["Authorization"] for headers in mind.headers] == ["Bearer sesame"]

@@ -1,9 +1,7 @@
 """Which addresses of a language model are taken, and which options and keys are refused."""
 
-import subprocess
-import sys
-
 import pytest
+from tests.fixtures.command import miburi
 
 from miburi.errors import InputError
 from miburi.interface.endpoint import KEY, Endpoint, find_endpoint
@@ -71,10 +69,7 @@ def test_a_key_that_no_header_takes_is_refused_unsaid(key: str) -> None:
     ],
 )
 def test_wrong_options_are_refused_in_a_line(options: list[str]) -> None:
-    done = subprocess.run(
-        [sys.executable, "-m", "miburi", "run", "--headless", *options],
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
+    done = miburi("run", "--headless", *options)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.count("\n") == 1
     assert "--model" in done.stderr

@@ -1,18 +1,16 @@
 """The door for homes, at a real Mosquitto, heard by Paho's client."""
 
 import json
-import os
 import re
-import signal
 import subprocess
-import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 from tests.fixtures.broker import Listener, Mosquitto, at_home, start_broker
-from tests.fixtures.live import own_environment
+from tests.fixtures.live import stays_stopped
+from tests.fixtures.waiting import until
 
 from miburi.feelings import FEELINGS
 from miburi.interface.broker import find_broker
@@ -111,16 +109,14 @@ def test_a_home_may_say_something_and_stop_it_and_cannot_release_it(
     home: RemotePartner, listener: Listener
 ) -> None:
     listener.say(TOPICS.say, "Welcome home! お帰りなさい。")
-    while (spoken := home.state.spoken) is None:
-        pass
+    spoken = until(lambda: home.state.spoken)
+    assert spoken is not None
     assert spoken.text == "Welcome home! お帰りなさい。"
     listener.say(TOPICS.stop, "PRESS")
     assert hear_report(listener, lambda report: report.stopped is not None).held
     for topic in ("release", "resume", "stop", "feel", "say"):
         listener.say(f"miburi/kitchen/{topic}", '{"do": "release"}')
-    then = home.state.time
-    while home.state.time < then + 2:
-        assert home.state.phase == "stopped"
+    stays_stopped(home)
     home.release()  # a person does
     hear_report(listener, lambda report: report.stopped is None)
 
@@ -130,9 +126,10 @@ def test_one_word_stops_all(home: RemotePartner, listener: Listener) -> None:
     assert hear_report(listener, lambda report: report.stopped).stopped is StopReason.ASKED
 
 
-@pytest.mark.parametrize(
-    ("topic", "wish", "words"),
-    [
+def test_wishes_that_make_no_sense_are_refused_in_words(
+    home: RemotePartner, listener: Listener
+) -> None:
+    cases: list[tuple[str, str | bytes, str]] = [
         (TOPICS.feel, '{"feeling": "boredom"}', "feeling: Input should be 'happiness'"),
         (TOPICS.feel, "happiness", "Invalid JSON"),
         (TOPICS.feel, b"\xff\xfe", "Invalid JSON"),
@@ -140,23 +137,23 @@ def test_one_word_stops_all(home: RemotePartner, listener: Listener) -> None:
         (TOPICS.say, "", "at least 1"),
         (TOPICS.say, "x" * 5000, "at most 300"),
         (TOPICS.say, b"\xff\xfe", "utf-8"),
-    ],
-)
-def test_a_wish_that_makes_no_sense_is_refused_in_words(
-    home: RemotePartner, listener: Listener, topic: str, wish: str | bytes, words: str
-) -> None:
-    listener.say(topic, wish)
-    assert words in hear_refusal(listener)
+    ]
+    for topic, wish, words in cases:
+        listener.say(topic, wish)
+        assert words in hear_refusal(listener), wish
 
 
 def test_too_many_wishes_are_refused_and_stop_is_not(
-    home: RemotePartner, listener: Listener
+    live: Runner, broker: Mosquitto, listener: Listener
 ) -> None:
-    for _ in range(int(BURST) * 5):
-        listener.say(TOPICS.feel, '{"feeling": "fear", "strength": 0.1}')
-    assert hear_refusal(listener) == "too many wishes at once."
-    listener.say(TOPICS.stop)
-    hear_report(listener, lambda report: report.stopped is StopReason.ASKED)
+    with at_home(live, find_broker(f"127.0.0.1:{broker.port}"), lambda: 0.0):
+        listener.hear(TOPICS.available, lambda text: text == "online")
+        for _ in range(int(BURST) + 1):
+            listener.say(TOPICS.feel, '{"feeling": "fear", "strength": 0.1}')
+        assert hear_refusal(listener) == "too many wishes at once."
+        listener.say(TOPICS.stop)
+        hear_report(listener, lambda report: report.stopped is StopReason.ASKED)
+    assert sum(entry.kind == "stimulus" for entry in live.log()) == BURST
 
 
 def test_a_wish_of_another_day_is_left_out(live: Runner, broker: Mosquitto) -> None:
@@ -178,8 +175,7 @@ def test_a_stop_while_the_broker_was_away_is_told_when_it_is_back(
 ) -> None:
     broker.kill()
     home.stop()
-    while home.state.stop is None:
-        pass
+    until(lambda: home.state.stop)
     broker.start()  # it has forgotten everything
     heard = {}
     while len(heard) < 2:
@@ -188,20 +184,6 @@ def test_a_stop_while_the_broker_was_away_is_told_when_it_is_back(
         heard["report"] = hear_report(listener, lambda report: report.stopped)
     assert heard["stop"].event_type is StopReason.ASKED
     assert heard["report"].stops_today == 1
-
-
-def test_its_last_will_says_that_it_is_gone(
-    broker: Mosquitto, listener: Listener, tmp_path: Path
-) -> None:
-    with subprocess.Popen(
-        [sys.executable, "-m", "miburi", "run", "--headless", "--port", "0", "--folder",
-         str(tmp_path), "--broker", f"127.0.0.1:{broker.port}", "--name", "kitchen"],
-        start_new_session=True, env=own_environment(),
-        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-    ) as process:  # fmt: skip
-        listener.hear(TOPICS.available, lambda text: text == "online")
-        os.killpg(process.pid, signal.SIGKILL)
-    assert listener.hear(TOPICS.available) == "offline"
 
 
 def test_a_password_and_tls(live: Runner, tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from urllib.parse import urlsplit
 import httpx
 import pytest
 from tests.fixtures.live import interface, refuses_in_json, serving
+from tests.fixtures.waiting import get, post
 
 from miburi.interface.access import BURST, Gate
 from miburi.interface.authority import Certificates
@@ -60,7 +61,7 @@ def test_headers_that_are_too_large_end_the_connection(runner: Runner, served: S
     with served(Gate(interface(runner))) as url:
         start = b"GET /api/v1/state HTTP/1.1\r\nHost: localhost\r\nX: "
         assert b" 200 " not in raw(url, start + b"x" * 10_000_000 + b"\r\n\r\n")
-        assert httpx.get(url + "/api/v1/state").status_code == 200
+        assert get(url + "/api/v1/state").status_code == 200
 
 
 def test_who_says_nothing_is_not_waited_for(
@@ -80,7 +81,7 @@ def test_an_address_has_only_so_many_connections_and_stop_is_answered_all_the_sa
     with served(Gate(interface(runner))) as url:
         where = (urlsplit(url).hostname, urlsplit(url).port or 0)
         slow = [socket.create_connection(where, 15) for _ in range(60)]
-        assert httpx.post(url + "/api/v1/stop").status_code == 204
+        assert post(url + "/api/v1/stop").status_code == 204
         for line in slow[:40]:  # the oldest silent ones gave way
             assert line.recv(1) == b""
         for line in slow:
@@ -92,7 +93,7 @@ def test_an_address_has_only_so_many_connections_and_stop_is_answered_all_the_sa
 def test_a_host_that_is_no_name_is_refused(runner: Runner, served: Serve, host: str) -> None:
     with served(Gate(interface(runner))) as url:
         for headers in ({"Host": host}, {"Origin": f"http://{host}"}):
-            assert httpx.get(url + "/api/v1/state", headers=headers).status_code == 403
+            assert get(url + "/api/v1/state", headers=headers).status_code == 403
 
 
 def test_what_is_not_there_is_said_in_json(runner: Runner, served: Serve) -> None:
@@ -105,6 +106,6 @@ def test_a_large_body_in_chunks_is_refused_as_one_in_one_piece(
 ) -> None:
     with served(Gate(interface(runner))) as url:
         for path in ("/api/v1/stimulus", "/api/v1/express"):
-            answer = httpx.post(url + path, content=iter([b" " * 7_000] * 10))
+            answer = post(url + path, content=iter([b" " * 7_000] * 10))
             assert answer.status_code == 413
             assert "bytes at most" in answer.json()["detail"]

@@ -1,5 +1,6 @@
 """The door for laboratories, heard over DDS by a process that shares no line with ours."""
 
+import itertools
 import json
 import math
 from collections.abc import Callable, Iterator
@@ -9,9 +10,10 @@ import numpy as np
 import pytest
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
-from tests.fixtures.live import address
+from tests.fixtures.live import address, stays_stopped
 from tests.fixtures.ros import DOMAIN, TAG, Peer, Told, in_ros
 from tests.fixtures.ros_peer import EXPRESSION
+from tests.fixtures.waiting import until
 
 from miburi.errors import InputError
 from miburi.feelings import FEELINGS, Stimulus
@@ -173,8 +175,8 @@ def test_a_wish_is_felt_said_and_shown(door: RemotePartner, peer: Peer) -> None:
     assert told["valence"] / length == pytest.approx(valence / math.hypot(valence, arousal))
     assert 0.3 < length < math.hypot(valence, arousal)
     peer.say("/say", STRING, {"data": "Welcome! お帰りなさい。"})
-    while (spoken := door.state.spoken) is None:
-        pass
+    spoken = until(lambda: door.state.spoken)
+    assert spoken is not None
     assert spoken.text == "Welcome! お帰りなさい。"
     peer.say("/robot_face/expression", EXPRESSED, {"expression": "surprised"})
     peer.hear("/expression", lambda message: message["expression"] == "surprised")
@@ -197,17 +199,14 @@ def test_ros_may_stop_it_and_cannot_release_it(door: RemotePartner, peer: Peer) 
     peer.listen("/refused", STRING)
     peer.say("/robot_face/expression", EXPRESSED, {"expression": "disgusted"})
     assert "until a person releases it" in hear_refusal(peer)[1]
-    then = door.state.time
-    while door.state.time < then + 2:
-        assert door.state.phase == "stopped"
+    stays_stopped(door)
     door.release()  # a person does
     hear_stop(peer, lambda values: "reason" not in values)
     assert "disgust" not in {entry.feeling for entry in door.log()}
 
 
-@pytest.mark.parametrize(
-    ("topic", "kind", "message", "words"),
-    [
+def test_wishes_that_make_no_sense_are_refused_in_words(live: Runner, peer: Peer) -> None:
+    cases: list[tuple[str, str, Told, str]] = [
         ("/feel", STRING, {"data": '{"feeling": "boredom"}'}, "feeling: Input should be 'happi"),
         ("/feel", STRING, {"data": "happiness"}, "Invalid JSON"),
         ("/feel", STRING, {"data": '{"feeling": "fear", "strength": 7}'}, "less than or equal"),
@@ -218,17 +217,15 @@ def test_ros_may_stop_it_and_cannot_release_it(door: RemotePartner, peer: Peer) 
         ("/robot_face/expression", EXPRESSED, {}, "it can show happy, sad"),
         ("/robot_face/expression", EXPRESSED, {"valence": math.nan}, "from -1 to 1"),
         ("/robot_face/expression", EXPRESSED, {"expression": "sad", "arousal": 9.0}, "-1 to 1"),
-    ],
-)
-def test_a_wish_that_makes_no_sense_is_refused_in_words(
-    door: RemotePartner, peer: Peer, topic: str, kind: str, message: Told, words: str
-) -> None:
-    peer.listen("/refused", STRING)
-    peer.say(topic, kind, message)
-    said_of, why = hear_refusal(peer)
-    assert said_of == topic
-    assert words in why
-    assert {entry.kind for entry in door.log()} <= {"gesture"}
+    ]
+    seconds = itertools.count()
+    with in_ros(live, clock=lambda: next(seconds)):
+        peer.listen("/refused", STRING)
+        for topic, kind, message, words in cases:
+            peer.say(topic, kind, message)
+            said_of, why = hear_refusal(peer)
+            assert (said_of, words in why) == (topic, True), (message, why)
+    assert {entry.kind for entry in live.log()} <= {"gesture"}
 
 
 def test_bytes_that_are_no_message_are_refused_and_change_nothing(
@@ -239,32 +236,31 @@ def test_bytes_that_are_no_message_are_refused_and_change_nothing(
         peer.garble("/feel", data)
         assert "cannot be read" in hear_refusal(peer)[1]
     peer.garble("/feel", b'{"feeling": "fear"}\0')  # the next that makes sense is taken
-    while not any(entry.kind == "stimulus" for entry in door.log()):
-        pass
+    until(lambda: any(entry.kind == "stimulus" for entry in door.log()))
 
 
-def test_too_many_wishes_are_refused_and_stop_is_not(door: RemotePartner, peer: Peer) -> None:
-    peer.listen("/refused", STRING)
-    peer.listen("/diagnostics", DIAGNOSES)
-    sent = int(BURST) * 3
-    for _ in range(sent):  # slowly enough that none takes the place of the one before it
+def test_too_many_wishes_are_refused_and_stop_is_not(live: Runner, peer: Peer) -> None:
+    def wish() -> bool:
         peer.say("/feel", STRING, {"data": '{"feeling": "fear", "strength": 0.1}'})
-        then = door.state.time
-        while door.state.time < then + 0.06:
-            pass
-    assert hear_refusal(peer) == ("/feel", "too many wishes at once.")
-    peer.say("/stop", EMPTY)
-    hear_stop(peer, lambda values: values.get("reason") == "asked")
-    assert sum(entry.kind == "stimulus" for entry in door.log()) < sent
+        return peer.has_heard()
+
+    with in_ros(live, clock=lambda: 0.0):
+        peer.listen("/refused", STRING)
+        until(wish)
+        assert hear_refusal(peer) == ("/feel", "too many wishes at once.")
+        assert sum(entry.kind == "stimulus" for entry in live.log()) == BURST
+        peer.listen("/diagnostics", DIAGNOSES)
+        peer.say("/stop", EMPTY)
+        hear_stop(peer, lambda values: values.get("reason") == "asked")
 
 
 def test_of_wishes_that_come_at_once_the_latest_is_taken(door: RemotePartner, peer: Peer) -> None:
     for strength in (0.1, 0.2, 0.3):
         peer.say("/feel", STRING, {"data": f'{{"feeling": "fear", "strength": {strength}}}'})
-    while not (felt := [entry for entry in door.log() if entry.kind == "stimulus"]) or (
-        felt[-1].strength != 0.3
-    ):
-        pass
+    felt = until(
+        lambda: [entry.strength for entry in door.log() if entry.kind == "stimulus"],
+        lambda felt: felt and felt[-1] == 0.3,
+    )
     assert len(felt) <= 3
 
 
@@ -280,10 +276,12 @@ def test_a_peer_that_takes_nothing_holds_up_nobody(live: Runner, peer: Peer) -> 
         peer.hear("/tf")
         then = last = partner.state.time
         peer.freeze()
-        while last < then + 4:
-            now = partner.state.time
-            assert now < last + 3  # a write that waits takes 10 s, until the peer is given up
-            last = now
+        for state in partner.watch(10):
+            assert (
+                state.time < last + 3
+            )  # a write that waits takes 10 s, until it gives the peer up
+            if (last := state.time) > then + 4:
+                break
 
 
 def test_partners_in_one_network_have_names_of_their_own(live: Runner, peer: Peer) -> None:
@@ -299,8 +297,7 @@ def test_partners_in_one_network_have_names_of_their_own(live: Runner, peer: Pee
         assert peer.hear("/diagnostics")["status"][0]["name"] == "kitchen_1: contact stop"
         peer.say("/kitchen_1/stop", EMPTY)
         with connect(server.url) as partner:
-            while partner.state.stop is None:
-                pass
+            until(lambda: partner.state.stop)
 
 
 def test_the_command_opens_the_door(

@@ -4,9 +4,10 @@ import asyncio
 import io
 import os
 import shutil
-import threading
 import wave
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,6 +15,7 @@ import httpx
 import numpy as np
 import pytest
 from tests.fixtures.live import interface, serving
+from tests.fixtures.waiting import PATIENCE, get, post, until
 
 from miburi.errors import InputError
 from miburi.feelings import Stimulus
@@ -70,24 +72,28 @@ def test_any_sentence_has_a_sound_of_its_own(text: str) -> None:
 def made(folder: Path, script: str) -> Synthesizer:
     """Return what runs a script in flite's place."""
     program = folder / "flite"
-    program.write_text(f"#!/bin/sh\necho $$ > {folder}/pid\n{script}\n", encoding="utf-8")
+    program.write_text(f"#!/bin/sh\n{script}\n", encoding="utf-8")
     program.chmod(0o700)
     return Synthesizer(str(program))
 
 
+def hanging(folder: Path) -> Synthesizer:
+    """Return what never ends by itself, and names its folder while it lives."""
+    return made(folder, f"exec tail -f {folder}/flite")
+
+
 def alive(folder: Path) -> bool:
-    pid = int((folder / "pid").read_text())
-    try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
-        return False
-    return "Z" not in Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2]
+    for words in Path("/proc").glob("[0-9]*/cmdline"):
+        with suppress(OSError):
+            if str(folder) in words.read_text(encoding="utf-8"):
+                return True
+    return False
 
 
 @pytest.mark.parametrize("text", ["今日は", "…", "🎉🎉"])
 def test_what_it_has_no_words_for_starts_nothing(text: str, tmp_path: Path) -> None:
-    assert asyncio.run(made(tmp_path, "exit 0").sound(text, Voice())) is None
-    assert not (tmp_path / "pid").exists()
+    assert asyncio.run(made(tmp_path, f"touch {tmp_path}/begun").sound(text, Voice())) is None
+    assert not (tmp_path / "begun").exists()
 
 
 def test_one_that_fails_or_hangs_makes_no_sound_and_is_ended(
@@ -95,8 +101,7 @@ def test_one_that_fails_or_hangs_makes_no_sound_and_is_ended(
 ) -> None:
     assert asyncio.run(made(tmp_path, "exit 3").sound("Hello", Voice())) is None
     assert asyncio.run(made(tmp_path, "exit 0").sound("Hello", Voice())) is None, "no file"
-    hanging = replace(made(tmp_path, "exec sleep 60"), patience=0.3)
-    assert asyncio.run(hanging.sound("Hello", Voice())) is None
+    assert asyncio.run(replace(hanging(tmp_path), patience=0.3).sound("Hello", Voice())) is None
     assert not alive(tmp_path)
 
 
@@ -129,8 +134,8 @@ def voiced(live: Runner, tmp_path: Path) -> Iterator[tuple[str, Runner, Path]]:
 
 def said(live: Runner, text: str) -> int:
     """Let it say something; return the number by which pages know that."""
-    live.speak(text).result(5)
-    live.stimulate(Stimulus("happiness", 0.1)).result(5)  # a step later pages see it
+    live.speak(text).result(PATIENCE)
+    live.stimulate(Stimulus("happiness", 0.1)).result(PATIENCE)  # a step later pages see it
     spoken = live.snapshot.state.spoken
     assert spoken is not None
     assert spoken.text == text
@@ -143,7 +148,7 @@ def test_pages_get_the_latest_sentence_made_into_sound_once(
     url, live, folder = voiced
 
     def ask(number: int) -> httpx.Response:
-        return httpx.get(f"{url}/api/v1/voice/{number}")
+        return get(f"{url}/api/v1/voice/{number}")
 
     assert ask(1).status_code == 404, "it has said nothing yet"
     for text in ("Hello.", "How are you?", "今日は"):
@@ -164,20 +169,16 @@ def test_a_synthesizer_that_hangs_holds_up_nothing_and_ends_with_the_server(
     live: Runner, tmp_path: Path
 ) -> None:
     app = interface(live)
-    Doors(voice=made(tmp_path, "exec sleep 60")).open(app, live)
+    Doors(voice=hanging(tmp_path)).open(app, live)
     number = said(live, "Hello.")
-    with serving(app) as url:
-        waiting = threading.Thread(
-            target=lambda: httpx.get(f"{url}/api/v1/voice/{number}", timeout=20), daemon=True
-        )
-        waiting.start()
-        for _ in range(500):  # each takes a step of the loop
-            assert httpx.get(f"{url}/api/v1/state").status_code == 200
-            live.stimulate(Stimulus("happiness", 0.01)).result(5)
-            if (tmp_path / "pid").exists():
-                break
-        assert alive(tmp_path)
-        assert httpx.post(f"{url}/api/v1/stop").status_code == 204
+    with ThreadPoolExecutor(1) as pool, serving(app) as url:
+        waiting = pool.submit(get, f"{url}/api/v1/voice/{number}")
+        until(lambda: alive(tmp_path))
+        assert get(f"{url}/api/v1/state").status_code == 200
+        assert post(f"{url}/api/v1/stop").status_code == 204
         said(live, "I stand still.")
         assert live.snapshot.state.phase == "stopped"
+        assert not waiting.done()
     assert not alive(tmp_path)
+    with suppress(httpx.TransportError):  # the server has ended
+        waiting.result()

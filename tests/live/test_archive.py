@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from tests.fixtures.live import run, until
+from tests.fixtures.waiting import until as wait_until
 
 from miburi.errors import InputError, OutputError
 from miburi.feelings import Stimulus
@@ -148,11 +149,10 @@ def test_a_slow_disk_holds_up_nothing(runner: Runner, disk: Choose) -> None:
 def test_a_full_disk_does_not_hold_up_stop_at_its_own_pace(live: Runner, disk: Choose) -> None:
     disk(lambda path: Disk(path, 0))
     live.recordings.start()
-    live.stimulate(Stimulus("happiness", 0.9)).result(5)
-    while live.recordings.current is not None:
-        live.feelings().result(5)  # a step has passed
-    live.stop().result(5)
-    live.release().result(5)
+    live.stimulate(Stimulus("happiness", 0.9)).result(60)
+    wait_until(lambda: live.recordings.current is None)
+    live.stop().result(60)
+    live.release().result(60)
     live.close()
     assert live.snapshot.state.phase == "idle"
 

@@ -1,15 +1,15 @@
 """The partner from another process: what crosses, what overtakes, and what is said of silence."""
 
 import itertools
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from concurrent.futures import Future
 from multiprocessing import Pipe
 from queue import SimpleQueue
 
-import httpx
 import numpy as np
 import pytest
 from tests.fixtures.live import block, interface, run, serving
+from tests.fixtures.waiting import ask, until
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
@@ -22,15 +22,9 @@ from miburi.live.runner import Runner
 from miburi.live.view import UnreachableError
 
 
-def until(wanted: Callable[[], object]) -> None:
-    while not wanted():
-        pass
-
-
 def done(runner: Runner, future: Future[object]) -> object:
     """Let time pass until a command has been answered."""
-    while not future.done():
-        runner.tick()
+    until(lambda: runner.tick() or future.done())
     return future.result()
 
 
@@ -172,11 +166,11 @@ def test_a_flood_of_stops_fills_no_pipe_and_none_is_lost(
     assert near.stopping.recv() == 1
     assert not near.stopping.poll()
     near.stopping.send(None)
-    first.result(5)
+    first.result(60)
     assert near.stopping.recv() == 10_000
     assert not second.done()
     near.stopping.send(None)
-    second.result(5)
+    second.result(60)
 
 
 def test_a_stop_is_sent_even_to_who_does_not_answer(
@@ -199,7 +193,7 @@ def test_silence_is_said_and_ends_with_news(
         far.stimulate(Stimulus("fear", 0.1))
     with serving(interface(far)) as url:
         for method, path in (("GET", "/state"), ("POST", "/stop"), ("POST", "/release")):
-            refused = httpx.request(method, f"{url}/api/v1{path}")
+            refused = ask(method, f"{url}/api/v1{path}")
             assert (refused.status_code, "cannot be reached" in refused.text) == (503, True)
         address = url.replace("http", "ws") + "/api/v1/live"
         with connect(address) as socket, pytest.raises(ConnectionClosed):
@@ -216,7 +210,7 @@ def test_who_has_been_answered_from_afar_reads_a_state_that_shows_it(live: Runne
     answer(live, near)
     far = FarPartner(ends)
     for paused in (True, False) * 10:
-        far.pause(paused).result(5)
+        far.pause(paused).result(60)
         assert far.snapshot.state.paused == paused
     ends.close()
 
@@ -232,24 +226,24 @@ def test_an_answer_waits_for_the_state_that_shows_it(
     until(lambda: far.motors == motors)
     assert not future.done()
     near.asking.send(Latest(3, state, [], [], None))
-    future.result(5)
+    future.result(60)
 
 
 def test_nobody_waits_for_a_process_that_has_ended(pair: tuple[FarPartner, Lanes]) -> None:
     far, near = pair
     waiting: list[Future[None]] = [far.pause(True), far.stop()]
     near.close()
-    assert far.over.wait(5)
+    assert far.over.wait(60)
     for future in waiting:
         with pytest.raises(UnreachableError):
-            future.result(5)
+            future.result(60)
     assert not far.reachable
 
 
 def test_the_body_is_stopped_while_the_server_serves_nobody(
     live: Runner, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("miburi.live.answering.UNSERVED", -8.0)  # the fixture's patience is 8 s
+    monkeypatch.setattr("miburi.live.answering.UNSERVED", 0.0)
     near, ends = lanes()
     answer(live, near)
     far = FarPartner(ends)
@@ -279,7 +273,7 @@ def test_it_is_ready_when_the_server_and_the_reception_are(runner: Runner, first
     run(runner, 0.1)
     assert ready.empty()
     tell("reception" if first == "server" else "server")
-    ready.get(timeout=10)
+    ready.get(timeout=60)
     ends.close()
     ours.close()
 

@@ -3,6 +3,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.fixtures.live import block, run, until
+from tests.fixtures.waiting import until as wait_until
 
 from miburi.bma.settings import Settings
 from miburi.errors import BodyError, InputError
@@ -388,7 +389,7 @@ def test_samples_keep_two_minutes(runner: Runner) -> None:
 
 
 def test_closing_brings_the_body_home(live: Runner) -> None:
-    live.stimulate(Stimulus("thrill", 1.0)).result(5)
+    live.stimulate(Stimulus("thrill", 1.0)).result(60)
     live.close()
     np.testing.assert_allclose(live.snapshot.state.angles, live.robot.neutral, atol=0.03)
     assert live.snapshot.state.phase == "idle"
@@ -396,13 +397,12 @@ def test_closing_brings_the_body_home(live: Runner) -> None:
 
 @pytest.mark.parametrize("ending", [False, True])
 def test_closing_leaves_a_stopped_body_where_it_is(live: Runner, ending: bool) -> None:
-    live.stimulate(Stimulus("thrill", 1.0)).result(5)
-    while live.snapshot.state.extent < 0.02:
-        pass
+    live.stimulate(Stimulus("thrill", 1.0)).result(60)
+    wait_until(lambda: live.snapshot.state.extent >= 0.02)
     if ending:
         live.stop()  # and nobody has waited for it
     else:
-        live.stop().result(5)
+        live.stop().result(60)
     stopped = live.snapshot.state.angles
     live.close()
     state = live.snapshot.state

@@ -1,16 +1,19 @@
 """What happens to the body, and to who looks at it, when the loop fails or hangs."""
 
 import threading
-from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
+from tests.fixtures.live import until as run_until
+from tests.fixtures.waiting import until
 
 from miburi.bodies import BodyState
 from miburi.feelings import EmotionalModel, Expression, Stimulus, shipped_temperament
 from miburi.live.archive import Archive
 from miburi.live.runner import STEP, Runner
-from miburi.live.watchdog import DEAD, LATE, Watchdog
+from miburi.live.state import Entry
+from miburi.live.watchdog import Lateness, Watchdog
 from miburi.robot import Robot
 from miburi.safety.stop import Phase, StopReason
 
@@ -22,32 +25,37 @@ class Clock:
         return self.now
 
 
-def until(wanted: Callable[[], object]) -> None:
-    while not wanted():
-        pass
+def attentive(robot: Robot, folder: Path, **more: Any) -> Runner:
+    """A partner that the watchdog stops as soon as a user's; a test makes its loop late."""
+    return Runner(robot, EmotionalModel(shipped_temperament("playful")), Archive(folder), **more)
+
+
+def stops(runner: Runner) -> list[Entry]:
+    return [entry for entry in runner.log() if entry.kind == "stopped"]
 
 
 def test_a_late_beat_is_told_once_and_a_beat_ends_it() -> None:
-    clock, told = Clock(), list[str]()
-    dog = Watchdog(STEP, lambda: told.append("late"), lambda: told.append("dead"), clock)
-    clock.now = STEP + LATE
+    clock, told, (late, dead) = Clock(), list[str](), Lateness()
+    dog = Watchdog(STEP, lambda: told.append("late"), lambda: told.append("dead"), clock=clock)
+    clock.now = STEP + late
     dog.look()
     assert told == []
-    for clock.now in (STEP + LATE + 0.01, 2 * LATE, DEAD):
+    for clock.now in (STEP + late + 0.01, 2 * late, dead):
         dog.look()
     assert told == ["late"]
     dog.beat()
-    clock.now += 2 * LATE
+    clock.now += 2 * late
     dog.look()
-    clock.now += DEAD
+    clock.now += dead
     for _ in range(3):
         dog.look()
     assert told == ["late", "late", "dead"]
 
 
 def test_while_the_loop_hangs_the_body_is_stopped_and_everybody_sees_it(
-    runner: Runner, monkeypatch: pytest.MonkeyPatch
+    robot: Robot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    runner = attentive(robot, tmp_path)
     hang, halted, step = threading.Event(), threading.Event(), runner.body.step
 
     def hangs(dt: float) -> BodyState:
@@ -59,16 +67,15 @@ def test_while_the_loop_hangs_the_body_is_stopped_and_everybody_sees_it(
         patch.setattr(runner.body, "halt", halted.set)
         asked = runner.stimulate(Stimulus("fear", 0.1))
         runner.start()
-        assert halted.wait(10)
-        until(lambda: runner.snapshot.state.stop)
-        stop = runner.snapshot.state.stop
+        assert halted.wait(60)
+        stop = until(lambda: runner.snapshot.state.stop)
         assert stop is not None
         assert (runner.snapshot.state.phase, stop.reason) == ("stopped", StopReason.LOOP_LATE)
-        asked.result(5)  # it has been taken; its step hangs
+        asked.result(60)  # it has been taken; its step hangs
     hang.set()
-    until(lambda: [entry for entry in runner.log() if entry.kind == "stopped"])
+    until(lambda: stops(runner))
     assert runner.body.state.phase == "stopped"
-    (entry,) = [entry for entry in runner.log() if entry.kind == "stopped"]
+    (entry,) = stops(runner)
     assert entry.name == StopReason.LOOP_LATE
     assert runner.failure is None
     runner.close(patience=0.0)
@@ -77,10 +84,9 @@ def test_while_the_loop_hangs_the_body_is_stopped_and_everybody_sees_it(
 def test_a_card_is_stopped_while_the_loop_hangs_in_the_middle_of_a_move(
     robot: Robot, tmp_path: Path, firmware: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    feelings = EmotionalModel(shipped_temperament("playful"))
-    runner = Runner(robot, feelings, Archive(tmp_path), body="emulated-card")
+    runner = attentive(robot, tmp_path, body="emulated-card")
     runner.perform(Expression("happiness", 1.0))
-    until(lambda: runner.tick() or (runner.snapshot.state.asked and moves(runner)))
+    run_until(runner, lambda state: state.asked and state.hand_speed > 0.05)
     hang, begun, step = threading.Event(), threading.Event(), runner.body.step
 
     def hangs(dt: float) -> BodyState:
@@ -91,7 +97,7 @@ def test_a_card_is_stopped_while_the_loop_hangs_in_the_middle_of_a_move(
     with monkeypatch.context() as patch:
         patch.setattr(runner.body, "step", hangs)
         runner.start()
-        assert begun.wait(10)
+        assert begun.wait(60)
         until(lambda: runner.snapshot.state.stop)
     # Where the body is, not where the latest report saw it: that is up to 20 ms old.
     touchable = runner.body.touchable
@@ -101,15 +107,10 @@ def test_a_card_is_stopped_while_the_loop_hangs_in_the_middle_of_a_move(
     assert patched.phase is Phase.STOPPED
     assert abs(touchable.configuration[0] - before).max() < 0.1
     hang.set()
-    until(lambda: [entry for entry in runner.log() if entry.kind == "stopped"])
-    (entry,) = [entry for entry in runner.log() if entry.kind == "stopped"]
+    (entry,) = until(lambda: stops(runner))
     assert entry.name == StopReason.LOOP_LATE
     assert not runner.held
     runner.close(patience=0.0)
-
-
-def moves(runner: Runner) -> bool:
-    return runner.snapshot.state.hand_speed > 0.05
 
 
 def test_a_step_that_raises_stops_the_body_and_the_loop_goes_on(
@@ -120,10 +121,10 @@ def test_a_step_that_raises_stops_the_body_and_the_loop_goes_on(
 
     with monkeypatch.context() as patch:
         patch.setattr(live.body, "step", fail)
-        live.stimulate(Stimulus("fear", 0.1)).result(5)  # who asks is answered all the same
+        live.stimulate(Stimulus("fear", 0.1)).result(60)  # who asks is answered all the same
         until(lambda: "loop_failed" in [entry.kind for entry in live.log()])
         until(lambda: live.snapshot.state.phase == "stopped")
-    until(lambda: "stopped" in [entry.kind for entry in live.log()] or live.failure)
+    until(lambda: stops(live) or live.failure)
     if live.failure is None:
         assert live.body.state.phase == "stopped"
 
@@ -137,20 +138,20 @@ def test_a_loop_whose_every_step_fails_is_given_up_with_a_word(
     given_up = threading.Event()
     monkeypatch.setattr(runner.body, "step", fail)
     runner.start(on_failure=given_up.set)
-    assert given_up.wait(30)
+    assert given_up.wait(60)
     assert "a mistake of ours" in str(runner.failure)
     runner.close()
     assert runner.snapshot.state.phase == "stopped"
 
 
 def test_a_loop_that_hangs_for_good_does_not_hang_its_end(
-    runner: Runner, monkeypatch: pytest.MonkeyPatch
+    robot: Robot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    runner = attentive(robot, tmp_path, lateness=Lateness(give_up=0.3))
     hang, given_up = threading.Event(), threading.Event()
-    monkeypatch.setattr("miburi.live.watchdog.DEAD", 0.3)
     monkeypatch.setattr(runner.body, "step", lambda dt: hang.wait())
     runner.start(on_failure=given_up.set)
-    assert given_up.wait(30)
+    assert given_up.wait(60)
     assert "hangs" in str(runner.failure)
     runner.close()
     hang.set()

@@ -72,10 +72,7 @@ def test_a_touch_is_felt_over_the_interface_and_the_log_says_why(server: Server)
         assert now.spoken is None
 
 
-def test_a_stroke_soon_after_a_contact_is_felt_more(
-    runner: Runner, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("miburi.live.watchdog.LATE", 8.0)
+def test_a_stroke_soon_after_a_contact_is_felt_more(runner: Runner) -> None:
     block(runner)
     runner.start()
     try:

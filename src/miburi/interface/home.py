@@ -49,9 +49,11 @@ _PERIOD = 0.25
 _ONLINE, _OFFLINE = "online", "offline"
 
 
-def add_home(app: FastAPI, broker: Broker, name: str) -> None:
+def add_home(
+    app: FastAPI, broker: Broker, name: str, clock: Callable[[], float] = time.monotonic
+) -> None:
     """Let a partner live at a home's broker, for as long as the server serves."""
-    live_beside(app, lambda: live_at_home(Asker.within(app), broker, name))
+    live_beside(app, lambda: live_at_home(Asker.within(app), broker, name, clock))
 
 
 async def live_at_home(

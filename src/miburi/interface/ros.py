@@ -126,12 +126,22 @@ class Stamps:
         return self._clock()
 
 
-def add_ros(app: FastAPI, partner: LivePartner, network: RosNetwork) -> None:
+def add_ros(
+    app: FastAPI,
+    partner: LivePartner,
+    network: RosNetwork,
+    clock: Callable[[], float] = time.monotonic,
+) -> None:
     """Let a partner live in a ROS network, for as long as the server serves."""
-    live_beside(app, lambda: live_in_ros(Asker.within(app), partner, network))
+    live_beside(app, lambda: live_in_ros(Asker.within(app), partner, network, clock))
 
 
-async def live_in_ros(asker: Asker, partner: LivePartner, network: RosNetwork) -> None:
+async def live_in_ros(
+    asker: Asker,
+    partner: LivePartner,
+    network: RosNetwork,
+    clock: Callable[[], float] = time.monotonic,
+) -> None:
     """Tell a ROS network about a partner until cancelled; what fails is said and begun anew.
 
     Parameters
@@ -142,12 +152,14 @@ async def live_in_ros(asker: Asker, partner: LivePartner, network: RosNetwork) -
         What is told: it is only looked at.
     network
         The network.
+    clock
+        Gives s, for the rate of wishes.
     """
     while True:
         try:
             domain = Domain(network.domain, network.config)
             try:
-                await _Door(asker, partner, network).live()
+                await _Door(asker, partner, network, Allowance(RATE, BURST, clock)).live()
             finally:
                 del domain  # this closes it, with all that is in it
         except Exception as error:  # whatever fails here, all else lives on
@@ -200,10 +212,12 @@ class _Inlet(Generic[_Message]):
 class _Door:
     """One participant, its writers and its inlets."""
 
-    def __init__(self, asker: Asker, partner: LivePartner, network: RosNetwork) -> None:
+    def __init__(
+        self, asker: Asker, partner: LivePartner, network: RosNetwork, wishes: Allowance
+    ) -> None:
         self._asker, self._partner, self._network = asker, partner, network
         self._stamps = Stamps()
-        self.wishes = Allowance(RATE, BURST)
+        self.wishes = wishes
         self.participant = DomainParticipant(network.domain)
         self._joints = self._writer("joint_states", JointStateMsg)
         self._frames = self._writer("/tf", TFMessageMsg)

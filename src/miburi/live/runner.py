@@ -26,7 +26,7 @@ from miburi.live.observer import Observer
 from miburi.live.recording import Felt, step_messages
 from miburi.live.speaker import Speaker, speaking_time
 from miburi.live.state import Entry, MotorsOut, Sample, Snapshot, Spoken
-from miburi.live.watchdog import Watchdog
+from miburi.live.watchdog import USUAL, Lateness, Watchdog
 from miburi.partner import Event, Partner, Solve, solve_with
 from miburi.robot import Array, Robot, forward
 from miburi.safety.contact import Rule
@@ -73,6 +73,8 @@ class Runner:
         The gestures; by default those that ship with Miburi.
     solve
         The inverse kinematics; by default Miburi's own way.
+    lateness
+        How late a step may be until the watchdog stops the body.
     """
 
     def __init__(
@@ -87,6 +89,7 @@ class Runner:
         rule: Rule | None = None,
         repertoire: Repertoire | None = None,
         solve: Solve | None = None,
+        lateness: Lateness = USUAL,
     ) -> None:
         self.robot = robot
         self.repertoire = repertoire or shipped_repertoire()
@@ -101,19 +104,16 @@ class Runner:
         self._commands = Commands(self._stop)
         self._thread: threading.Thread | None = None
         self._ending, self._over = threading.Event(), threading.Event()
-        self._watchdog = Watchdog(STEP, self._halt, lambda: self._give_up("hangs"))
-        self._was_late = False
+        self._watchdog = Watchdog(STEP, self._halt, lambda: self._give_up("hangs"), lateness)
+        self._was_late, self._failures, self._patience = False, 0, 0.0
         self._snapshot: Snapshot
-        self._failures = 0
         self._on_failure: Callable[[], None] = lambda: None
         #: Why the loop had to be given up; None while it lives.
         self.failure: str | None = None
-        self._patience = 0.0
         self._log = Log()
         self._felt: list[Felt] = []  # since the last step
         self._samples: deque[tuple[int, Sample]] = deque(maxlen=SAMPLED)
-        self._serial = 0
-        self._stop_seen_in = 0  # the serial of the first state with the latest Stop in it
+        self._serial = self._stop_seen_in = 0  # that of the first state with the latest Stop in it
         self._speaker = Speaker(seed)
         self._paused = self._at_home = False
         self._use(body, port, make_body(body, robot, port, rule))

@@ -7,12 +7,24 @@ The loop calls :meth:`Watchdog.beat` at every step; a thread of its own calls
 import threading
 import time
 from collections.abc import Callable
+from typing import NamedTuple
 
-__all__ = ["DEAD", "LATE", "Watchdog"]
+__all__ = ["USUAL", "Lateness", "Watchdog"]
 
-#: s without a step after which the body is stopped, and after which the loop is given up (ours).
-LATE, DEAD = 0.25, 10.0
 _LOOK = 0.05
+
+
+class Lateness(NamedTuple):
+    """How late a beat may be, s, until the body is stopped, and until its loop is given up (ours).
+
+    A slow computer, and a test that is not about lateness, may need more.
+    """
+
+    stop: float = 0.25
+    give_up: float = 10.0
+
+
+USUAL = Lateness()
 
 
 class Watchdog:
@@ -24,6 +36,8 @@ class Watchdog:
         Of the beats, s.
     late, dead
         Called once when a beat is so much too late; a beat that comes after all ends lateness.
+    lateness
+        How much is too late.
     clock
         Gives s.
     """
@@ -33,9 +47,11 @@ class Watchdog:
         period: float,
         late: Callable[[], None],
         dead: Callable[[], None],
+        lateness: Lateness = USUAL,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._period, self._late, self._dead, self._clock = period, late, dead, clock
+        self._lateness = lateness
         self._beat = clock()
         self._is_late = self._is_dead = False
 
@@ -47,10 +63,10 @@ class Watchdog:
     def look(self) -> None:
         """See how late the loop is."""
         behind = self._clock() - self._beat - self._period
-        if behind > LATE and not self._is_late:
+        if behind > self._lateness.stop and not self._is_late:
             self._is_late = True
             self._late()
-        if behind > DEAD and not self._is_dead:
+        if behind > self._lateness.give_up and not self._is_dead:
             self._is_dead = True
             self._dead()
 
