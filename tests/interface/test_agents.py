@@ -14,7 +14,14 @@ import pytest
 from mcp import Client, StdioServerParameters
 from mcp.client.stdio import stdio_client
 from mcp.client.streamable_http import streamable_http_client
-from tests.fixtures.live import Server, interface, own_environment, serving, stays_stopped
+from tests.fixtures.live import (
+    Server,
+    block_the_right_arm,
+    interface,
+    own_environment,
+    serving,
+    stays_stopped,
+)
 from tests.fixtures.live import until as run_until
 from tests.fixtures.waiting import PATIENCE, PAUSE, post
 
@@ -39,8 +46,6 @@ INITIALIZE = {
         "clientInfo": {"name": "test", "version": "1"},
     },
 }
-#: Where the right arm passes in a wide gesture of happiness.
-IN_THE_WAY = (0.12, -0.11, 0.12)
 
 
 class Clock:
@@ -178,7 +183,7 @@ def test_all_that_an_agent_must_read_is_short(door: Server) -> None:
 
 def test_a_contact_ends_an_agents_gesture_and_the_agent_is_told_why(door: Server) -> None:
     async def work(agent: Agent) -> None:
-        partner.place_hand(IN_THE_WAY, (1, 0, 0))
+        await asyncio.to_thread(block_the_right_arm, partner)
         told = await agent.call("gesture", feeling="happiness", intensity=1)
         assert re.match(r"The body is stopped: its \w+ \w+ met something with \d+\.\d N\.", told)
         assert "goes on by itself" in told

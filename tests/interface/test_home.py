@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 from tests.fixtures.broker import Listener, Mosquitto, at_home, start_broker
-from tests.fixtures.live import stays_stopped
+from tests.fixtures.live import block_the_right_arm, stays_stopped
 from tests.fixtures.waiting import until
 
 from miburi.feelings import FEELINGS
@@ -32,7 +32,6 @@ DOCUMENTED: dict[str, tuple[set[str], set[str]]] = {
     "text": ({"command_topic"}, {"min", "max", "mode", "pattern", "state_topic"}),
     "button": ({"command_topic"}, {"payload_press"}),
 }
-IN_THE_WAY = (0.12, -0.11, 0.12)
 
 
 @pytest.fixture
@@ -93,7 +92,7 @@ def test_a_home_finds_it_and_hears_what_it_feels(home: RemotePartner, listener: 
 def test_a_contact_is_told_with_its_motor_and_its_force(
     home: RemotePartner, listener: Listener
 ) -> None:
-    home.place_hand(IN_THE_WAY, (1, 0, 0))
+    block_the_right_arm(home)
     listener.say(TOPICS.feel, '{"feeling": "happiness", "strength": 1.0}')
     news = StopNews.model_validate_json(listener.hear(TOPICS.stops))
     assert news.event_type is StopReason.CONTACT

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
-from tests.fixtures.live import address, stays_stopped
+from tests.fixtures.live import address, block_the_right_arm, stays_stopped
 from tests.fixtures.ros import DOMAIN, TAG, Peer, Told, in_ros
 from tests.fixtures.ros_peer import EXPRESSION
 from tests.fixtures.waiting import until
@@ -32,7 +32,6 @@ DIAGNOSES = "diagnostic_msgs/msg/DiagnosticArray"
 STRING = "std_msgs/msg/String"
 EMPTY = "std_msgs/msg/Empty"
 EXPRESSED = "hri_msgs/msg/Expression"
-IN_THE_WAY = (0.12, -0.11, 0.12)
 OK, WARNING, ERROR, STALE = range(4)
 
 
@@ -149,7 +148,7 @@ def test_a_contact_is_told_with_its_motor_and_its_force(door: RemotePartner, pee
         "values": [],
     }
     assert [one["name"] for one in calm["status"][1:]] == [f"miburi: {j}" for j in JOINTS]
-    door.place_hand(IN_THE_WAY, (1, 0, 0))
+    block_the_right_arm(door)
     door.stimulate(Stimulus("happiness", 1.0, "speech"))
     told = hear_stop(peer, lambda values: float(values.get("force_N", 0)) > 0)
     stop = values(told)
