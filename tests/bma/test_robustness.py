@@ -1,7 +1,5 @@
 """What functions, bounds and callers may do to the optimiser without breaking it."""
 
-import pickle
-
 import numpy as np
 import pytest
 import scipy.optimize
@@ -26,7 +24,7 @@ def inside(x, box=BOX):
 
 
 class TestInfinity:
-    @pytest.mark.parametrize("seed", range(20))
+    @pytest.mark.parametrize("seed", range(6))
     def test_with_the_minimum_at_the_edge_of_what_is_allowed(self, seed):
         def function(x):
             inside(x)
@@ -35,7 +33,7 @@ class TestInfinity:
         result = bma.minimize(function, BOX, seed=seed)
         assert 0.5 <= result.value <= 0.505
 
-    @pytest.mark.parametrize("seed", range(20))
+    @pytest.mark.parametrize("seed", range(6))
     def test_where_it_begins(self, seed):
         def function(x):
             inside(x)
@@ -53,10 +51,18 @@ class TestInfinity:
         assert result.x[0] >= 0.3
         assert result.value == pytest.approx(0.01, abs=1e-4)
 
-    def test_everywhere_is_an_answer_without_a_value(self):
-        result = bma.minimize(lambda x: np.inf * inside(x).size, BOX, settings=QUICK)
-        assert result.value == np.inf
+    @pytest.mark.parametrize("settings", [QUICK, QUICK_RESIDUAL], ids=["gradient", "residual"])
+    def test_everywhere_is_said_and_is_no_success(self, settings):
+        result = bma.minimize(
+            lambda x: np.full(2, np.inf) * inside(x)[0] ** 0, BOX, settings=settings
+        )
+        assert (result.value, result.status) == (np.inf, bma.NOTHING_ALLOWED)
         inside(result.x)
+        found = scipy.optimize.minimize(
+            lambda x: np.inf, np.zeros(3), method=bma.scipy_method, bounds=BOX,
+            options={"settings": QUICK},
+        )  # fmt: skip
+        assert (found.success, found.status, found.message) == (False, 2, bma.NOTHING_ALLOWED)
 
     def test_below_zero_is_the_least_value_there_is(self):
         result = bma.minimize(lambda x: -np.inf if x[0] > 1.9 else x[0], BOX)
@@ -90,7 +96,7 @@ class TestValues:
             bma.minimize(lambda x: value, BOX, settings=settings)
 
     def test_that_change_their_shape_are_refused(self):
-        with pytest.raises(InputError, match=r"shape|as many"):
+        with pytest.raises(InputError, match=r"shape|one length"):
             bma.minimize(lambda x: np.ones(2 if x[0] > 0.1 else 3), BOX, settings=QUICK_RESIDUAL)
 
     @pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt, ZeroDivisionError])
@@ -121,12 +127,12 @@ class TestValues:
 
 
 @given(
-    dimensions=st.sampled_from([1, 2, 7, 200]),
+    dimensions=st.sampled_from([1, 2, 7, 40]),
     seed=st.integers(0, 2**63 - 1),
     values=st.lists(st.floats(allow_nan=False, width=64), min_size=1, max_size=6),
     local_search=st.sampled_from(["gradient", "residual"]),
 )
-@hypothesis_settings(max_examples=60, deadline=None)
+@hypothesis_settings(max_examples=40, deadline=None)
 def test_whatever_the_values_the_box_is_kept(dimensions, seed, values, local_search):
     """The function makes no sense: it returns given numbers in turn, infinite ones among them."""
     box = [(-1.0, 3.0)] * dimensions
@@ -148,14 +154,14 @@ def test_whatever_the_values_the_box_is_kept(dimensions, seed, values, local_sea
 
 
 @given(low=st.floats(), high=st.floats())
-@hypothesis_settings(max_examples=200, deadline=None)
+@hypothesis_settings(max_examples=60, deadline=None)
 def test_bounds_are_a_box_or_refused(low, high):
     def function(x):
         assert low <= x[0] <= high
         return float(x[0] > 0)
 
     width = high - low
-    if np.isfinite(low) and np.isfinite(high) and low < high and np.isfinite(width):
+    if np.isfinite(low) and np.isfinite(high) and low <= high and np.isfinite(width):
         result = bma.minimize(function, [(low, high)], settings=QUICK)
         assert low <= result.x[0] <= high
     else:
@@ -174,7 +180,11 @@ def test_one_variable_and_two_hundred(dimensions):
 @pytest.mark.parametrize(
     "bad", [{"bounds": [(0, 1j)]}, {"bounds": BOX, "start": "here"}, {"bounds": BOX, "start": [0]},
             {"bounds": BOX, "start": [0, 1j, 0]}, {"bounds": BOX, "start": [0, 9, 0]},
-            {"bounds": BOX, "deadline": "soon"}, {"bounds": BOX, "deadline": 0}], ids=str
+            {"bounds": BOX, "deadline": "soon"}, {"bounds": BOX, "deadline": 0},
+            {"bounds": [("0", "1")]}, {"bounds": [(0, 10**400)]},
+            {"bounds": BOX, "settings": "paper"},
+            {"bounds": BOX, "jacobian": lambda x: np.zeros(2)}],
+    ids=lambda bad: str(bad)[:40],
 )  # fmt: skip
 def test_arguments_that_make_no_sense_are_refused(bad):
     with pytest.raises(InputError):
@@ -182,11 +192,23 @@ def test_arguments_that_make_no_sense_are_refused(bad):
 
 
 def test_unknown_options_are_refused():
-    with pytest.raises(InputError, match=r"settings, seed and deadline, got maxiter"):
+    with pytest.raises(InputError, match=r"maxiter and tol, got popsize"):
         scipy.optimize.minimize(
             lambda x: x[0], np.zeros(3), method=bma.scipy_method, bounds=BOX,
-            options={"maxiter": 3},
+            options={"popsize": 3},
         )  # fmt: skip
+
+
+def test_a_fixed_variable_stays_where_it_is():
+    def function(x):
+        assert x[1] == 0.7
+        return float((x[0] - 0.3) ** 2 + x[1])
+
+    for settings in (QUICK, bma.Settings.paper()):
+        result = bma.minimize(function, [(-1, 1), (0.7, 0.7)], settings=settings)
+        assert result.x == pytest.approx([0.3, 0.7], abs=1e-3)
+    residuals = bma.minimize(lambda x: x - 0.5, [(0, 1), (0.7, 0.7)], settings=QUICK_RESIDUAL)
+    assert residuals.x == pytest.approx([0.5, 0.7])
 
 
 class TestAskAndTell:
@@ -214,20 +236,3 @@ class TestAskAndTell:
         assert np.array_equal(search.ask(), points)
         search.tell([1.0])
         assert search.result.evaluations == 1
-
-    @pytest.mark.parametrize("rounds", [0, 1, 5, 40])
-    def test_a_pickled_search_goes_on_where_it_was(self, rounds):
-        search = bma.Optimizer(BOX, seed=np.random.default_rng(4), settings=QUICK)
-        for _ in range(rounds):
-            search.tell([float(np.sum(x**2)) for x in search.ask()])
-        again = pickle.loads(pickle.dumps(search))
-        while not search.finished:
-            points = search.ask()
-            assert np.array_equal(points, again.ask())
-            values = [float(np.sum(x**2)) for x in points]
-            search.tell(values)
-            again.tell(values)
-        assert again.result.x.tobytes() == search.result.x.tobytes()
-        assert again.result.status == search.result.status
-        ended = pickle.loads(pickle.dumps(search))
-        assert ended.result.status == search.result.status

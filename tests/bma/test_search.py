@@ -40,7 +40,11 @@ class TestMinimize:
 
     def test_the_same_seed_gives_the_same_result_and_another_seed_another(self):
         settings = bma.Settings(generations=2, target=-np.inf, first_iterations=0)
-        a, b, c = (bma.minimize(sphere, BOX, settings=settings, seed=s) for s in (1, 1, 2))
+
+        def waves(x):
+            return sphere(x) + float(np.sum(np.cos(40 * x)))
+
+        a, b, c = (bma.minimize(waves, BOX, settings=settings, seed=s) for s in (1, 1, 2))
         assert a.x.tobytes() == b.x.tobytes()
         assert a.x.tobytes() != c.x.tobytes()
 
@@ -144,6 +148,70 @@ class TestKnownOptima:
             assert result.status == bma.CONVERGED, (seed, result)
 
 
+class TestUnits:
+    """The result does not depend on the unit of a variable or of the value."""
+
+    @pytest.mark.parametrize("value", [1e-6, 1.0, 1e6])
+    @pytest.mark.parametrize("size", [1e-6, 1.0, 1e6])
+    def test_a_sphere_is_found_in_any(self, value, size):
+        box = [(-4.0 * size, 6.0 * size)] * 3
+        settings = bma.Settings(generations=1)
+        result = bma.minimize(lambda x: value * float(np.sum(x**2)), box, settings=settings)
+        assert result.value <= 1e-12
+        same = bma.minimize(lambda x: float(np.sum(x**2)), [(-4.0, 6.0)] * 3, settings=settings)
+        assert result.evaluations == pytest.approx(same.evaluations, rel=0.1)
+
+    @pytest.mark.parametrize("unit", [1e-6, 1.0, 1e6])
+    def test_rosenbrock_takes_as_many_steps_in_any(self, unit):
+        box = [(-2.0 * unit, 3.0 * unit)] * 2
+        found = bma.minimize(
+            lambda x: unit * rosenbrock_residuals(x / unit), box,
+            settings=bma.Settings(local_search="residual"),
+        )  # fmt: skip
+        assert found.status == bma.CONVERGED
+        assert found.evaluations <= 200
+        assert np.allclose(found.x, unit, rtol=1e-6)
+
+
+class TestFewEvaluations:
+    @pytest.mark.parametrize("offset", [0.0, 3.0])
+    @pytest.mark.parametrize("unit", [1e-6, 1.0, 1e6])
+    def test_linear_residuals_are_known_to_be_done(self, offset, unit):
+        """Also where none of them comes to 0, so that no value says that the search is over."""
+        generator = np.random.default_rng(0)
+        matrix, beside = generator.normal(size=(6, 3)), offset * generator.normal(size=6)
+        wanted = matrix @ [0.3, -0.2, 0.7] + beside
+        found = bma.minimize(
+            lambda x: unit * (matrix @ x - wanted), [(-9.0, 8.0)] * 3,
+            settings=bma.Settings(local_search="residual"),
+        )  # fmt: skip
+        assert found.status == bma.CONVERGED
+        assert found.evaluations <= 100
+        assert np.allclose(found.x, np.linalg.lstsq(matrix, wanted, rcond=None)[0], atol=1e-6)
+
+    @pytest.mark.parametrize("start", [None, (-1.2, 1.0), (2.0, -2.0)])
+    def test_rosenbrock_by_gradients(self, start):
+        values = []
+
+        def rosenbrock(x):
+            values.append(float(np.sum(rosenbrock_residuals(x) ** 2)))
+            return values[-1]
+
+        bma.minimize(rosenbrock, [(-2.0, 3.0)] * 2, start=start)
+        assert min(values[:2000]) <= 1e-6
+
+    def test_given_derivatives_take_the_place_of_evaluations(self):
+        def jacobian(x):
+            return [[-1.0, 0.0], [-20.0 * x[0], 10.0]]
+
+        settings = bma.Settings(local_search="residual")
+        box = [(-2.0, 3.0)] * 2
+        found = bma.minimize(rosenbrock_residuals, box, settings=settings, jacobian=jacobian)
+        alone = bma.minimize(rosenbrock_residuals, box, settings=settings)
+        assert found.evaluations < 0.5 * alone.evaluations
+        assert np.allclose(found.x, 1.0)
+
+
 class TestOptimizer:
     def test_asking_and_telling_is_minimising(self):
         search = bma.Optimizer(BOX, seed=3, settings=bma.Settings(generations=2))
@@ -184,6 +252,21 @@ class TestScipyMethod:
         assert np.allclose(result.x, 0.7, atol=1e-5)
         assert result.nfev > 0
 
+    def test_takes_scipys_own_options_and_derivatives(self):
+        def call(**more):
+            return scipy.optimize.minimize(
+                lambda x: float(np.sum((x - 0.7) ** 2)), [0.0, 0.0], method=bma.scipy_method,
+                bounds=[(-2, 3)] * 2, **more,
+            )  # fmt: skip
+
+        assert call(options={"maxiter": 2}).nit == 2
+        assert call(options={"maxiter": 2}).status == 1
+        coarse = call(tol=0.5, options={"maxiter": 0})
+        assert coarse.nfev < call(options={"maxiter": 0}).nfev
+        with_slopes = call(jac=lambda x: 2.0 * (x - 0.7))
+        assert with_slopes.nfev < call().nfev
+        assert np.allclose(with_slopes.x, 0.7)
+
     def test_needs_bounds(self):
         with pytest.raises(InputError, match="bounds"):
             scipy.optimize.minimize(sphere, np.zeros(4), method=bma.scipy_method)
@@ -205,6 +288,10 @@ class TestSettings:
             ("target", np.nan),
             ("local_search", "newton"),
             ("patience", True),
+            ("generations", 10**400),
+            ("clones", 10**9),
+            ("target", 10**400),
+            ("relative", 1),
         ],
     )
     def test_refuse_what_is_not_allowed_and_say_what_is(self, name, value):
@@ -222,12 +309,11 @@ class TestSettings:
         )
         assert (p.transferred, p.local_probability, p.local_iterations) == (1, 0.2, 8)
         assert (p.damping, p.gradient_tolerance) == (1.0, 1e-4)
-        assert (p.local_search, p.first_iterations, p.ends, p.patience) == ("gradient", 0, 0, 0)
+        assert (p.local_search, p.first_iterations, p.ends, p.patience) == ("printed", 0, 0, 0)
+        assert (p.relative, p.local_first, p.target) == (False, False, -np.inf)
 
 
-@pytest.mark.parametrize(
-    "bounds", [[], [(0, 0)], [(1, 0)], [(0, np.inf)], [(0, np.nan)], [0, 1], "box"]
-)
+@pytest.mark.parametrize("bounds", [[], [(1, 0)], [(0, np.inf)], [(0, np.nan)], [0, 1], "box"])
 def test_bounds_that_are_no_box_are_refused(bounds):
     with pytest.raises(InputError, match="bounds"):
         bma.minimize(sphere, bounds)

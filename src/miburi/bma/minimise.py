@@ -2,24 +2,27 @@
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from miburi.bma.local import Jacobian
 from miburi.bma.search import Optimizer
 from miburi.bma.settings import (
+    BUDGET_SPENT,
     CONVERGED,
     DEADLINE,
     SETTLED,
     STOPPED,
     Array,
     SearchResult,
-    Seed,
     Settings,
-    clock_limit,
+    checked_settings,
 )
 from miburi.errors import InputError
+from miburi.ground.arguments import Seed, clock_limit
 
 __all__ = ["minimize", "scipy_method"]
 
@@ -33,6 +36,7 @@ def minimize(
     seed: Seed = 0,
     deadline: float | None = None,
     callback: Callable[[SearchResult], bool | None] | None = None,
+    jacobian: Jacobian | None = None,
 ) -> SearchResult:
     """Find the least value of a function in a box.
 
@@ -42,15 +46,8 @@ def minimize(
         Takes a point, (n,), and returns a number, or residuals, (m,), whose sum of squares is
         minimised; an array of one number is that number, unless the settings ask for residuals.
         Infinity marks a point that is not allowed.
-    bounds
-        (n, 2): the least and greatest value of each variable; the function is never called
-        outside.
-    start
-        (n,) inside the bounds; the middle of the box where none is given.
-    settings
-        How to search; :class:`Settings` where none is given.
-    seed
-        A whole number from 0, or a NumPy generator: the same seed gives the same result.
+    bounds, start, settings, seed, jacobian
+        As in :class:`Optimizer`. The function is never called outside of the bounds.
     deadline
         Seconds after which the best so far is returned, above 0.
     callback
@@ -65,7 +62,7 @@ def minimize(
         The function raised StopIteration; whatever else it raises goes through.
     """
     limit = clock_limit(deadline)
-    search = Optimizer(bounds, start=start, settings=settings, seed=seed)
+    search = Optimizer(bounds, start=start, settings=settings, seed=seed, jacobian=jacobian)
     generations = 0
     while not search.finished:
         try:
@@ -94,22 +91,27 @@ def scipy_method(
     bounds: Any = None,
     callback: Callable[[Any], Any] | None = None,
     constraints: Any = (),
-    jac: Any = None,  # noqa: ARG001  (SciPy always passes the derivatives)
-    hess: Any = None,  # noqa: ARG001  (as jac)
-    hessp: Any = None,  # noqa: ARG001  (as jac)
+    jac: Any = None,
+    hess: Any = None,  # noqa: ARG001  (SciPy always passes it)
+    hessp: Any = None,  # noqa: ARG001  (as hess)
     settings: Settings | None = None,
     seed: Seed = 0,
     deadline: float | None = None,
+    maxiter: int | None = None,
+    tol: float | None = None,
     **unknown: Any,
 ) -> Any:
     """Serve as ``method`` of ``scipy.optimize.minimize``.
 
     ``scipy.optimize.minimize(f, x0, method=bma.scipy_method, bounds=…, options={"seed": 1})``;
-    settings, seed and deadline are options, as in :func:`minimize`. Derivatives are not used.
+    settings, seed and deadline are options, as in :func:`minimize`. So are SciPy's own maxiter,
+    the generations, and tol, the length of the gradient at which a local search ends. ``jac`` is
+    used, the Hessian is not.
 
     Returns
     -------
-    scipy.optimize.OptimizeResult, with ``success`` where the search converged or settled.
+    scipy.optimize.OptimizeResult, with ``success`` where the search converged or settled; its
+    ``status`` is 0 there, 1 where the budget was spent, and 2 otherwise.
 
     Raises
     ------
@@ -124,17 +126,22 @@ def scipy_method(
         )
     if unknown:
         raise InputError(
-            f"The options are settings, seed and deadline, got {', '.join(sorted(unknown))}."
+            "The options are settings, seed, deadline, maxiter and tol, "
+            f"got {', '.join(sorted(unknown))}."
         )
     if constraints:
         raise InputError("The memetic algorithm knows no constraints but bounds; leave them out.")
     if not isinstance(bounds, list | tuple | np.ndarray):  # scipy.optimize.Bounds
         bounds = np.column_stack(np.broadcast_arrays(bounds.lb, bounds.ub, np.asarray(x0))[:2])
+    settings = checked_settings(settings)
+    settings = settings if maxiter is None else replace(settings, generations=maxiter)
+    settings = settings if tol is None else replace(settings, gradient_tolerance=tol)
     found = minimize(
         lambda x: fun(x, *args),
         bounds,
         start=x0,
         settings=settings,
+        jacobian=(lambda x: jac(x, *args)) if callable(jac) else None,
         seed=seed,
         deadline=deadline,
         callback=None if callback is None else lambda result: callback(result.x),
@@ -145,5 +152,6 @@ def scipy_method(
         nfev=found.evaluations,
         nit=found.generations,
         success=found.status in (CONVERGED, SETTLED),
+        status={CONVERGED: 0, SETTLED: 0, BUDGET_SPENT: 1}.get(found.status, 2),
         message=found.status,
     )

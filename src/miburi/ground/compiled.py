@@ -32,7 +32,7 @@ _OPTIONS: dict[str, Any] = {
     "fastmath": {"contract", "nsz", "arcp"},
 }
 #: The folders, from the package's root, of the modules with compiled functions.
-FOLDERS = ("bma", "ik", "servos")
+FOLDERS = ("ik", "servos")
 
 
 def state_of_sources(root: Path) -> str:
@@ -147,7 +147,7 @@ def announcement() -> str:
             "at every start: no cache folder can be written; set NUMBA_CACHE_DIR to one that can"
         )
     return (
-        "Miburi compiles its solver, which takes 15 to 40 s, and minutes on a Raspberry Pi "
+        "Miburi compiles its solver, which takes 5 to 20 s, and a minute or two on a Raspberry Pi "
         f"({often})."
     )
 

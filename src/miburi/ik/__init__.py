@@ -1,4 +1,4 @@
-"""Inverse kinematics: from nine coordinates to eight angles, by local search or the paper's BMA.
+"""Inverse kinematics: from nine coordinates to eight angles, exactly or by the paper's BMA.
 
 >>> from miburi import ik
 >>> from miburi.robot import forward, iphonoid
@@ -8,12 +8,10 @@
 """
 
 from miburi.bma.settings import BUDGET_SPENT, CONVERGED, DEADLINE
-from miburi.ik.problem import FARTHEST
+from miburi.ik.problem import FARTHEST, REACHED, TOLERANCE
 from miburi.ik.solver import (
     NEAR,
     OUT_OF_REACH,
-    REACHED,
-    TOLERANCE,
     Solution,
     Solutions,
     residual_settings,

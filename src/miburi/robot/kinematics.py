@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from miburi.errors import InputError
+from miburi.ground.arguments import real_numbers
 from miburi.robot.description import Array, Robot
 
 __all__ = ["finite_array", "forward", "jacobian"]
@@ -121,12 +122,7 @@ def finite_array(values: ArrayLike, width: int, name: str) -> Array:
     InputError
         The shape is wrong, or a value is not a finite number.
     """
-    try:
-        if np.iscomplexobj(values) or np.ma.is_masked(values):
-            raise TypeError("complex and masked numbers are not allowed")
-        array = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{name} must be {width} real numbers, got {values!r}.") from error
+    array = real_numbers(values, name, f"{width} real numbers")
     if array.ndim not in (1, 2) or array.shape[-1] != width:
         raise InputError(
             f"{name} must have the shape ({width},) or (n, {width}), got {array.shape}."

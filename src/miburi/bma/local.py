@@ -1,0 +1,179 @@
+"""The local searches: from one bacterium downhill, by Eq. 12 as printed or by damped Newton steps.
+
+Each is a generator: it yields points, (k, n), is sent what the function said there, (k, m)
+residuals or (k, 1) values, and changes its bacterium in place.
+"""
+
+from collections.abc import Callable, Generator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from miburi.bma import operators as op
+from miburi.bma.settings import Array, Settings
+from miburi.errors import InputError
+from miburi.ground.arguments import real_numbers
+
+__all__ = ["Jacobian", "LocalSearch", "Problem", "inside", "search_locally"]
+
+#: From a point, (n,), to the derivatives of what the function returns: (m, n), or (n,).
+Jacobian = Callable[[Array], ArrayLike]
+#: Yields points, is sent what the function said there, and returns the value that it came to, and
+#: whether the function proved to be linear residuals.
+LocalSearch = Generator[Array, Array, tuple[float, bool]]
+
+_ROUNDING = 1e-16  # a gain by a smaller share is none
+_FIRST = 0.05  # the first step of a local search by gradients, in ranges of the variables
+_WIDE = 0.01  # a step by this share of a range tells a linear function from a bent one
+_SWEEPS = 3  # a local search sets out from the ends at most this many times
+
+
+class Problem(NamedTuple):
+    """The box, how to search in it, and the derivatives if they are known."""
+
+    lower: Array
+    upper: Array
+    settings: Settings
+    jacobian: Jacobian | None
+
+    @property
+    def by_residual(self) -> bool:
+        """Whether the searches see residuals, or only the value."""
+        return self.settings.local_search == "residual"
+
+
+def search_locally(
+    problem: Problem, x: Array, told: Array | None, best: float, iterations: int
+) -> LocalSearch:
+    """Improve a bacterium in place. The function said ``told`` there; the best known is ``best``.
+
+    ``told`` is a value, (1,), or residuals, (m,); None asks for them.
+    """
+    if told is None:
+        told = (yield x[None])[0].copy()
+    if problem.by_residual:
+        return (yield from _search_from_ends(problem, x, told, best, iterations))
+    if told[0] == np.inf:
+        return np.inf, False  # a point that is not allowed has no slope
+    if problem.settings.local_search == "printed":
+        return (yield from _search_as_printed(problem, x, told, iterations))
+    return (yield from _descend(problem, x, told, best, iterations))
+
+
+def _search_as_printed(problem: Problem, x: Array, told: Array, iterations: int) -> LocalSearch:
+    """Eq. 12, with γ and τ as absolute numbers."""
+    damping, gradient = problem.settings.damping, np.empty(0)
+    for _ in range(iterations):
+        if not gradient.size:
+            gradient = (yield from _slopes(problem, x, told))[0]
+        if np.sqrt(gradient @ gradient) <= problem.settings.gradient_tolerance:
+            break
+        step, predicted = op.printed_step(gradient, damping)
+        new = inside(problem, x, step)
+        found = (yield new[None])[0]
+        damping = op.damped(damping, float(found[0] - told[0]), predicted)
+        if found[0] < told[0]:
+            told, x[:], gradient = found, new, np.empty(0)
+    return float(told[0]), False
+
+
+def _search_from_ends(
+    problem: Problem, x: Array, told: Array, best: float, iterations: int
+) -> LocalSearch:
+    """Search by residuals, then from clones with one variable at an end, while that helps."""
+    ends = problem.settings.ends
+    value, linear = yield from _descend(problem, x, told, best, iterations)
+    for _ in range(_SWEEPS if ends else 0):
+        clones = op.ends(x, problem.lower, problem.upper)
+        rows = yield clones
+        order = op.promising(x, problem.lower, problem.upper, np.einsum("ij,ij->i", rows, rows))
+        for new in clones[order[:ends]]:
+            told, best = (yield new[None])[0].copy(), min(best, value)
+            new_value, _ = yield from _descend(problem, new, told, best, iterations)
+            if new_value < value * (1.0 - op.SLIGHT):
+                value, x[:] = new_value, new
+                break
+        else:
+            break
+    return value, linear
+
+
+def _descend(problem: Problem, x: Array, told: Array, best: float, iterations: int) -> LocalSearch:
+    """Take damped Newton steps from ``x``, where the function said ``told``, (m,) or (1,).
+
+    Half the Hessian is JᵀJ of residuals; of other functions, what the gradients on the way tell
+    (BFGS). Steps and derivatives count each variable in ``scale``.
+    """
+    settings, by_residual = problem.settings, problem.by_residual
+    width = problem.upper - problem.lower
+    scale = np.where(settings.relative & (width > 0.0), width, 1.0)
+    value = float(told @ told if by_residual else told[0])
+    gradient, normal, step = np.zeros(x.size), np.empty((0, 0)), np.zeros(x.size)
+    damping, unit, known, far, linear = 0.0, 1.0, 0, 0.0, by_residual
+    accepted = bool(np.isfinite(value))
+    for _ in range(iterations if accepted else 0):
+        if accepted:
+            old, slopes = gradient, (yield from _slopes(problem, x, told)) * scale
+            if by_residual:
+                gradient, normal = 2.0 * told @ slopes, slopes.T @ slopes
+            else:
+                gradient = slopes[0]
+                normal = _learn(known, normal, step, gradient, old)
+            if known < (1 if by_residual else 2):
+                greatest = float(normal.diagonal().max()) if settings.relative else 1.0
+                damping, unit = settings.damping, greatest or 1.0
+            known += 1
+        moves = op.free(x, gradient, problem.lower, problem.upper)
+        if np.sqrt(gradient[moves] @ gradient[moves]) <= settings.gradient_tolerance:
+            break
+        new = inside(problem, x, op.newton_step(normal, gradient, moves, damping * unit) * scale)
+        step = (new - x) / scale
+        predicted = float(gradient @ step + step @ normal @ step)
+        if settings.relative and -predicted <= _ROUNDING * abs(value):
+            break
+        found = (yield new[None])[0].copy()
+        gain = value - float(found @ found if by_residual else found[0])
+        damping = op.damped(damping, -gain, predicted)
+        linear &= abs(gain + predicted) <= op.SLIGHT * -predicted + 1e-14 * abs(value)
+        accepted = gain > 0.0
+        if accepted:
+            told, value, x[:] = found, value - gain, new
+            best, far = min(best, value), max(far, float(np.abs(step).max()))
+            # ours, not the paper's: a thousand such gains would not reach the best value known
+            slight = (1e-8 if by_residual else _ROUNDING) * abs(value)
+            if value - 1e3 * gain > best or gain <= slight:
+                break
+    # residuals whose linear model has foretold every step, and a wide one, are linear
+    return value, bool(linear and settings.relative and far >= _WIDE)
+
+
+def _learn(known: int, normal: Array, step: Array, gradient: Array, old: Array) -> Array:
+    """Return half the Hessian after a ``gradient``: before it, this many were ``known``."""
+    if known == 0:  # as much as makes the first step as long as it should be
+        return np.eye(gradient.size) * float(np.linalg.norm(gradient)) / (2.0 * _FIRST)
+    change = gradient - old
+    along = float(step @ change)
+    if known == 1 and along > 0.0:
+        normal = np.eye(gradient.size) * float(change @ change) / (2.0 * along)
+    return op.curve(normal, step, change)
+
+
+def _slopes(problem: Problem, x: Array, told: Array) -> Generator[Array, Array, Array]:
+    """Return the derivatives at ``x`` of what was ``told`` there, (m, n)."""
+    if problem.jacobian is not None:
+        wanted = f"finite derivatives of the shape {(told.size, x.size)}"
+        given = np.atleast_2d(real_numbers(problem.jacobian(x), "jacobian(x)", wanted))
+        if given.shape != (told.size, x.size) or not np.isfinite(given).all():
+            raise InputError(f"jacobian(x) must be {wanted}, got {given.tolist()}.")
+        return given
+    points = op.stencil(x, problem.lower, problem.upper)
+    values = yield points
+    return op.differences(x, told, points, values)
+
+
+def inside(problem: Problem, x: Array, step: Array) -> Array:
+    """Return x + s put back into the box, which the paper leaves open; ``x`` for NaN."""
+    new = x + step
+    new[np.isnan(new)] = x[np.isnan(new)]
+    return np.minimum(np.maximum(new, problem.lower), problem.upper)
