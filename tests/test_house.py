@@ -4,8 +4,6 @@ import ast
 import re
 from pathlib import Path
 
-import pytest
-
 HOUSE = Path(__file__).parents[1] / "src" / "miburi"
 
 #: From the ground up. A room imports what stands in the rows before its own, and nothing else.
@@ -27,7 +25,16 @@ ROOMS = (
     ("__init__", "__main__"),
 )
 ROW = {room: row for row, rooms in enumerate(ROOMS) for room in rooms}
-MODULES = sorted(HOUSE.rglob("*.py"))
+
+
+def parsed(folder: Path) -> dict[Path, ast.Module]:
+    """Return every module below a folder, with its syntax tree."""
+    return {
+        path: ast.parse(path.read_text(encoding="utf-8")) for path in sorted(folder.rglob("*.py"))
+    }
+
+
+MODULES = parsed(HOUSE)
 
 #: Names that two public classes may share, with why.
 SHARED = {"Servo": "servos has one as it was identified; emulation has one as it answers its bus"}
@@ -37,10 +44,10 @@ def room_of(path: Path) -> str:
     return path.relative_to(HOUSE).with_suffix("").parts[0]
 
 
-def imports(path: Path) -> list[tuple[str, str]]:
+def imports(tree: ast.Module) -> list[tuple[str, str]]:
     """Return every import of ours in a module: the room, and the name that is taken from it."""
     found = []
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom) and node.module:
             first, *rest = node.module.split(".")
             if first == "miburi":
@@ -54,20 +61,22 @@ def imports(path: Path) -> list[tuple[str, str]]:
     return found
 
 
-@pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(HOUSE)))
-def test_imports_point_down(path: Path) -> None:
-    room = room_of(path)
-    wrong = [target for target, _ in imports(path) if target != room and ROW[target] >= ROW[room]]
+def test_imports_point_down() -> None:
+    wrong = [
+        f"{path.relative_to(HOUSE)}: {target}"
+        for path, tree in MODULES.items()
+        for target, _ in imports(tree)
+        if target != room_of(path) and ROW[target] >= ROW[room_of(path)]
+    ]
     assert wrong == []
 
 
-@pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(HOUSE)))
-def test_no_room_reaches_into_the_private_names_of_another(path: Path) -> None:
-    room = room_of(path)
+def test_no_room_reaches_into_the_private_names_of_another() -> None:
     private = [
-        f"{target}.{name}"
-        for target, name in imports(path)
-        if target != room and name.startswith("_") and not name.startswith("__")
+        f"{path.relative_to(HOUSE)}: {target}.{name}"
+        for path, tree in MODULES.items()
+        for target, name in imports(tree)
+        if target != room_of(path) and name.startswith("_") and not name.startswith("__")
     ]
     assert private == []
 
@@ -79,18 +88,9 @@ def test_modules_fit_in_one_reading() -> None:
     assert written[len(written) // 2] < 170
 
 
-@pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(HOUSE)))
-def test_a_public_module_says_what_is_public(path: Path) -> None:
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    public = {
-        node.name
-        for node in tree.body
-        if isinstance(node, ast.FunctionDef | ast.ClassDef | ast.AsyncFunctionDef)
-        and not node.name.startswith("_")
-    }
-    if not public or path.name in ("__init__.py", "__main__.py"):
-        return
-    listed = [
+def listed(tree: ast.Module) -> set[object]:
+    """The names in a module's ``__all__``."""
+    return {
         element.value
         for node in tree.body
         if isinstance(node, ast.Assign | ast.AugAssign)
@@ -98,29 +98,43 @@ def test_a_public_module_says_what_is_public(path: Path) -> None:
         and "__all__" in ast.unparse(node)
         for element in node.value.elts
         if isinstance(element, ast.Constant)
+    }
+
+
+def test_a_public_module_says_what_is_public() -> None:
+    missing = [
+        f"{path.relative_to(HOUSE)}: {node.name}"
+        for path, tree in MODULES.items()
+        for node in tree.body
+        if isinstance(node, ast.FunctionDef | ast.ClassDef | ast.AsyncFunctionDef)
+        and not node.name.startswith("_")
+        and path.name not in ("__init__.py", "__main__.py")
+        and node.name not in listed(tree)
     ]
-    assert public <= set(listed), "add them to __all__, or begin their names with _"
+    assert missing == [], "add them to __all__, or begin their names with _"
 
 
 def test_no_two_public_classes_share_a_name() -> None:
     places: dict[str, list[str]] = {}
-    for path in MODULES:
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for path, tree in MODULES.items():
+        for node in ast.walk(tree):
             if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
                 places.setdefault(node.name, []).append(str(path.relative_to(HOUSE)))
     assert {n: p for n, p in places.items() if len(p) > 1 and n not in SHARED} == {}
 
 
-@pytest.mark.parametrize("path", sorted(Path(__file__).parent.rglob("*.py")), ids=lambda p: p.name)
-def test_tests_use_public_names_alone(path: Path) -> None:
+def test_tests_use_public_names_alone() -> None:
     """Through the same doors as a user; what a NamedTuple calls _replace is public."""
     private = re.compile(r"_(?!_|replace|asdict|fields)")
-    reached = [
-        ast.unparse(node)
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
-        if isinstance(node, ast.Attribute)
-        and private.match(node.attr)
-        and ast.unparse(node.value) not in ("self", "cls", "super()")
-    ]
-    imported = [name for _, name in imports(path) if private.match(name)]
-    assert reached + imported == []
+    reached = []
+    for path, tree in parsed(Path(__file__).parent).items():
+        names = [
+            ast.unparse(node)
+            for node in ast.walk(tree)
+            if isinstance(node, ast.Attribute)
+            and private.match(node.attr)
+            and ast.unparse(node.value) not in ("self", "cls", "super()")
+        ]
+        names += [name for _, name in imports(tree) if private.match(name)]
+        reached += [f"{path.name}: {name}" for name in names]
+    assert reached == []
