@@ -1,14 +1,44 @@
-"""A live partner, a browser, and a visitor with an open page."""
+"""One live partner, one browser, and one tab, which is a new visitor's in each test.
 
-from collections.abc import Iterator
+A page that is opened in a tab that was there costs a third of what it costs in a new one.
+"""
+
+import re
+from collections.abc import Generator, Iterator
 
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, sync_playwright
-from tests.fixtures.browser import CHROMIUM, FLAGS, PATIENCE
-from tests.fixtures.live import address, started
+from tests.fixtures.browser import (
+    CHROMIUM,
+    FLAGS,
+    PHONE,
+    SAID,
+    WIDE,
+    open_studio,
+    partner,
+    release,
+    visiting,
+)
+from tests.fixtures.live import address
+
+#: Where a page may look: on this computer.
+HERE = re.compile(r"data:|blob:|http://(127\.0\.0\.1|localhost)[:/]")
+FAILED = pytest.StashKey[bool]()
 
 
-@pytest.fixture(scope="module")
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(
+    item: pytest.Item, call: pytest.CallInfo[None]
+) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Show beside a failure what the partners have said."""
+    report = yield
+    if report.failed:
+        item.stash[FAILED] = True
+        report.sections += [(str(file), file.read_text("utf-8")[-4000:]) for file in SAID]
+    return report
+
+
+@pytest.fixture(scope="package")
 def browser() -> Iterator[Browser]:
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=str(CHROMIUM), args=FLAGS)
@@ -16,55 +46,89 @@ def browser() -> Iterator[Browser]:
         browser.close()
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="package")
 def url(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    with started(tmp_path_factory.mktemp("partner"), "--forget") as said:
+    with partner(tmp_path_factory.mktemp("partner"), "--forget") as said:
         yield address(said)
 
 
-@pytest.fixture
-def context(browser: Browser, url: str) -> Iterator[BrowserContext]:
-    """A visitor with an empty browser; every page must stay on this computer and be quiet."""
-    context = browser.new_context(viewport={"width": 1180, "height": 520}, locale="en-GB")
-    context.set_default_timeout(PATIENCE)
-    trouble: list[str] = []
+@pytest.fixture(scope="package")
+def trouble() -> list[str]:
+    """What the pages complained of, and where else they looked."""
+    return []
 
-    def look(page: Page) -> None:
+
+@pytest.fixture(scope="package")
+def context(browser: Browser, trouble: list[str]) -> Iterator[BrowserContext]:
+    """A visitor whose pages must stay on this computer and be quiet; see ``page``."""
+
+    def watch(page: Page) -> None:
         page.on("pageerror", lambda error: trouble.append(str(error)))
         page.on("console", lambda said: said.type == "error" and trouble.append(said.text))
         page.on(
             "request",
-            lambda request: (
-                request.url.startswith((url, "data:", "blob:"))
-                or trouble.append(f"asked for {request.url}")
-            ),
+            lambda one: HERE.match(one.url) or trouble.append(f"asked for {one.url}"),
         )
 
-    context.on("page", look)
-    yield context
-    context.request.post(url + "/api/v1/hand", data={"position": None})
-    context.request.post(url + "/api/v1/release")
-    context.request.post(url + "/api/v1/pause", data={"paused": False})
-    context.request.post(url + "/api/v1/recordings", data={"on": False})
-    context.close()
+    with visiting(browser) as context:
+        context.on("page", watch)
+        yield context
+
+
+@pytest.fixture
+def page(
+    request: pytest.FixtureRequest, context: BrowserContext, url: str, trouble: list[str]
+) -> Iterator[Page]:
+    """The tab, as a visitor has it who was never here; the partner is well and free afterwards."""
+    page = context.pages[0] if context.pages else context.new_page()
+    trouble.clear()
+    yield page
+    if page.url.startswith(url):
+        page.evaluate("localStorage.clear(), sessionStorage.clear()")
+    page.unroute_all()
+    page.goto(url + "/privacy")  # quiet, and `release` needs an address
+    for path, content in (
+        ("hand", {"position": None}),
+        ("pause", {"paused": False}),
+        ("recordings", {"on": False}),
+    ):
+        page.request.post(f"{url}/api/v1/{path}", data=content)
+    release(page)
+    for one in context.pages[0 if FAILED in request.node.stash else 1 :]:
+        one.close()
+    context.clear_cookies()
+    if not page.is_closed():
+        page.set_viewport_size(WIDE)
+        page.emulate_media(color_scheme="light", reduced_motion="reduce")
     assert [words for words in trouble if "409" not in words] == []
 
 
 @pytest.fixture
-def studio(context: BrowserContext, url: str) -> Page:
-    page = context.new_page()
-    page.goto(url + "/?quality=low")
-    # Drawn, and greeted by the server: a page that is not yet greeted may still load anew.
-    page.wait_for_function(
-        "window.did_handshake && document.querySelector('.robot-view')?.view?.ready"
-    )
+def studio(page: Page, url: str) -> Page:
+    """The studio, in a browser that draws no 3D."""
+    open_studio(page, url)
     return page
 
 
-@pytest.fixture(scope="module")
-def workbench(browser: Browser, url: str) -> Iterator[Page]:
+@pytest.fixture
+def scene(page: Page, url: str) -> Page:
+    """The studio with its scene in 3D, which takes a core."""
+    open_studio(page, url + "/?quality=low")
+    page.wait_for_function("document.querySelector('.robot-view')?.view?.ready")
+    return page
+
+
+@pytest.fixture
+def face(page: Page, url: str) -> Page:
+    """The face on a phone."""
+    page.set_viewport_size(PHONE)
+    page.goto(url + "/face")
+    page.wait_for_function("document.documentElement.dataset.connected === 'true'")
+    return page
+
+
+@pytest.fixture
+def workbench(page: Page, url: str) -> Page:
     """A page without a partner, to call our own modules in."""
-    page = browser.new_page()
     page.goto(url + "/face?show=happiness:1&still")
-    yield page
-    page.close()
+    return page

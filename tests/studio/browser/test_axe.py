@@ -1,24 +1,20 @@
-"""Every page against axe-core, the accessibility checker of others: light, dark, laptop, phone."""
+"""Every page against axe-core, the accessibility checker of others: light, dark, laptop, phone.
 
-import re
-from collections.abc import Iterator
-from pathlib import Path
-from urllib.parse import urljoin, urlsplit
+Pages of other partners are looked over where those live: test_pairing, test_https, test_study.
+"""
 
 import pytest
 from playwright.sync_api import Browser, Page, expect
 from tests.fixtures.broker import Listener, Mosquitto
 from tests.fixtures.browser import (
-    PATIENCE,
     ask,
+    look_over,
     needs_browser,
     press_above,
-    settle,
     until,
-    violations,
-    without_3d,
+    visiting,
 )
-from tests.fixtures.live import serving, started, started_by_https
+from tests.fixtures.live import serving
 from tests.studio.browser.test_speech import RECOGNISER
 
 from miburi.interface.access import Gate
@@ -31,130 +27,66 @@ from miburi.studio.words import LANGUAGES
 
 pytestmark = needs_browser
 
-LAPTOP, PHONE = (1280, 800), (390, 844)
 
-
-@pytest.fixture(scope="module")
-def guarded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, str]]:
-    """A partner that other devices reach: its address and its token."""
-    folder: Path = tmp_path_factory.mktemp("guarded")
-    with started(folder, "--forget", "--host", "0.0.0.0") as said:
-        found = re.search(r"http://127.0.0.1:\d+", said)
-        assert found, said
-        yield found.group(), (folder / "token").read_text().strip()
-
-
-@pytest.fixture(scope="module")
-def safely(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, str]]:
-    """A partner that phones reach by https: its two addresses."""
-    with started_by_https(tmp_path_factory.mktemp("safely")) as addresses:
-        yield addresses
-
-
-@pytest.fixture(params=[(LAPTOP, "light"), (LAPTOP, "dark"), (PHONE, "light"), (PHONE, "dark")],
-                ids=lambda case: f"{case[0][0]}-{case[1]}")  # fmt: skip
-def visitor(request: pytest.FixtureRequest, browser: Browser) -> Iterator[Page]:
-    (width, height), light = request.param
-    phone = (width, height) == PHONE
-    context = browser.new_context(
-        viewport={"width": width, "height": height}, color_scheme=light, locale="en-GB",
-        has_touch=phone, is_mobile=phone, reduced_motion="reduce",
-    )  # fmt: skip
-    context.set_default_timeout(PATIENCE)
-    yield context.new_page()
-    context.close()
-
-
-def test_the_studio_has_no_violation_whatever_is_open(visitor: Page, url: str) -> None:
-    page = without_3d(visitor.context, url)
-    page.locator(".senses summary").click()
+def test_the_studio_has_no_violation_whatever_is_open(studio: Page) -> None:
+    studio.locator(".senses summary").click()
     found: list[str] = []
     for tab in ("Contact", "Time", "Gestures", "Body"):
-        page.get_by_role("tab", name=tab).click()
-        settle(page)
-        found += violations(page, tab)
-    press_above(page, "Face")
-    expect(page.locator(".q-dialog .card")).to_be_visible()
-    settle(page)
-    found += violations(page, "the dialog")
-    page.get_by_role("button", name="Close").click()
-    page.get_by_role("button", name="Reach in").click()
-    until(page, lambda now: now["hand_out"])
-    ask(page, "/stop")
-    expect(page.locator(".why")).to_be_visible()
-    settle(page)
-    found += violations(page, "stopped")
-    ask(page, "/hand", position=None)
-    ask(page, "/release")
-    assert "\n".join(found) == ""
-
-
-def test_the_face_has_no_violation(visitor: Page, url: str) -> None:
-    visitor.goto(url + "/face")
-    visitor.wait_for_function("document.documentElement.dataset.connected === 'true'")
-    visitor.locator(".senses summary").click()
-    found = violations(visitor, "awake")
-    visitor.request.post(urljoin(url, "/api/v1/stop"))
-    expect(visitor.locator("#release")).to_be_visible()
-    found += violations(visitor, "stopped")
-    visitor.request.post(urljoin(url, "/api/v1/release"))
+        studio.get_by_role("tab", name=tab).click()
+        found += look_over(studio, tab)
+    press_above(studio, "Face")
+    expect(studio.locator(".q-dialog .card")).to_be_visible()
+    found += look_over(studio, "the dialog")
+    studio.get_by_role("button", name="Close").click()
+    studio.get_by_role("button", name="Reach in").click()
+    until(studio, lambda now: now["hand_out"])
+    ask(studio, "/stop")
+    expect(studio.locator(".why")).to_be_visible()
+    found += look_over(studio, "stopped")
     assert "\n".join(found) == ""
 
 
 @pytest.mark.parametrize("where", ["/face", "/"])
-def test_push_to_talk_has_no_violation(visitor: Page, url: str, where: str) -> None:
-    """Before somebody speaks, meanwhile, and with an answer."""
-    visitor.add_init_script(RECOGNISER % ("available", "true"))
-    visitor.goto(url + where)
-    visitor.wait_for_function("document.documentElement.dataset.connected === 'true'")
-    visitor.locator(".senses summary").click()
-    visitor.get_by_role("switch", name="Spoken words").click()
+def test_push_to_talk_and_the_face_have_no_violation(page: Page, url: str, where: str) -> None:
+    """Before somebody speaks, meanwhile, and with an answer; awake and stopped."""
+    with page.add_init_script(RECOGNISER % ("available", "true")):
+        page.goto(url + where)
+    page.wait_for_function("document.documentElement.dataset.connected === 'true'")
+    page.locator(".senses summary").click()
+    page.get_by_role("switch", name="Spoken words").click()
+    found = look_over(page, "with its senses")
     if where == "/face":
-        visitor.locator(".senses summary").click()
-        visitor.get_by_text("Say something", exact=True).click()
-    speak = visitor.get_by_role("button", name="Hold and speak")
+        page.locator(".senses summary").click()
+        page.get_by_text("Say something", exact=True).click()
+    speak = page.get_by_role("button", name="Hold and speak")
     speak.focus()
-    found = violations(visitor, "ready")
-    visitor.keyboard.press("Enter")
-    listening = visitor.get_by_role("button", name="Listening")
+    found += look_over(page, "ready")
+    page.keyboard.press("Enter")
+    listening = page.get_by_role("button", name="Listening")
     expect(listening).to_have_attribute("aria-pressed", "true")
-    found += violations(visitor, "listening")
-    visitor.keyboard.press("Enter")
-    expect(visitor.locator(".talk output")).to_contain_text("sadness")
-    found += violations(visitor, "answered")
+    found += look_over(page, "listening")
+    page.keyboard.press("Enter")
+    expect(page.locator(".talk output")).to_contain_text("sadness")
+    found += look_over(page, "answered")
+    if where == "/face":
+        ask(page, "/stop")
+        expect(page.locator("#release")).to_be_visible()
+        found += look_over(page, "stopped")
     assert "\n".join(found) == ""
 
 
-@pytest.mark.parametrize("where", ["/privacy", "/mistyped"])
-@pytest.mark.parametrize("language", LANGUAGES)
-def test_pages_to_read_have_no_violation(
-    visitor: Page, url: str, language: str, where: str
-) -> None:
-    visitor.goto(f"{url}{where}?lang={language}")
-    assert violations(visitor, language) == []
-    width = visitor.evaluate("[document.documentElement.scrollWidth, innerWidth]")
-    assert width[0] <= width[1]
+def test_pages_to_read_have_no_violation(browser: Browser, url: str) -> None:
+    found = []
+    with visiting(browser) as context:
+        page = context.new_page()
+        for where in ("/privacy", "/mistyped"):
+            for language in LANGUAGES:
+                page.goto(f"{url}{where}?lang={language}")
+                found += look_over(page, f"{where} in {language}")
+    assert "\n".join(found) == ""
 
 
-@pytest.mark.parametrize("language", LANGUAGES)
-def test_the_pages_that_lead_to_https_have_no_violation(
-    visitor: Page, safely: tuple[str, str], browser: Browser, language: str
-) -> None:
-    """On the way there by plain http, and there, where the warning was gone past."""
-    url, safe = safely
-    visitor.goto(f"http://{urlsplit(safe).hostname}:{urlsplit(url).port}/pair?lang={language}")
-    visitor.locator("summary").click()
-    found = violations(visitor, "by http")
-    phone = browser.new_context(ignore_https_errors=True, viewport=visitor.viewport_size)
-    page = phone.new_page()
-    page.goto(f"{safe}/pair?lang={language}")
-    page.locator("summary").click()
-    found += violations(page, "by https")
-    phone.close()
-    assert found == []
-
-
-def test_the_fleet_has_no_violation(visitor: Page, broker: Mosquitto, listener: Listener) -> None:
+def test_the_fleet_has_no_violation(page: Page, broker: Mosquitto, listener: Listener) -> None:
     """One partner is well, one is stopped, one is lost; then the broker is lost, too."""
     for name, stopped in (("hall", None), ("kitchen", StopReason.CONTACT), ("attic", None)):
         listener.say(
@@ -168,24 +100,12 @@ def test_the_fleet_has_no_violation(visitor: Page, broker: Mosquitto, listener: 
         listener.say(Topics(name).report, report.model_dump_json(), retain=True)
     fleet = Fleet(find_broker(f"127.0.0.1:{broker.port}"))
     with serving(Gate(make_fleet_app(fleet)), lifespan=True) as url:
-        visitor.goto(url)
-        expect(visitor.locator("tr.stopped")).to_contain_text("waist")
-        expect(visitor.locator("tr.lost")).to_have_count(1)
-        found = violations(visitor, "the fleet")
+        page.goto(url)
+        expect(page.locator("tr.stopped")).to_contain_text("waist")
+        expect(page.locator("tr.lost")).to_have_count(1)
+        found = look_over(page, "the fleet")
         broker.kill()
-        expect(visitor.locator("[role=alert]")).not_to_be_empty()
-        found += violations(visitor, "without its broker")
+        expect(page.locator("[role=alert]")).not_to_be_empty()
+        found += look_over(page, "without its broker")
+        page.goto("about:blank")
     assert found == []
-
-
-def test_the_pairing_page_has_no_violation(visitor: Page, guarded: tuple[str, str]) -> None:
-    url, token = guarded
-    visitor.goto(url + "/pair")
-    found = violations(visitor, "pairing")
-    visitor.goto("about:blank")
-    visitor.goto(f"{url}/pair#{token}/")
-    visitor.wait_for_function("window.did_handshake")
-    press_above(visitor, "Face")
-    settle(visitor)
-    found += violations(visitor, "the dialog")
-    assert "\n".join(found) == ""

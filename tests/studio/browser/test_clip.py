@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from playwright.sync_api import BrowserContext, Page, expect
-from tests.fixtures.browser import ask, needs_browser, until, without_3d
+from playwright.sync_api import Page, expect
+from tests.fixtures.browser import ask, needs_browser, until
 
 pytestmark = needs_browser
 
@@ -25,15 +25,14 @@ def seen(page: Page) -> float:
 
 
 @pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="needs ffmpeg")
-def test_the_last_seconds_are_saved_as_a_film(studio: Page, tmp_path: Path) -> None:
-    ask(studio, "/express", feeling="thrill", mood=1.0)
-    until(studio, lambda now: now["asked"])
-    until(studio, lambda now: not now["asked"])
-    least = seen(studio)
-    with studio.expect_download() as waiting:
-        studio.get_by_role("button", name="Save clip").click()
-        expect(studio.get_by_role("button", name="Making the clip")).to_be_disabled()
-        most = seen(studio)  # between the two looks the button was pressed
+def test_the_last_seconds_are_saved_as_a_film(scene: Page, tmp_path: Path) -> None:
+    ask(scene, "/express", feeling="thrill", mood=1.0)
+    until(scene, lambda now: now["asked"] and now["extent"] > 0.1)
+    least = seen(scene)
+    with scene.expect_download() as waiting:
+        scene.get_by_role("button", name="Save clip").click()
+        expect(scene.get_by_role("button", name="Making the clip")).to_be_disabled()
+        most = seen(scene)  # between the two looks the button was pressed
     path = tmp_path / waiting.value.suggested_filename
     waiting.value.save_as(path)
     scale = ["-vf", f"fps=5,scale={WIDTH}:{HEIGHT},format=gray", "-f", "rawvideo", "-"]
@@ -45,22 +44,18 @@ def test_the_last_seconds_are_saved_as_a_film(studio: Page, tmp_path: Path) -> N
     assert np.abs(pictures - pictures[0]).mean(axis=(1, 2)).max() > 1.0  # the arms have moved
 
 
-def test_a_first_visit_brings_a_hint_and_a_second_does_not(
-    context: BrowserContext, url: str
-) -> None:
-    page = without_3d(context, url)
-    hint = page.get_by_text("New here?")
+def test_a_first_visit_brings_a_hint_and_a_second_does_not(studio: Page) -> None:
+    hint = studio.get_by_text("New here?")
     expect(hint).to_be_visible()
-    page.get_by_role("button", name="Got it").click()
+    studio.get_by_role("button", name="Got it").click()
     expect(hint).to_be_hidden()
-    page.reload()
-    page.wait_for_function("window.did_handshake")
+    studio.reload()
+    studio.wait_for_function("window.did_handshake")
     expect(hint).to_be_hidden()
 
 
-def test_every_gesture_of_ones_own_can_be_chosen(context: BrowserContext, url: str) -> None:
-    page = without_3d(context, url)
-    page.get_by_role("tab", name="Gestures").click()
-    page.get_by_label("Gesture", exact=True).select_option("surprise")
-    page.get_by_role("button", name="Perform").click()
-    until(page, lambda now: now["asked"] and now["expressed"]["feeling"] == "surprise")
+def test_every_gesture_of_ones_own_can_be_chosen(studio: Page) -> None:
+    studio.get_by_role("tab", name="Gestures").click()
+    studio.get_by_label("Gesture", exact=True).select_option("surprise")
+    studio.get_by_role("button", name="Perform").click()
+    until(studio, lambda now: now["asked"] and now["expressed"]["feeling"] == "surprise")

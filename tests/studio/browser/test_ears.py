@@ -1,15 +1,12 @@
 """The partner's ears in a real browser: what startles, what does not, and what leaves the page."""
 
 import base64
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from playwright.sync_api import Browser, BrowserContext, Page, expect
-from tests.fixtures.browser import fake_media, needs_browser, switch
-from tests.fixtures.sounds import KINDS, RATE, Sound, add, claps, talks, write_sound
+from playwright.sync_api import Browser, Page, expect
+from tests.fixtures.browser import fake_media, needs_browser, posts, switch
+from tests.fixtures.sounds import KINDS, RATE, claps, write_sound
 
 pytestmark = needs_browser
 
@@ -44,51 +41,50 @@ def test_what_startles_is_told_from_what_does_not_in_28_of_30(workbench: Page) -
     assert len(wrong) <= 2, wrong
 
 
-@contextmanager
-def hearing(
-    browser: Browser, url: str, folder: Path, sound: Sound
-) -> Iterator[tuple[Page, list[dict[str, Any]]]]:
-    """A browser into whose microphone a recording goes, once; and all that its page sends."""
-    path = folder / "sound.wav"
-    write_sound(path, sound)
-    flag = f"--use-file-for-fake-audio-capture={path}%noloop"
-    with fake_media(browser, url, flag) as (page, sent):
-        switch(page, "Ears", "Listening")
-        yield page, sent
+#: Keeps in window.heard what the page's worklet tells the page.
+OVERHEAR = """
+  window.heard = [];
+  window.AudioWorkletNode = class extends AudioWorkletNode {
+    constructor(...all) {
+      super(...all);
+      this.port.addEventListener("message", ({ data }) => window.heard.push(data));
+    }
+  };
+"""
 
 
-def test_a_clap_frightens_it_and_nothing_but_its_strength_leaves_the_page(
+def test_a_clap_frightens_it_but_not_while_it_speaks_itself(
     browser: Browser, url: str, tmp_path: Path
 ) -> None:
+    """Nothing but the clap's strength leaves the page. What it says itself closes its ears."""
     clap = claps(np.random.default_rng(1))[round(1.7 * RATE) :]  # it comes at 2.5 s
-    with hearing(browser, url, tmp_path, clap) as (page, sent):
+    write_sound(tmp_path / "clap.wav", clap)
+    flag = f"--use-file-for-fake-audio-capture={tmp_path / 'clap.wav'}%noloop"
+    with fake_media(browser, flag) as page:
+        sent = posts(page, "/sense")
+        page.add_init_script(OVERHEAR)
+        page.goto(url + "/face")
+        page.locator(".senses summary").click()
+        switch(page, "Ears", "Listening")
         expect(page.locator("#now")).to_have_text("fright")
-        assert [one.keys() for one in sent] == [{"kind", "clearness"}]
-        assert sent[0]["kind"] == "startle"
-        assert 0.5 <= sent[0]["clearness"] <= 1
-
-
-def test_talk_and_a_clap_while_it_speaks_itself_send_nothing(
-    browser: Browser, url: str, tmp_path: Path
-) -> None:
-    """It hears itself, so its ears are closed then: 2 s of talk; at 4.2 s comes a clap."""
-    sound = claps(np.random.default_rng(1))
-    add(sound, 0, talks(np.random.default_rng(1))[: 2 * RATE])
-    with hearing(browser, url, tmp_path, sound) as (page, sent):
-        page.wait_for_timeout(1200)
-        assert sent == []
-        page.evaluate("import('/static/face.js').then(({ lips }) => { lips.open = () => 0.5; })")
-        page.wait_for_timeout(4000)
+        (startle,) = sent
+        assert startle.keys() == {"kind", "clearness"}
+        assert startle["kind"] == "startle"
+        assert 0.5 <= startle["clearness"] <= 1
         switch(page, "Ears", "Listening", on=False)
-        assert sent == []
+        page.evaluate("import('/static/face.js').then(({ lips }) => { lips.open = () => 0.5; })")
+        before = page.evaluate("window.heard.length")
+        switch(page, "Ears", "Listening")
+        page.wait_for_function(f"window.heard.length > {before}")
+        switch(page, "Ears", "Listening", on=False)
+        assert sent == [startle]
 
 
 def test_a_microphone_that_is_granted_after_it_was_switched_off_stays_off(
-    context: BrowserContext, url: str
+    page: Page, url: str
 ) -> None:
     """Somebody thinks about the browser's question, and changes their mind meanwhile."""
-    page = context.new_page()
-    page.add_init_script(
+    with page.add_init_script(
         """
         window.tracks = [];
         navigator.mediaDevices.getUserMedia = () => new Promise((done) => {
@@ -99,8 +95,8 @@ def test_a_microphone_that_is_granted_after_it_was_switched_off_stays_off(
           };
         });
         """
-    )
-    page.goto(url + "/face")
+    ):
+        page.goto(url + "/face")
     page.locator(".senses summary").click()
     box = page.get_by_role("switch", name="Ears")
     box.click()
@@ -112,15 +108,13 @@ def test_a_microphone_that_is_granted_after_it_was_switched_off_stays_off(
     expect(box).not_to_be_checked()
 
 
-def test_no_ear_is_loaded_or_remembered_unless_it_is_on(browser: Browser, url: str) -> None:
-    context = browser.new_context(permissions=[])
-    page = context.new_page()
-    page.goto(url + "/face")
-    page.locator(".senses summary").click()
-    loaded = page.evaluate("performance.getEntriesByType('resource').map((one) => one.name)")
-    assert not any("ears" in name or "startle" in name for name in loaded)
-    page.get_by_role("switch", name="Ears").click()  # this browser has no microphone
-    expect(page.locator(".senses output")).not_to_be_empty()
-    expect(page.get_by_role("switch", name="Ears")).not_to_be_checked()
-    assert page.evaluate("Object.keys(localStorage)") == []
-    context.close()
+def test_nothing_of_ears_and_eyes_is_loaded_or_remembered_unless_it_is_on(face: Page) -> None:
+    face.locator(".senses summary").click()
+    expect(face.get_by_role("switch", name="Eyes")).not_to_be_checked()
+    loaded = face.evaluate("performance.getEntriesByType('resource').map((one) => one.name)")
+    of_senses = ("ears", "startle", "human", "eyes", "look.js")
+    assert not any(part in name for name in loaded for part in of_senses)
+    face.get_by_role("switch", name="Ears").click()  # this browser has no microphone
+    expect(face.locator(".senses output")).not_to_be_empty()
+    expect(face.get_by_role("switch", name="Ears")).not_to_be_checked()
+    assert face.evaluate("Object.keys(localStorage)") == []

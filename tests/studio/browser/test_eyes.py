@@ -1,12 +1,13 @@
 """The partner's eyes in a real browser: what a face does to it, and what leaves the page."""
 
 import io
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from PIL import Image
-from playwright.sync_api import Browser, BrowserContext, Page, expect
-from tests.fixtures.browser import ask, fake_media, needs_browser, switch, until
+from playwright.sync_api import Browser, Page
+from tests.fixtures.browser import ask, fake_media, needs_browser, posts, switch, until
 
 pytestmark = needs_browser
 
@@ -35,91 +36,98 @@ WATCH_DRAWING = """() => {
 }"""
 
 
-def film(folder: Path, left: int) -> Path:
-    """A second of pictures with the face at a place; a camera repeats it."""
+@pytest.fixture(scope="module")
+def seeing(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
+    """A page whose camera has the face at its left, all the time."""
     picture = Image.new("RGB", (320, 240), (120, 130, 140))
-    picture.paste(Image.open(SMILE).resize((170, 170)), (left, 40))
+    picture.paste(Image.open(SMILE).resize((170, 170)), (10, 40))
     frame = io.BytesIO()
     picture.save(frame, "JPEG", quality=90)
-    path = folder / "face.mjpeg"
-    path.write_bytes(frame.getvalue() * 15)
-    return path
+    film = tmp_path_factory.mktemp("camera") / "face.mjpeg"
+    film.write_bytes(frame.getvalue() * 15)
+    with fake_media(browser, f"--use-file-for-fake-video-capture={film}") as page:
+        yield page
 
 
-def test_a_smile_makes_it_happy_its_arms_rise_and_it_looks_there(
-    browser: Browser, url: str, tmp_path: Path
-) -> None:
+def test_a_smile_makes_it_happy_its_arms_rise_and_it_looks_there(seeing: Page, url: str) -> None:
     asked: list[str] = []
-    flag = f"--use-file-for-fake-video-capture={film(tmp_path, 10)}"
-    with fake_media(browser, url, flag) as (page, sent):
-        ask(page, "/stimulus", feeling="sadness", strength=1.0)
-        until(page, lambda now: now["emotion"][0] < 0.3)
-        page.on("request", lambda r: asked.append(r.url))
-        switch(page, "Eyes", "Watching")
-        page.wait_for_function("document.documentElement.dataset.faces === '1'")
-        until(page, lambda now: now["emotion"][0] > 0.4)
-        until(page, lambda now: (now["expressed"] or {}).get("feeling") == "happiness")
-        until(page, lambda now: now["extent"] > 0.05)
-        places = [one.pop("x") for one in sent if one.keys() == {"x"}]
-        assert all(place < 0.45 for place in places)
-        assert {one["kind"] for one in sent if one} == {"smile"}
-        assert all(one.keys() == {"kind", "clearness"} for one in sent if one)
-        assert all(one.startswith((url, "blob:" + url)) for one in asked)
-        gaze = page.evaluate(
-            "import('/static/face.js').then(({ gaze }) => gaze.at(performance.now()))"
-        )
-        assert gaze["right"] > 0.15, "the camera's left is the right of the partner's own face"
-        with page.expect_request(lambda r: r.post_data_json == {"x": None}):
-            switch(page, "Eyes", "Watching", on=False)
+    sent = posts(seeing, "")
+    seeing.goto(url + "/face")
+    seeing.locator(".senses summary").click()
+    ask(seeing, "/stimulus", feeling="sadness", strength=1.0)
+    until(seeing, lambda now: now["emotion"][0] < 0.3)
+    seeing.on("request", lambda one: asked.append(one.url))
+    switch(seeing, "Eyes", "Watching")
+    seeing.wait_for_function("document.documentElement.dataset.faces === '1'")
+    until(seeing, lambda now: now["emotion"][0] > 0.4)
+    until(seeing, lambda now: (now["expressed"] or {}).get("feeling") == "happiness")
+    until(seeing, lambda now: now["extent"] > 0.05)
+    told = [one for one in sent if one]
+    places = [one.pop("x") for one in told if one.keys() == {"x"}]
+    assert places
+    assert all(place < 0.45 for place in places)
+    assert {one["kind"] for one in told if one} == {"smile"}
+    assert all(one.keys() == {"kind", "clearness"} for one in told if one)
+    assert all(one.startswith((url, "blob:" + url)) for one in asked)
+    gaze = seeing.evaluate(
+        "import('/static/face.js').then(({ gaze }) => gaze.at(performance.now()))"
+    )
+    assert gaze["right"] > 0.15, "the camera's left is the right of the partner's own face"
+    with seeing.expect_request(lambda one: one.post_data_json == {"x": None}):
+        switch(seeing, "Eyes", "Watching", on=False)
 
 
-@pytest.mark.parametrize(
-    ("loss", "drawn"),
-    [("", False), ("delete window.VideoFrame", True),
-     ("VideoFrame.prototype.allocationSize = () => 115200", True),
-     ("Object.defineProperty(VideoFrame.prototype, 'rotation', { get: () => 90 })", True)],
-    ids=["copies", "has no frames", "knows no form", "turned"],
-)  # fmt: skip
+#: What a browser may lack; whether pictures are drawn then; and what brings it back.
+LOSSES = {
+    "nothing": ("", False, ""),
+    "frames": ("window.kept = VideoFrame; delete window.VideoFrame", True,
+               "window.VideoFrame = kept"),
+    "their form": ("window.kept = VideoFrame.prototype.allocationSize; "
+                   "VideoFrame.prototype.allocationSize = () => 115200", True,
+                   "VideoFrame.prototype.allocationSize = kept"),
+    "their upright": ("Object.defineProperty(VideoFrame.prototype, 'rotation', "
+                      "{ get: () => 90, configurable: true })", True,
+                      "delete VideoFrame.prototype.rotation"),
+    "nothing again": ("", False, ""),
+}  # fmt: skip
+
+
 def test_a_camera_s_pictures_are_copied_not_drawn_where_a_browser_can(
-    browser: Browser, url: str, tmp_path: Path, loss: str, drawn: bool
+    seeing: Page, url: str
 ) -> None:
     """What Chromium draws of a video it may keep: 0.3 MB a picture, a thousand pictures."""
-    flag = f"--use-file-for-fake-video-capture={film(tmp_path, 75)}"
-    with fake_media(browser, url, flag) as (page, _):
-        page.evaluate(loss)
-        page.evaluate(WATCH_DRAWING)
-        switch(page, "Eyes", "Watching")
-        page.wait_for_function("document.documentElement.dataset.faces === '1'")
-        assert page.evaluate("window.drawn.has('HTMLVideoElement')") == drawn
-        assert not page.evaluate("window.drawn.has('VideoFrame')")
+    seeing.goto(url + "/face")
+    seeing.locator(".senses summary").click()
+    seeing.evaluate(WATCH_DRAWING)
+    for lost, (loss, drawn, found) in LOSSES.items():
+        seeing.evaluate(f"() => {{ {loss} }}")
+        seeing.evaluate("drawn.clear(), delete document.documentElement.dataset.faces")
+        switch(seeing, "Eyes", "Watching")
+        seeing.wait_for_function("document.documentElement.dataset.faces === '1'")
+        assert seeing.evaluate("drawn.has('HTMLVideoElement')") == drawn, lost
+        assert not seeing.evaluate("drawn.has('VideoFrame')"), lost
+        switch(seeing, "Eyes", "Watching", on=False)
+        seeing.evaluate(f"() => {{ {found} }}")
 
 
-@pytest.mark.parametrize(
-    ("parts", "told"),
-    [
-        ([(5, 0.6, {"sad": 1.0})], []),
-        ([(5, 0.1, {"sad": 1.0})], ["sad_face"]),
-        ([(1.5, 0.1, {"sad": 1.0})], []),
-        ([(5, 0.6, {"happy": 1.0})], ["smile", "smile"]),
-        ([(0.3, 0, {"happy": 1.0}), (3, 0, {"neutral": 1.0})], []),
-        ([(1, 0, {"happy": 1.0})], ["smile"]),
-        ([(2, 0, {"happy": 1.0}), (2, 0, {"surprise": 1.0})], ["smile", "surprised_face"]),
-        ([(5, 0, {"neutral": 1.0})], []),
-        ([(61, 0, None), (1, 0, {"neutral": 1.0})], ["greet"]),
-        ([(3, 0, {"neutral": 1.0}), (58, 0, None), (1, 0, {"neutral": 1.0})], []),
-    ],
-    ids=["turned down", "sad", "sad for a moment", "a smile, turned down", "a twitch",
-         "a smile within a second",
-         "a smile, then surprise", "nothing", "back after a minute", "back sooner"],
-)  # fmt: skip
-def test_what_a_face_shows_in_time(workbench: Page, parts: object, told: list[str]) -> None:
-    assert workbench.evaluate(LOOK, parts) == told
-
-
-def test_nothing_of_the_eyes_is_loaded_until_they_are_on(context: BrowserContext, url: str) -> None:
-    page = context.new_page()
-    page.goto(url + "/face")
-    page.locator(".senses summary").click()
-    expect(page.get_by_role("switch", name="Eyes")).not_to_be_checked()
-    loaded = page.evaluate("performance.getEntriesByType('resource').map((one) => one.name)")
-    assert not any(part in name for name in loaded for part in ("human", "eyes", "look.js"))
+def test_what_a_face_shows_in_time(workbench: Page) -> None:
+    cases: dict[str, tuple[list[object], list[str]]] = {
+        "turned down": ([(5, 0.6, {"sad": 1.0})], []),
+        "sad": ([(5, 0.1, {"sad": 1.0})], ["sad_face"]),
+        "sad for a moment": ([(1.5, 0.1, {"sad": 1.0})], []),
+        "a smile, turned down": ([(5, 0.6, {"happy": 1.0})], ["smile", "smile"]),
+        "a twitch": ([(0.3, 0, {"happy": 1.0}), (3, 0, {"neutral": 1.0})], []),
+        "a smile within a second": ([(1, 0, {"happy": 1.0})], ["smile"]),
+        "a smile, then surprise": (
+            [(2, 0, {"happy": 1.0}), (2, 0, {"surprise": 1.0})],
+            ["smile", "surprised_face"],
+        ),
+        "nothing": ([(5, 0, {"neutral": 1.0})], []),
+        "back after a minute": ([(61, 0, None), (1, 0, {"neutral": 1.0})], ["greet"]),
+        "back sooner": (
+            [(3, 0, {"neutral": 1.0}), (58, 0, None), (1, 0, {"neutral": 1.0})],
+            [],
+        ),
+    }
+    told = {name: workbench.evaluate(LOOK, parts) for name, (parts, _) in cases.items()}
+    assert told == {name: kinds for name, (_, kinds) in cases.items()}

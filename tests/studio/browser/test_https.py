@@ -2,6 +2,7 @@
 
 import base64
 import hashlib
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from urllib.parse import urlsplit
@@ -10,8 +11,18 @@ import pytest
 from cryptography import x509
 from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat
 from playwright.sync_api import Browser, Error, Page, expect
-from tests.fixtures.browser import CHROMIUM, FLAGS, PATIENCE, needs_browser
-from tests.fixtures.live import started_by_https
+from tests.fixtures.browser import (
+    CHROMIUM,
+    FLAGS,
+    look_over,
+    needs_browser,
+    open_studio,
+    partner,
+    visiting,
+)
+from tests.fixtures.live import address
+
+from miburi.studio.words import LANGUAGES
 
 pytestmark = needs_browser
 
@@ -19,17 +30,19 @@ SECURE = "[isSecureContext, !!navigator.mediaDevices, !!window.DeviceMotionEvent
 
 
 @pytest.fixture(scope="module")
-def partner(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, str, str]]:
+def safely(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, str, str]]:
     """A partner by https: its folder, and its addresses by http and by https."""
     folder = tmp_path_factory.mktemp("safe")
-    with started_by_https(folder) as (url, safe):
-        yield folder, url, safe
+    with partner(folder, "--forget", "--https") as said:
+        safe = re.search(r"https://[\w.]+:\d+", said)
+        assert safe, f"this computer has no address at home: {said}"
+        yield folder, address(said), safe.group()
 
 
 @pytest.fixture
-def phone(browser: Browser, partner: tuple[Path, str, str]) -> Iterator[Page]:
+def phone(browser: Browser, safely: tuple[Path, str, str]) -> Iterator[Page]:
     """A phone whose owner has gone on after the warning, for this certificate alone."""
-    folder, _, _ = partner
+    folder, _, _ = safely
     certificate = x509.load_pem_x509_certificate((folder / "https" / "server.pem").read_bytes())
     key = certificate.public_key().public_bytes(Encoding.DER, PublicFormat.SubjectPublicKeyInfo)
     known = base64.b64encode(hashlib.sha256(key).digest()).decode()
@@ -37,16 +50,15 @@ def phone(browser: Browser, partner: tuple[Path, str, str]) -> Iterator[Page]:
         executable_path=str(CHROMIUM),
         args=[*FLAGS, f"--ignore-certificate-errors-spki-list={known}"],
     )
-    page = trusting.new_page(locale="en-GB")
-    page.set_default_timeout(PATIENCE)
-    yield page
+    with visiting(trusting) as context:
+        yield context.new_page()
     trusting.close()
 
 
-def test_a_phone_that_scans_the_code_gets_camera_microphone_and_motion(
-    phone: Page, partner: tuple[Path, str, str]
+def test_a_phone_that_scans_the_code_gets_camera_microphone_motion_and_studio(
+    phone: Page, safely: tuple[Path, str, str]
 ) -> None:
-    folder, _, safe = partner
+    folder, _, safe = safely
     sockets: list[str] = []
     phone.on("websocket", lambda socket: sockets.append(socket.url))
     phone.goto(f"{safe}/pair#{(folder / 'token').read_text().strip()}/face")
@@ -62,56 +74,46 @@ def test_a_phone_that_scans_the_code_gets_camera_microphone_and_motion(
     phone.locator("#stop").click()
     expect(phone.locator("#release")).to_be_visible()
     phone.locator("#release").click()
-
-
-def test_the_studio_lives_by_https(phone: Page, partner: tuple[Path, str, str]) -> None:
-    folder, _, safe = partner
-    phone.goto(f"{safe}/pair#{(folder / 'token').read_text().strip()}/")
-    phone.wait_for_function("window.did_handshake && document.documentElement.dataset.serial")
+    open_studio(phone, safe + "/")
 
 
 def test_a_browser_that_knows_nothing_of_the_authority_warns(
-    browser: Browser, partner: tuple[Path, str, str]
+    browser: Browser, safely: tuple[Path, str, str]
 ) -> None:
-    page = browser.new_page()
-    with pytest.raises(Error, match="ERR_CERT_AUTHORITY_INVALID"):
-        page.goto(partner[2] + "/pair")
-    page.close()
+    with visiting(browser) as context, pytest.raises(Error, match="ERR_CERT_AUTHORITY_INVALID"):
+        context.new_page().goto(safely[2] + "/pair")
 
 
 def test_by_plain_http_a_phone_is_led_to_https(
-    browser: Browser, partner: tuple[Path, str, str]
+    browser: Browser, safely: tuple[Path, str, str]
 ) -> None:
-    _, url, safe = partner
-    page = browser.new_page(locale="en-GB")
-    page.goto(f"http://{urlsplit(safe).hostname}:{urlsplit(url).port}/face")
-    page.wait_for_url("**/pair#/face")
-    expect(page.get_by_role("link", name="Go on by https")).to_have_attribute(
-        "href", safe + "/pair#/face"
-    )
-    expect(page.get_by_role("textbox")).to_have_count(0)
-    page.get_by_text("No more warnings").click()
-    with page.expect_download() as saved:
-        page.get_by_role("link", name="Download its certificate").click()
-    assert saved.value.path().read_bytes() == (partner[0] / "https" / "ca.pem").read_bytes()
-    page.close()
+    folder, url, safe = safely
+    home = f"http://{urlsplit(safe).hostname}:{urlsplit(url).port}"
+    with visiting(browser) as context:
+        page = context.new_page()
+        page.goto(home + "/face")
+        page.wait_for_url("**/pair#/face")
+        expect(page.get_by_role("link", name="Go on by https")).to_have_attribute(
+            "href", safe + "/pair#/face"
+        )
+        expect(page.get_by_role("textbox")).to_have_count(0)
+        page.get_by_text("No more warnings").click()
+        with page.expect_download() as saved:
+            page.get_by_role("link", name="Download its certificate").click()
+        assert saved.value.path().read_bytes() == (folder / "https" / "ca.pem").read_bytes()
 
 
-@pytest.mark.parametrize(
-    ("language", "words"),
-    [("en", "localhost or over https; this page is neither"), ("ja", "localhost か https")],
-)
-def test_what_plain_http_cannot_do_is_grey_and_says_why(
-    browser: Browser, url: str, language: str, words: str
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_the_pages_that_lead_to_https_have_no_violation(
+    browser: Browser, safely: tuple[Path, str, str], language: str
 ) -> None:
-    """As on a phone that came by plain http: browsers take no such page for secure."""
-    page = browser.new_page(locale=language)
-    page.add_init_script("Object.defineProperty(window, 'isSecureContext', { value: false })")
-    page.goto(url + "/face")
-    page.locator(".senses summary").click()
-    for name in ("motion", "ears", "eyes"):
-        expect(page.locator(f"[data-sense={name}]")).to_be_disabled()
-        expect(page.locator(f"#about-{name}")).to_contain_text(words)
-        expect(page.locator(f"#about-{name}")).to_contain_text("miburi run --https")
-    expect(page.locator("[data-sense=voice]")).to_be_enabled()
-    page.close()
+    """On the way there by plain http, and there, where the warning was gone past."""
+    _, url, safe = safely
+    home = f"http://{urlsplit(safe).hostname}:{urlsplit(url).port}"
+    with visiting(browser, ignore_https_errors=True) as context:
+        page, found = context.new_page(), []
+        for where in (home, safe):
+            page.goto(f"{where}/pair?lang={language}")
+            page.locator("summary").click()
+            found += look_over(page, where)
+    assert found == []

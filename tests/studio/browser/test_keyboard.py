@@ -1,13 +1,13 @@
 """The whole way by keyboard alone: nothing is clicked."""
 
-from playwright.sync_api import BrowserContext, expect
-from tests.fixtures.browser import needs_browser, release_by_key, tab_to, until, without_3d
+from playwright.sync_api import Page, expect
+from tests.fixtures.browser import needs_browser, release_by_key, tab_to, until
 
 pytestmark = needs_browser
 
 
-def test_everything_is_done_by_keyboard(context: BrowserContext, url: str) -> None:
-    page = without_3d(context, url)
+def test_everything_is_done_by_keyboard(studio: Page) -> None:
+    page = studio
     press = page.keyboard.press
     tab_to(page, "Face")
     press("Enter")

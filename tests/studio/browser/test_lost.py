@@ -3,10 +3,9 @@
 import re
 from pathlib import Path
 
-import pytest
 from playwright.sync_api import Browser, Page, expect
-from tests.fixtures.browser import needs_browser, until, without_3d
-from tests.fixtures.live import address, started
+from tests.fixtures.browser import needs_browser, open_studio, partner, until, visiting
+from tests.fixtures.live import address
 
 pytestmark = needs_browser
 
@@ -22,38 +21,38 @@ def shown(page: Page) -> str:
     return text
 
 
-@pytest.mark.parametrize("language", ["en", "ja"])
-def test_the_page_says_once_that_stop_reaches_nobody_and_sends_it_later(
-    browser: Browser, tmp_path: Path, language: str
+def test_the_pages_say_once_that_stop_reaches_nobody_and_send_it_later(
+    browser: Browser, tmp_path: Path
 ) -> None:
-    context = browser.new_context(locale=language)
-    with started(tmp_path, "--forget") as said:
-        url = address(said)
-        page = without_3d(context, url)
-        # On a busy computer a late loop or server may have stopped it, until somebody releases it.
-        release = f"{url}/api/v1/release"
-        until(page, lambda now: now["phase"] != "stopped" or not page.request.post(release))
-        expect(page.locator(".pill")).to_have_text(ALIVE[language])
-    expect(page.get_by_role("alert").filter(has_text=ALONE[language])).to_be_visible()
-    page.wait_for_timeout(2500)  # NiceGUI's own message would have come
-    text = shown(page)
-    assert not ALIVE[language].search(text)
-    assert text.count(ALONE[language]) == 1
-    assert not re.search("[Cc]onnection lost|[Rr]econnect", text)
-    page.get_by_role("button", name=NO_STOP[language]).click()
-    expect(page.locator(".unsent")).to_be_visible()
-    with started(tmp_path, "--forget", "--port", url.rsplit(":", 1)[1]):
-        until(page, lambda now: now["stop"] and now["held"])  # whatever else had stopped it
-        expect(page.locator(".stop-button .reached")).to_be_visible()
-        expect(page.locator(".unsent")).to_be_hidden()
-    context.close()
-
-
-def test_the_face_says_that_stop_reaches_nobody(browser: Browser, tmp_path: Path) -> None:
-    page = browser.new_page()
-    with started(tmp_path, "--forget") as said:
-        page.goto(address(said) + "/face")
-        expect(page.get_by_role("button", name="Stop", exact=True)).to_be_visible()
-    expect(page.get_by_role("button", name="Stop: no connection")).to_be_visible()
-    expect(page.get_by_role("alert")).to_contain_text("Stop cannot reach it")
-    page.close()
+    """The studio in two languages, and the face."""
+    with (
+        visiting(browser, locale="en") as english,
+        visiting(browser, locale="ja") as japanese,
+    ):
+        studios = {"en": english.new_page(), "ja": japanese.new_page()}
+        face = english.new_page()
+        with partner(tmp_path, "--forget") as said:
+            url = address(said)
+            for language, page in studios.items():
+                open_studio(page, url)
+                until(page, lambda now: now["phase"] != "stopped")
+                expect(page.locator(".pill")).to_have_text(ALIVE[language])
+            face.goto(url + "/face")
+            expect(face.get_by_role("button", name="Stop", exact=True)).to_be_visible()
+        expect(face.get_by_role("button", name=NO_STOP["en"])).to_be_visible()
+        expect(face.get_by_role("alert")).to_contain_text("Stop cannot reach it")
+        for language, page in studios.items():
+            expect(page.get_by_role("alert").filter(has_text=ALONE[language])).to_be_visible()
+        page.wait_for_timeout(2500)  # NiceGUI's own message would have come
+        for language, page in studios.items():
+            text = shown(page)
+            assert not ALIVE[language].search(text)
+            assert text.count(ALONE[language]) == 1
+            assert not re.search("[Cc]onnection lost|[Rr]econnect", text)
+            page.get_by_role("button", name=NO_STOP[language]).click()
+            expect(page.locator(".unsent")).to_be_visible()
+        with partner(tmp_path, "--forget", "--port", url.rsplit(":", 1)[1]):
+            until(page, lambda now: now["stop"] and now["held"])  # whatever else had stopped it
+            for page in studios.values():
+                expect(page.locator(".stop-button .reached")).to_be_visible()
+                expect(page.locator(".unsent")).to_be_hidden()

@@ -1,11 +1,18 @@
 """A device that nobody knows yet: it is led to the pairing page, and from there to its wish."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser, expect
-from tests.fixtures.browser import needs_browser
-from tests.fixtures.live import address, started
+from tests.fixtures.browser import (
+    look_over,
+    needs_browser,
+    partner,
+    press_above,
+    visiting,
+)
+from tests.fixtures.live import address
 
 pytestmark = needs_browser
 
@@ -15,22 +22,36 @@ WORDS = {
 }
 
 
-@pytest.mark.parametrize("language", ["en", "ja"])
+@pytest.fixture(scope="module")
+def guarded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, str]]:
+    """A partner that other devices reach: its address and its token."""
+    folder: Path = tmp_path_factory.mktemp("guarded")
+    with partner(folder, "--forget", "--host", "0.0.0.0") as said:
+        yield address(said), (folder / "token").read_text().strip()
+
+
+@pytest.mark.parametrize("language", WORDS)
 def test_an_unknown_browser_is_led_to_pairing_and_then_to_the_page_it_wanted(
-    browser: Browser, tmp_path: Path, language: str
+    browser: Browser, guarded: tuple[str, str], language: str
 ) -> None:
+    url, token = guarded
     pair, wrong = WORDS[language]
-    context = browser.new_context(locale=language)
-    page = context.new_page()
-    with started(tmp_path, "--forget", "--host", "0.0.0.0") as said:
-        url = address(said)
+    with visiting(browser, locale=language) as context:
+        page = context.new_page()
         page.goto(url + "/face")
         page.wait_for_url("**/pair#/face")
+        found = look_over(page, "pairing")
         page.get_by_role("textbox").fill("nonsense")
         page.get_by_role("button", name=pair).click()
         expect(page.get_by_role("status")).to_contain_text(wrong)
-        page.get_by_role("textbox").fill((tmp_path / "token").read_text().strip())
+        page.get_by_role("textbox").fill(token)
         page.get_by_role("button", name=pair).click()
         page.wait_for_url("**/face")
         page.wait_for_function("document.documentElement.dataset.connected === 'true'")
-        context.close()
+        if language == "en":
+            page.goto(url)
+            page.wait_for_function("window.did_handshake")
+            press_above(page, "Face")
+            expect(page.locator(".q-dialog .qr")).to_be_visible()
+            found += look_over(page, "the dialog with codes")
+    assert found == []

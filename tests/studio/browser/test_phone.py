@@ -5,13 +5,14 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import Browser, Page, expect
 from tests.fixtures.browser import (
-    PATIENCE,
+    PHONE,
     ask,
     needs_browser,
     on_screen,
     press_above,
+    release,
     until,
-    without_3d,
+    visiting,
 )
 
 pytestmark = needs_browser
@@ -19,36 +20,32 @@ pytestmark = needs_browser
 
 @pytest.fixture
 def phone(browser: Browser, url: str) -> Iterator[Page]:
-    context = browser.new_context(
-        viewport={"width": 390, "height": 780}, has_touch=True, is_mobile=True, locale="en-GB"
-    )
-    context.set_default_timeout(PATIENCE)
-    page = context.new_page()
-    page.goto(url + "/?quality=low")
-    page.wait_for_function(
-        "window.did_handshake && document.querySelector('.robot-view')?.view?.ready"
-    )
-    yield page
-    context.close()
+    with visiting(browser, viewport=PHONE, has_touch=True, is_mobile=True) as context:
+        page = context.new_page()
+        page.goto(url + "/?quality=low")
+        page.wait_for_function(
+            "window.did_handshake && document.querySelector('.robot-view')?.view?.ready"
+        )
+        yield page
 
 
-def test_stop_is_large_in_a_single_row_and_the_rest_is_behind_a_button(phone: Page) -> None:
-    ask(phone, "/stop")
-    expect(phone.get_by_role("button", name="Release", exact=True)).to_be_visible()
+def test_stop_is_large_in_a_single_row_and_the_rest_is_behind_a_button(studio: Page) -> None:
+    studio.set_viewport_size(PHONE)
+    ask(studio, "/stop")
+    expect(studio.get_by_role("button", name="Release", exact=True)).to_be_visible()
     for name in ("Stop", "Release"):
-        button = phone.get_by_role("button", name=name, exact=True)
+        button = studio.get_by_role("button", name=name, exact=True)
         expect(button).to_be_in_viewport(ratio=1)
         box = button.bounding_box()
         assert box is not None
         assert box["height"] >= 56
         assert box["width"] >= 72
-    header = phone.locator("header").bounding_box()
+    header = studio.locator("header").bounding_box()
     assert header is not None
     assert header["height"] <= 80
-    ask(phone, "/release")
-    press_above(phone, "Pause")
-    until(phone, lambda now: now["paused"])
-    ask(phone, "/pause", paused=False)
+    release(studio)
+    press_above(studio, "Pause")
+    until(studio, lambda now: now["paused"])
 
 
 def swipe(page: Page, x: float, y: float, way: float) -> None:
@@ -81,31 +78,26 @@ def test_a_finger_scrolls_past_the_robot_and_still_drags_the_hand(phone: Page) -
     ask(phone, "/hand", position=None)
 
 
-def test_a_page_can_be_enlarged(phone: Page, url: str) -> None:
+def test_a_page_can_be_enlarged(page: Page, url: str) -> None:
     for path in ("/", "/face"):
-        phone.goto(url + path)
-        content = phone.locator("meta[name=viewport]").get_attribute("content")
+        page.goto(url + path)
+        content = page.locator("meta[name=viewport]").get_attribute("content")
         assert content is not None
         assert "user-scalable" not in content
         assert "maximum-scale" not in content
 
 
-def test_a_reload_keeps_the_tab_and_the_strength(browser: Browser, url: str) -> None:
-    context = browser.new_context(locale="en-GB")
-    page = without_3d(context, url)
-    page.get_by_role("tab", name="Body").click()
-    slider = page.get_by_role("slider", name="Strength of a remark")
+def test_a_reload_keeps_the_tab_and_the_strength(studio: Page) -> None:
+    studio.get_by_role("tab", name="Body").click()
+    slider = studio.get_by_role("slider", name="Strength of a remark")
     slider.locator("[tabindex]").focus()
-    page.keyboard.press("ArrowLeft")
+    studio.keyboard.press("ArrowLeft")
     expect(slider).to_have_attribute("aria-valuenow", "0.65")
-    page.reload()
-    expect(page.get_by_role("tab", name="Body")).to_have_attribute("aria-selected", "true")
-    expect(page.get_by_role("slider", name="Strength of a remark")).to_have_attribute(
-        "aria-valuenow", "0.65"
-    )
-    page.wait_for_function("window.did_handshake")
-    page.locator("[data-feeling=anger]").focus()
-    page.keyboard.press("Enter")
-    page.get_by_role("tab", name="Contact").click()
-    expect(page.locator(".log")).to_contain_text("anger, strength 0.65")
-    context.close()
+    studio.reload()
+    expect(studio.get_by_role("tab", name="Body")).to_have_attribute("aria-selected", "true")
+    expect(slider).to_have_attribute("aria-valuenow", "0.65")
+    studio.wait_for_function("window.did_handshake")
+    studio.locator("[data-feeling=anger]").focus()
+    studio.keyboard.press("Enter")
+    studio.get_by_role("tab", name="Contact").click()
+    expect(studio.locator(".log")).to_contain_text("anger, strength 0.65")

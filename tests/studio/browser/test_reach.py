@@ -27,41 +27,41 @@ def reach_in(page: Page) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("side", SIDES)
-def test_the_hand_is_dragged_to_the_arm_that_is_pointed_at(studio: Page, side: str) -> None:
-    ask(studio, "/pause", paused=True)  # the arm stays where it is
-    until(studio, lambda now: now["phase"] == "idle" and now["hand_speed"] < 0.002)
-    studio.evaluate(
+def test_the_hand_is_dragged_to_the_arm_that_is_pointed_at(scene: Page, side: str) -> None:
+    ask(scene, "/pause", paused=True)  # the arm stays where it is
+    until(scene, lambda now: now["phase"] == "idle" and now["hand_speed"] < 0.002)
+    scene.evaluate(
         "eye => { const {camera, controls} = document.querySelector('.robot-view').view;"
         " camera.position.set(...eye); controls.update(); }",
         SIDES[side],
     )
-    out = reach_in(studio)
-    start, goal = out["hand"]["position"], arm(state(studio))
-    studio.mouse.move(*on_screen(studio, start))
-    studio.mouse.down()
-    studio.mouse.move(*on_screen(studio, goal.tolist()), steps=8)
+    out = reach_in(scene)
+    start, goal = out["hand"]["position"], arm(state(scene))
+    scene.mouse.move(*on_screen(scene, start))
+    scene.mouse.down()
+    scene.mouse.move(*on_screen(scene, goal.tolist()), steps=8)
     # It touches, where the arm was when it was pointed at; a soft arm gives way.
     until(
-        studio,
+        scene,
         lambda now: (
             now["force"] > 0.5 and np.linalg.norm(now["hand"]["position"] - goal) < 3 * HAND_SIZE[0]
         ),
     )
-    studio.mouse.up()
-    assert studio.evaluate("document.querySelector('.robot-view').view.marks.ring.visible")
-    assert studio.evaluate("document.querySelector('.robot-view').view.marks.shadow.visible")
+    scene.mouse.up()
+    assert scene.evaluate("document.querySelector('.robot-view').view.marks.ring.visible")
+    assert scene.evaluate("document.querySelector('.robot-view').view.marks.shadow.visible")
 
 
-def test_the_arrow_keys_work_at_once(studio: Page) -> None:
-    ask(studio, "/pause", paused=True)  # the hand goes as deep as the arm, which stays where it is
-    until(studio, lambda now: now["phase"] == "idle" and now["hand_speed"] < 0.002)
-    studio.get_by_role("button", name="Reach in").focus()
-    studio.keyboard.press("Enter")
-    until(studio, lambda now: now["hand_out"])
-    expect(studio.locator(".robot-view canvas")).to_be_focused()
+def test_the_arrow_keys_work_at_once(scene: Page) -> None:
+    ask(scene, "/pause", paused=True)  # the hand goes as deep as the arm, which stays where it is
+    until(scene, lambda now: now["phase"] == "idle" and now["hand_speed"] < 0.002)
+    scene.get_by_role("button", name="Reach in").focus()
+    scene.keyboard.press("Enter")
+    until(scene, lambda now: now["hand_out"])
+    expect(scene.locator(".robot-view canvas")).to_be_focused()
     for _ in range(4):
-        studio.keyboard.press("ArrowUp")
-    raised = until(studio, lambda now: now["hand"]["position"][2] > 0.195)["hand"]["position"]
+        scene.keyboard.press("ArrowUp")
+    raised = until(scene, lambda now: now["hand"]["position"][2] > 0.195)["hand"]["position"]
     for _ in range(4):
-        studio.keyboard.press("Shift+ArrowDown")  # towards who looks
-    until(studio, lambda now: now["hand"]["position"][0] > raised[0] + 0.02)
+        scene.keyboard.press("Shift+ArrowDown")  # towards who looks
+    until(scene, lambda now: now["hand"]["position"][0] > raised[0] + 0.02)

@@ -4,7 +4,7 @@ import base64
 
 import numpy as np
 import pytest
-from playwright.sync_api import BrowserContext, Page, expect
+from playwright.sync_api import Page, expect
 from tests.fixtures.browser import needs_browser, until
 
 from miburi.senses.tone import ToneOfVoice, measure_prosody, tones
@@ -29,21 +29,18 @@ RECOGNISER = """
 """
 
 
-def face(context: BrowserContext, url: str, script: str) -> Page:
-    page = context.new_page()
-    page.add_init_script(script)
-    page.goto(url + "/face")
+def listen(page: Page, url: str, script: str) -> None:
+    """Open the face in a browser with a recogniser, and switch spoken words on."""
+    with page.add_init_script(script):
+        page.goto(url + "/face")
     page.wait_for_function("document.documentElement.dataset.connected === 'true'")
     page.locator(".senses summary").click()
     page.get_by_role("switch", name="Spoken words").click()
-    return page
 
 
 @pytest.mark.parametrize("there", ["available", "downloadable"])
-def test_what_is_said_into_a_held_button_is_said_to_it(
-    context: BrowserContext, url: str, there: str
-) -> None:
-    page = face(context, url, RECOGNISER % (there, "true"))
+def test_what_is_said_into_a_held_button_is_said_to_it(page: Page, url: str, there: str) -> None:
+    listen(page, url, RECOGNISER % (there, "true"))
     expect(page.locator("html")).to_have_attribute("data-speech", "on")
     page.locator(".senses summary").click()
     page.get_by_text("Say something", exact=True).click()
@@ -72,10 +69,8 @@ def test_what_is_said_into_a_held_button_is_said_to_it(
     ],
     ids=["none", "not installed", "no promise", "older", "webkit"],
 )
-def test_no_voice_goes_to_a_recogniser_elsewhere(
-    context: BrowserContext, url: str, script: str
-) -> None:
-    page = face(context, url, script)
+def test_no_voice_goes_to_a_recogniser_elsewhere(page: Page, url: str, script: str) -> None:
+    listen(page, url, script)
     expect(page.locator(".senses output")).to_contain_text("Others would send your voice away")
     expect(page.get_by_role("switch", name="Spoken words")).not_to_be_checked()
     assert page.locator(".speak").count() == 0
@@ -104,8 +99,8 @@ SAY = """(sentence) => {
 }"""
 
 
-def test_a_raised_voice_weighs_what_the_words_say(context: BrowserContext, url: str) -> None:
-    page = face(context, url, RECOGNISER % ("available", "true") + MICROPHONE)
+def test_a_raised_voice_weighs_what_the_words_say(page: Page, url: str) -> None:
+    listen(page, url, RECOGNISER % ("available", "true") + MICROPHONE)
     page.locator(".senses summary").click()
     page.get_by_text("Say something", exact=True).click()
     sent: list[object] = []

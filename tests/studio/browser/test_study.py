@@ -12,7 +12,7 @@ import pytest
 from PIL import Image
 from playwright.sync_api import Browser, Page, expect
 from starlette.testclient import TestClient
-from tests.fixtures.browser import PATIENCE, needs_browser, tab_to, violations
+from tests.fixtures.browser import needs_browser, tab_to, violations, visiting
 from tests.fixtures.live import serving
 from tests.fixtures.study import TWO_FILMS, Lab
 
@@ -144,10 +144,8 @@ class Walk:
 
 @pytest.fixture
 def page(browser: Browser) -> Iterator[Page]:
-    context = browser.new_context(locale="en-GB")
-    context.set_default_timeout(PATIENCE)
-    yield context.new_page()
-    context.close()
+    with visiting(browser) as context:
+        yield context.new_page()
 
 
 @pytest.mark.parametrize("language", WORDS)

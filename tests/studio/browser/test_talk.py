@@ -4,8 +4,8 @@ import re
 from urllib.parse import urljoin
 
 import pytest
-from playwright.sync_api import BrowserContext, Page, expect
-from tests.fixtures.browser import ask, needs_browser, until, without_3d
+from playwright.sync_api import Page, expect
+from tests.fixtures.browser import ask, needs_browser, open_studio, until
 
 pytestmark = needs_browser
 
@@ -23,9 +23,9 @@ def say(page: Page, text: str) -> str:
 
 @pytest.mark.parametrize("place", ["/", "/face"])
 def test_it_says_what_it_heard_and_why_and_what_it_feels(
-    context: BrowserContext, url: str, place: str
+    studio: Page, url: str, place: str
 ) -> None:
-    page = without_3d(context, url)
+    page = studio
     if place == "/face":
         page.goto(urljoin(url, place))
         page.get_by_text("Say something", exact=True).click()
@@ -44,9 +44,8 @@ def test_it_says_what_it_heard_and_why_and_what_it_feels(
     assert say(page, "How are you?").startswith("You asked what I feel. “")
 
 
-def test_of_the_faces_panels_one_is_open_at_a_time(context: BrowserContext, url: str) -> None:
-    page = context.new_page()
-    page.goto(urljoin(url, "/face"))
+def test_of_the_faces_panels_one_is_open_at_a_time(face: Page) -> None:
+    page = face
     page.get_by_text("Say something", exact=True).click()
     line, switch = page.get_by_label("Say something to it"), page.get_by_role("switch").first
     expect(line).to_be_visible()
@@ -55,8 +54,8 @@ def test_of_the_faces_panels_one_is_open_at_a_time(context: BrowserContext, url:
     expect(line).to_be_hidden()
 
 
-def test_what_watches_or_listens_is_told_beside_stop(context: BrowserContext, url: str) -> None:
-    page = without_3d(context, url)
+def test_what_watches_or_listens_is_told_beside_stop(studio: Page) -> None:
+    page = studio
     page.evaluate("document.documentElement.dataset.eyes = 'on'")
     for size in ({"width": 1280, "height": 800}, {"width": 390, "height": 844}):
         page.set_viewport_size(size)
@@ -66,8 +65,8 @@ def test_what_watches_or_listens_is_told_beside_stop(context: BrowserContext, ur
     expect(page.get_by_text("Listening", exact=True)).to_be_hidden()
 
 
-def test_the_log_says_why_and_what_is_open_stays_open(context: BrowserContext, url: str) -> None:
-    page = without_3d(context, url)
+def test_the_log_says_why_and_what_is_open_stays_open(studio: Page) -> None:
+    page = studio
     say(page, "I feel miserable")
     entry = page.locator(".log details", has_text="for “miserable”").first
     entry.locator("summary").focus()
@@ -88,8 +87,8 @@ def test_the_log_says_why_and_what_is_open_stays_open(context: BrowserContext, u
     expect(entry.get_by_text("“miserable” +")).to_be_hidden()
 
 
-def test_it_understands_and_answers_in_japanese(context: BrowserContext, url: str) -> None:
-    page = without_3d(context, url + "/?lang=ja")
+def test_it_understands_and_answers_in_japanese(page: Page, url: str) -> None:
+    open_studio(page, url + "/?lang=ja")
     line = page.get_by_label("話しかける")
     line.fill("今日はとても嬉しい")
     page.get_by_role("button", name="話す").click()

@@ -1,13 +1,12 @@
 """The face is stroked, patted, poked; the phone is lifted, shaken, knocked and dropped."""
 
-from collections.abc import Callable, Iterator
-from typing import Any
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from playwright.sync_api import Browser, BrowserContext, CDPSession, Page, Route, expect
-from tests.fixtures.browser import PATIENCE, ask, needs_browser
+from playwright.sync_api import Browser, CDPSession, Page, Route, expect
+from tests.fixtures.browser import ask, needs_browser, posts, visiting
 
 pytestmark = needs_browser
 
@@ -16,24 +15,6 @@ FAR = "http://partner.test"
 #: A phone's readings a second.
 RATE = 60
 Array = NDArray[np.float64]
-
-
-@pytest.fixture
-def phone(browser: Browser, url: str) -> Iterator[Page]:
-    context = browser.new_context(viewport={"width": 390, "height": 780}, has_touch=True)
-    context.set_default_timeout(PATIENCE)
-    page = context.new_page()
-    page.goto(url + "/face")
-    page.wait_for_function("document.documentElement.dataset.connected === 'true'")
-    yield page
-    context.close()
-
-
-def senses(page: Page) -> list[dict[str, Any]]:
-    """Collect what the page says that happened."""
-    sent: list[dict[str, Any]] = []
-    page.on("request", lambda r: r.url.endswith("/sense") and sent.append(r.post_data_json))
-    return sent
 
 
 def draw(page: Page, way: float) -> None:
@@ -51,54 +32,51 @@ def draw(page: Page, way: float) -> None:
     touch("touchEnd")
 
 
-def test_a_stroke_of_the_face_pleases(phone: Page) -> None:
-    sent = senses(phone)
-    draw(phone, 300)
-    expect(phone.locator("#now")).to_have_text("happiness")
+def test_a_stroke_of_the_face_pleases_and_a_tap_is_a_pat(face: Page) -> None:
+    sent = posts(face, "/sense")
+    draw(face, 300)
+    expect(face.locator("#now")).to_have_text("happiness")
     assert sent == [{"kind": "stroke"}]
+    with face.expect_request("**/sense"):
+        draw(face, 0)
+    assert sent == [{"kind": "stroke"}, {"kind": "pat"}], "a name goes, and nothing else"
 
 
-@pytest.mark.parametrize(
-    ("way", "seconds", "kinds"),
-    [(250, 0.6, ["stroke"]), (1000, 2.0, ["stroke"]), (250, 0.05, []), (250, 4.0, []),
-     (60, 0.3, []), (8, 0.1, ["pat"]), (0, 1.0, ["hold"])],
-    ids=["a stroke", "a long one", "a flick", "too slow", "too short", "a tap", "a long press"],
-)  # fmt: skip
-def test_the_way_of_a_finger_gets_its_name(
-    workbench: Page, way: float, seconds: float, kinds: list[str]
-) -> None:
+def test_the_way_of_a_finger_gets_its_name(workbench: Page) -> None:
+    cases = {
+        "a stroke": (250, 0.6, ["stroke"]), "a long one": (1000, 2.0, ["stroke"]),
+        "a flick": (250, 0.05, []), "too slow": (250, 4.0, []), "too short": (60, 0.3, []),
+        "a tap": (8, 0.1, ["pat"]), "a long press": (0, 1.0, ["hold"]),
+    }  # fmt: skip
     found = workbench.evaluate(
-        """async ([way, seconds]) => {
-          const { Touch } = await import("/static/touch.js"), touch = new Touch();
-          const found = [touch.down(10, 10, 0)];
-          for (let k = 0.05; k < 1.01; k += 0.05)
-            found.push(touch.move(10 + way * k, 10, 1000 * seconds * k));
-          return [...found, touch.up(1000 * seconds)].filter((kind) => kind);
+        """async (cases) => {
+          const { Touch } = await import("/static/touch.js");
+          return cases.map(([way, seconds]) => {
+            const touch = new Touch(), found = [touch.down(10, 10, 0)];
+            for (let k = 0.05; k < 1.01; k += 0.05)
+              found.push(touch.move(10 + way * k, 10, 1000 * seconds * k));
+            return [...found, touch.up(1000 * seconds)].filter((kind) => kind);
+          });
         }""",
-        [way, seconds],
+        [case[:2] for case in cases.values()],
     )
-    assert found == kinds
+    assert dict(zip(cases, found, strict=True)) == {name: case[2] for name, case in cases.items()}
 
 
-def test_patting_pleases_and_poking_angers(phone: Page) -> None:
-    sent = senses(phone)
-    draw(phone, 0)
-    phone.wait_for_timeout(2100)
+def test_patting_pleases_and_poking_angers(face: Page) -> None:
+    sent = posts(face, "/sense")
     # Eight presses within 2 s, however busy this computer is.
-    phone.evaluate("for (let i = 0; i < 8; i++) document.getElementById('face').click()")
-    expect(phone.locator("#now")).to_have_text("anger")
-    assert [one["kind"] for one in sent] == ["pat"] * 6 + ["poke"] * 3
-    assert all(one.keys() == {"kind"} for one in sent), "a name goes, and nothing else"
+    face.evaluate("for (let i = 0; i < 8; i++) document.getElementById('face').click()")
+    expect(face.locator("#now")).to_have_text("anger")
+    assert sent == [{"kind": "pat"}] * 5 + [{"kind": "poke"}] * 3
 
 
-def test_the_face_is_patted_by_keyboard(context: BrowserContext, url: str) -> None:
-    page = context.new_page()
-    page.goto(url + "/face")
-    sent = senses(page)
-    page.locator("#face").focus()
-    with page.expect_request("**/sense"):
-        page.keyboard.press("Enter")
-    page.wait_for_timeout(150)  # another would have come
+def test_the_face_is_patted_by_keyboard(face: Page) -> None:
+    sent = posts(face, "/sense")
+    face.locator("#face").focus()
+    with face.expect_request("**/sense"):
+        face.keyboard.press("Enter")
+    face.evaluate("new Promise((done) => setTimeout(done, 100))")  # another would have come
     assert sent == [{"kind": "pat"}]
 
 
@@ -139,31 +117,29 @@ def fall(rng: np.random.Generator, seconds: float) -> tuple[Array, Array]:
     return own, down
 
 
-@pytest.mark.parametrize(
-    ("made", "kinds"),
-    [
-        (lambda rng: recording(3, rng), []),
-        (lambda rng: spike(rng, rng.uniform(24, 60)), ["knock"]),
-        (lambda rng: spike(rng, 14), []),
-        (lambda rng: shake(rng, rng.uniform(16, 30), 1.0), ["shake"]),
-        (lambda rng: shake(rng, rng.uniform(3, 9), 2.0), []),
-        (lambda rng: shake(rng, 20, 4.2), ["shake", "shake", "shake_on"]),
-        (lambda rng: turn(rng, rng.uniform(40, 90), 0.7), ["lift"]),
-        (lambda rng: turn(rng, 40, 6.0), []),
-        (lambda rng: fall(rng, rng.uniform(0.25, 0.4)), ["drop"]),
-        (lambda rng: fall(rng, 0.1), []),
-    ],
-    ids=["still", "knock", "a soft knock", "shake", "a ride", "shaken on", "lifted", "leaning",
-         "dropped", "a slip"],
-)  # fmt: skip
-def test_what_the_sensors_say_gets_its_name(
-    workbench: Page, made: Callable[[np.random.Generator], tuple[Array, Array]], kinds: list[str]
-) -> None:
-    found = []
-    for seed in range(10):
-        own, down = made(np.random.default_rng(seed))
-        found.append(noticed(workbench, own, own + down))
-    assert found == [kinds] * 10
+#: What is made of a phone's readings.
+MOTIONS: dict[str, tuple[Callable[[np.random.Generator], tuple[Array, Array]], list[str]]] = {
+    "still": (lambda rng: recording(3, rng), []),
+    "knock": (lambda rng: spike(rng, rng.uniform(24, 60)), ["knock"]),
+    "a soft knock": (lambda rng: spike(rng, 14), []),
+    "shake": (lambda rng: shake(rng, rng.uniform(16, 30), 1.0), ["shake"]),
+    "a ride": (lambda rng: shake(rng, rng.uniform(3, 9), 2.0), []),
+    "shaken on": (lambda rng: shake(rng, 20, 4.2), ["shake", "shake", "shake_on"]),
+    "lifted": (lambda rng: turn(rng, rng.uniform(40, 90), 0.7), ["lift"]),
+    "leaning": (lambda rng: turn(rng, 40, 6.0), []),
+    "dropped": (lambda rng: fall(rng, rng.uniform(0.25, 0.4)), ["drop"]),
+    "a slip": (lambda rng: fall(rng, 0.1), []),
+}
+
+
+def test_what_the_sensors_say_gets_its_name(workbench: Page) -> None:
+    wrong = []
+    for name, (made, kinds) in MOTIONS.items():
+        for seed in range(10):
+            own, down = made(np.random.default_rng(seed))
+            if (found := noticed(workbench, own, own + down)) != kinds:
+                wrong.append((name, seed, found))
+    assert wrong == []
 
 
 def noticed(page: Page, own: Array, whole: Array, moved: float = 1e9) -> list[str]:
@@ -195,40 +171,49 @@ def sensors(devtools: CDPSession, name: str, x: float, y: float, z: float) -> No
     devtools.send("Emulation.setSensorOverrideReadings", reading)
 
 
-def test_a_phone_that_is_lifted_tells_its_partner(phone: Page) -> None:
+def test_a_phone_that_is_lifted_tells_its_partner(face: Page) -> None:
     """Chromium's own sensors: they are turned, and the partner is surprised."""
-    ask(phone, "/pause", paused=True)  # or its own gestures would be ignored
-    sent = senses(phone)
-    devtools = phone.context.new_cdp_session(phone)
+    ask(face, "/pause", paused=True)  # or its own gestures would be ignored
+    sent = posts(face, "/sense")
+    devtools = face.context.new_cdp_session(face)
     for name in ("accelerometer", "linear-acceleration", "gyroscope"):
         devtools.send("Emulation.setSensorOverrideEnabled", {"enabled": True, "type": name})
     sensors(devtools, "linear-acceleration", 0, 0, 0)
     sensors(devtools, "gyroscope", 0, 0, 0)
     sensors(devtools, "accelerometer", 0, 0, 9.8)
-    phone.wait_for_function("document.documentElement.dataset.phase === 'idle'")
-    phone.locator(".senses summary").click()
-    phone.get_by_role("switch", name="Motion").click()
-    expect(phone.locator("html")).to_have_attribute("data-motion", "on")
-    phone.evaluate("window.readings = 0; ondevicemotion = () => window.readings++")
-    phone.wait_for_function(f"window.readings > {0.7 * RATE}")
+    face.wait_for_function("document.documentElement.dataset.phase === 'idle'")
+    face.locator(".senses summary").click()
+    face.get_by_role("switch", name="Motion").click()
+    expect(face.locator("html")).to_have_attribute("data-motion", "on")
+    face.evaluate("window.readings = 0; ondevicemotion = () => window.readings++")
+    face.wait_for_function(f"window.readings > {0.7 * RATE}")
     sensors(devtools, "accelerometer", 9.8, 0, 0)
-    phone.wait_for_function("document.querySelector('#now').textContent === 'surprise'")
+    face.wait_for_function("document.querySelector('#now').textContent === 'surprise'")
     assert sent == [{"kind": "lift"}]
-    ask(phone, "/pause", paused=False)
+    devtools.detach()
 
 
-def test_a_page_that_is_not_secure_says_why_it_feels_no_motion(browser: Browser, url: str) -> None:
-    page = browser.new_context().new_page()
+@pytest.mark.parametrize(
+    ("language", "words"),
+    [("en", "localhost or over https; this page is neither"), ("ja", "localhost か https")],
+)
+def test_what_a_page_that_is_not_secure_cannot_do_is_grey_and_says_why(
+    browser: Browser, url: str, language: str, words: str
+) -> None:
+    """As on a phone that came by plain http."""
 
     def serve(route: Route) -> None:
         known = {**route.request.headers, "origin": url}
         route.fulfill(response=route.fetch(url=route.request.url.replace(FAR, url), headers=known))
 
-    page.route(FAR + "/**", serve)
-    page.goto(FAR + "/face")
-    assert page.evaluate("window.isSecureContext") is False
-    page.evaluate("document.querySelector('.senses').open = true")
-    expect(page.get_by_role("switch", name="Motion", include_hidden=True)).to_be_disabled()
-    expect(page.locator("#about-motion")).to_contain_text("https")
-    expect(page.get_by_role("switch", name="Voice", include_hidden=True)).to_be_enabled()
-    page.context.close()
+    with visiting(browser, locale=language) as context:
+        page = context.new_page()
+        page.route(FAR + "/**", serve)
+        page.goto(FAR + "/face")
+        assert page.evaluate("window.isSecureContext") is False
+        page.evaluate("document.querySelector('.senses').open = true")
+        for name in ("motion", "ears", "eyes"):
+            expect(page.locator(f"[data-sense={name}]")).to_be_disabled()
+            expect(page.locator(f"#about-{name}")).to_contain_text(words)
+            expect(page.locator(f"#about-{name}")).to_contain_text("miburi run --https")
+        expect(page.locator("[data-sense=voice]")).to_be_enabled()

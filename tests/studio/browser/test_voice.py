@@ -1,10 +1,11 @@
 """The partner's voice in a real browser: chirps that sound, words that are spoken, a mouth."""
 
 import json
+from collections.abc import Iterator
 
 import pytest
-from playwright.sync_api import BrowserContext, Page, expect
-from tests.fixtures.browser import ask, needs_browser, without_3d
+from playwright.sync_api import Page, expect
+from tests.fixtures.browser import ask, needs_browser, open_studio
 
 from miburi.feelings.catalogue import CATALOGUE
 
@@ -42,18 +43,17 @@ def wait_for_moves(page: Page, least: float) -> None:
     page.wait_for_function(f"Math.max(...gapes) - Math.min(...gapes) > {least}")
 
 
-def open_face(context: BrowserContext, url: str) -> Page:
-    """Open the face on a device with two voices."""
-    page = context.new_page()
-    page.add_init_script(TWO_VOICES)
+def open_face(page: Page, url: str) -> None:
     page.goto(url + "/face")
     page.wait_for_function("document.documentElement.dataset.connected === 'true'")
-    return page
 
 
 @pytest.fixture
-def face(context: BrowserContext, url: str) -> Page:
-    return open_face(context, url)
+def face(page: Page, url: str) -> Iterator[Page]:
+    """The face on a device with two voices, after reloads, too."""
+    with page.add_init_script(TWO_VOICES):
+        open_face(page, url)
+        yield page
 
 
 def switch(page: Page, name: str = "Voice") -> None:
@@ -80,11 +80,9 @@ def test_it_speaks_with_a_voice_of_the_device_and_moves_its_mouth(face: Page) ->
     face.wait_for_function("Number(document.body.dataset.gape) < 1")
 
 
-def test_a_feeling_sounds_where_no_voice_is_installed(context: BrowserContext, url: str) -> None:
+def test_a_feeling_sounds_where_no_voice_is_installed(page: Page, url: str) -> None:
     """Debian's Chromium has none: what moves the mouth here is sound that was measured."""
-    page = context.new_page()
-    page.goto(url + "/face")
-    page.wait_for_function("document.documentElement.dataset.connected === 'true'")
+    open_face(page, url)
     switch(page)
     expect(page.locator("html")).to_have_attribute("data-voice", "on")
     assert page.evaluate("speechSynthesis.getVoices().length") == 0
@@ -93,13 +91,18 @@ def test_a_feeling_sounds_where_no_voice_is_installed(context: BrowserContext, u
     wait_for_moves(page, 5)
 
 
-def test_it_is_silent_until_it_is_switched_on_and_nothing_of_it_is_loaded(face: Page) -> None:
+def test_it_is_silent_until_it_is_switched_on_and_what_was_said_before_is_past(face: Page) -> None:
     ask(face, "/speak", text="Does nobody hear me?")
     expect(face.locator("#spoken")).to_have_text("Does nobody hear me?")
     loaded = face.evaluate("performance.getEntriesByType('resource').map((one) => one.name)")
     assert any(name.endswith("/senses.js") for name in loaded)
     assert not any(name.endswith("/voice.js") for name in loaded)
     assert face.evaluate("window.spoken") == []
+    switch(face)
+    expect(face.locator("html")).to_have_attribute("data-voice", "on")
+    ask(face, "/speak", text="Now.")
+    face.wait_for_function("window.spoken.length")
+    assert [one["text"] for one in face.evaluate("window.spoken")] == ["Now."]
 
 
 def test_its_mouth_shuts_though_the_device_never_says_that_it_has_ended(face: Page) -> None:
@@ -120,16 +123,6 @@ def test_its_mouth_shuts_though_the_device_never_says_that_it_has_ended(face: Pa
     face.wait_for_function("window.opened !== undefined")
     assert face.evaluate("window.opened") is not None
     face.wait_for_function("window.opening() === null")
-
-
-def test_what_was_said_before_it_was_switched_on_is_past(face: Page) -> None:
-    ask(face, "/speak", text="Too early.")
-    expect(face.locator("#spoken")).to_have_text("Too early.")
-    switch(face)
-    expect(face.locator("html")).to_have_attribute("data-voice", "on")
-    ask(face, "/speak", text="Now.")
-    face.wait_for_function("window.spoken.length")
-    assert [one["text"] for one in face.evaluate("window.spoken")] == ["Now."]
 
 
 def test_a_reload_remembers_it_and_waits_for_a_touch(face: Page) -> None:
@@ -154,11 +147,9 @@ def test_a_reload_remembers_it_and_waits_for_a_touch(face: Page) -> None:
     expect(face.locator("html")).not_to_have_attribute("data-voice", "on")
 
 
-def test_the_studio_has_a_voice_too_and_the_answer_is_spoken(
-    context: BrowserContext, url: str
-) -> None:
-    context.add_init_script(TWO_VOICES)
-    page = without_3d(context, url)
+def test_the_studio_has_a_voice_too_and_the_answer_is_spoken(page: Page, url: str) -> None:
+    with page.add_init_script(TWO_VOICES):
+        open_studio(page, url)
     switch(page)
     expect(page.locator("html")).to_have_attribute("data-voice", "on")
     line = page.get_by_label("Say something to it")

@@ -1,0 +1,1 @@
+"""Pages in a real browser: one browser and one live partner for all files here."""
