@@ -60,8 +60,10 @@ def values(status: Told) -> dict[str, str]:
     return {one["key"]: one["value"] for one in status["values"]}
 
 
-def hear_refusal(peer: Peer) -> tuple[str, str]:
-    told = json.loads(peer.hear("/refused")["data"])
+def hear_refusal(peer: Peer, topic: str = "") -> tuple[str, str]:
+    """Return topic and reason of the next refusal, or of the next on a topic."""
+    heard = peer.hear("/refused", lambda one: topic in json.loads(one["data"])["topic"])
+    told = json.loads(heard["data"])
     return told["topic"], told["why"]
 
 
@@ -197,7 +199,7 @@ def test_ros_may_stop_it_and_cannot_release_it(door: RemotePartner, peer: Peer) 
         peer.say("/feel", STRING, {"data": data})
     peer.listen("/refused", STRING)
     peer.say("/robot_face/expression", EXPRESSED, {"expression": "disgusted"})
-    assert "until a person releases it" in hear_refusal(peer)[1]
+    assert "until a person releases it" in hear_refusal(peer, "/robot_face/expression")[1]
     stays_stopped(door)
     door.release()  # a person does
     hear_stop(peer, lambda values: "reason" not in values)
