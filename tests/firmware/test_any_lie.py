@@ -40,7 +40,7 @@ def lying(kind: str, size: int, frozen: int, every: int) -> Callable[[int], int]
 
 
 @settings(
-    max_examples=int(os.environ.get("MIBURI_LIES", "20")),
+    max_examples=int(os.environ.get("MIBURI_LIES", "10")),
     deadline=None,
     derandomize=True,
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],

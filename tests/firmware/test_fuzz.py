@@ -18,8 +18,8 @@ from miburi.safety.move import Move
 from miburi.safety.stop import Phase
 
 #: Bytes for each fuzz on the AVR; `make firmware-proof` asks for 1,000,000.
-AVR_BYTES = int(os.environ.get("MIBURI_FUZZ", "60000"))
-NATIVE_BYTES = 1_000_000
+AVR_BYTES = int(os.environ.get("MIBURI_FUZZ", "24000"))
+NATIVE_BYTES = max(AVR_BYTES, 200_000)
 
 
 def frames(rng: np.random.Generator) -> bytes:
@@ -62,11 +62,17 @@ def moves(rng: np.random.Generator) -> bytes:
     )
 
 
-@pytest.mark.parametrize("what", ["random bytes", "frames", "flipped frames"])
-def test_native_card_under_the_sanitizers(what: str, tmp_path: Path) -> None:
+@pytest.fixture(scope="module")
+def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The card, natively, under the sanitizers."""
     need("g++", "g++")
-    program = tmp_path / "fuzz"
+    program = tmp_path_factory.mktemp("fuzz") / "fuzz"
     run(*NATIVE, *SANITIZED, HERE / "fuzz_native.cpp", "-o", program)
+    return program
+
+
+@pytest.mark.parametrize("what", ["random bytes", "frames", "flipped frames"])
+def test_native_card_under_the_sanitizers(what: str, program: Path) -> None:
     rng = np.random.default_rng(len(what))
     settings = CardSettings.of(iphonoid())
     pieces = [encode(Frame(FrameKind.SETTINGS, 1, settings.general.pack()))]

@@ -1,5 +1,6 @@
 """A servo that says what cannot be is named, and no arm is thrown: on the real binary."""
 
+import os
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -14,6 +15,9 @@ from miburi.robot import JOINTS
 from miburi.safety.stop import Phase, StopReason
 
 TURN = 4096
+#: Every lie of every motor in every phase, as `make firmware-proof` asks; otherwise three of the
+#: seven each, so that every lie meets every phase by three or four motors.
+ALL = "MIBURI_LIES" in os.environ
 
 
 def lies(rig: Rig, motor: int) -> dict[str, Callable[[int], int]]:
@@ -32,11 +36,12 @@ def lies(rig: Rig, motor: int) -> dict[str, Callable[[int], int]]:
 
 @pytest.mark.parametrize("motor", range(8))
 def test_a_lying_reading_throws_no_arm_and_is_named(firmware: Path, motor: int) -> None:
-    """Every kind of lie, at every phase."""
+    """Kinds of lies, at every phase."""
     rig = Rig(firmware, twin=False)
     orders = Orders(rig)
-    for phase in (Phase.IDLE, Phase.MOVING, Phase.STOPPED, Phase.RETURNING):
-        for kind in lies(rig, motor):
+    for number, phase in enumerate((Phase.IDLE, Phase.MOVING, Phase.STOPPED, Phase.RETURNING)):
+        kinds = list(lies(rig, motor))
+        for kind in kinds if ALL else [kinds[(motor + number + k) % 7] for k in (0, 2, 4)]:
             begin(rig, phase, motor)
             assert rig.body.state.phase is phase
             servo, tale = rig.servos[motor], lies(rig, motor)[kind]

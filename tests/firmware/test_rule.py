@@ -13,8 +13,8 @@ from tests.firmware.traces import DECISION, LOOKS, Records, decide, random_trace
 from miburi.emulation.card import Mega
 
 #: Traces for each of four seeds; `make firmware-proof` asks for 100,000 in all.
-TRACES = int(os.environ.get("MIBURI_TRACES", "20000")) // 4
-AVR_TRACES = 800
+TRACES = int(os.environ.get("MIBURI_TRACES", "6000")) // 4
+AVR_TRACES = max(TRACES // 20, 300)
 
 
 def decided(program: Path, traces: Records) -> Records:
