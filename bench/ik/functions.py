@@ -92,6 +92,7 @@ FUNCTIONS = {
     schwefel: (-500.0, 500.0),
 }
 
+#: Sums of functions of one variable each: a search of one variable after the other solves them.
 SEPARABLE = (sphere, ellipsoid, rastrigin, schwefel)
 
 

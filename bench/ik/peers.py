@@ -271,7 +271,7 @@ def placo_solver(damping):
         for _ in range(60):
             solver.solve(True)
             robot.update_kinematics()
-            total = sum([task.error_norm() ** 2 for task in tasks])
+            total = sum(task.error_norm() ** 2 for task in tasks)
             if total <= GOOD or abs(last - total) <= 1e-9 * total:
                 break
             last = total
@@ -532,8 +532,8 @@ def cma_solver(_):
 def pymoo_evolution(_):
     from pymoo.algorithms.soo.nonconvex.de import DE
     from pymoo.core.problem import Problem
-    from pymoo.optimize import minimize as pymoo_minimize
     from pymoo.core.termination import TerminateIfAny
+    from pymoo.optimize import minimize as pymoo_minimize
     from pymoo.termination.fmin import MinimumFunctionValueTermination
     from pymoo.termination.max_eval import MaximumFunctionCallTermination
 
@@ -547,9 +547,11 @@ def pymoo_evolution(_):
 
     def solve(target, start):
         ends = TerminateIfAny(
-            MinimumFunctionValueTermination(GOOD), MaximumFunctionCallTermination(42_000)
+            MinimumFunctionValueTermination(GOOD), MaximumFunctionCallTermination(10_000)
         )
-        return pymoo_minimize(Reach(target), DE(pop_size=40), ends, seed=1).X
+        search = DE(pop_size=100, variant="DE/best/1/bin", CR=0.9, F=0.6)
+        seed = int(1e6 * np.abs(start).sum())  # each start draws another population
+        return pymoo_minimize(Reach(target), search, ends, seed=seed).X
 
     return solve
 
@@ -575,7 +577,7 @@ PEERS = {
     "scipy SLSQP": (lambda _: scipy_minimize("SLSQP"), "scipy", 20, 10, 5),
     "cma": (cma_solver, "cma", 20, 5, 0),
     "scipy differential evolution": (scipy_evolution, "scipy", 1, 5, 0),
-    "pymoo DE": (pymoo_evolution, "pymoo", 1, 5, 0),
+    "pymoo DE": (pymoo_evolution, "pymoo", 20, 5, 0),
 }
 
 #: Peers one would expect, and why they are not here.
