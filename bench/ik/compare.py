@@ -236,8 +236,8 @@ def ratio(processes, name, field):
 def table(processes):
     lines = [
         f"| solver | version | solved | n | of {HARD} hard ones | median [µs] | p99 [µs] "
-        "| times Miburi (10–90 % of rounds) | each process | out of reach: 1e-4 | 1e-6 | n | median [µs] "
-        "| times Miburi | each process |",
+        "| times Miburi (10–90 % of rounds) | each process | out of reach: 1e-4 | 1e-6 | n "
+        "| median [µs] | times Miburi | each process |",
         "|" + "---|" * 15,
     ]
     for name in processes[0]["results"]:

@@ -6,7 +6,7 @@ left out.
 """
 
 # A peer is loaded where it is wanted, and not all of them need a start.
-# ruff: noqa: ARG001, ARG002
+# ruff: noqa: ARG002
 
 import tempfile
 from pathlib import Path
@@ -157,8 +157,17 @@ def scipy_lm(_):
 
     def solve(target, start):
         arcs = np.arcsin(np.clip((start - MIDDLE) / HALF, -0.999, 0.999))
-        found = leastsq(bent_errors, arcs, (target,), Dfun=bent_slopes, ftol=1e-10, xtol=1e-10)
-        return MIDDLE + HALF * np.sin(found[0])
+        arcs, *_ = leastsq(
+            bent_errors,
+            arcs,
+            (target,),
+            Dfun=bent_slopes,
+            full_output=True,  # else it warns
+            ftol=1e-10,
+            xtol=1e-10,
+            maxfev=100,
+        )
+        return MIDDLE + HALF * np.sin(arcs)
 
     return solve
 
@@ -180,7 +189,7 @@ def scipy_minimize(method):
             method=method,
             bounds=bounds,
             options=options,
-            callback=enough if method == "L-BFGS-B" else None,
+            callback=enough,
         )
         return np.clip(found.x, LOWER, UPPER)
 
