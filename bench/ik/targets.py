@@ -1,6 +1,6 @@
 """Targets to solve for: reachable, out of reach, and the hard ones that tests and benchmark share.
 
-Run it to write ``targets.json`` and ``far_targets.json`` in ``tests/ik`` anew (two minutes).
+Run it to write ``targets.json`` and ``far_targets.json`` in ``tests/ik`` again (several minutes).
 """
 
 import json
