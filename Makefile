@@ -139,7 +139,7 @@ docs-paper: .venv/run.stamp ## the paper, claim by claim, and its figures (about
 
 # Peers of the inverse kinematics, in an environment of their own; results in bench/ik.
 .PHONY: bench-ik bench-functions reproduce-ik
-bench-ik: .venv-bench/stamp ## the inverse kinematics beside its peers (about 5 minutes)
+bench-ik: .venv-bench/stamp ## the inverse kinematics beside its peers (about 10 minutes)
 	cd bench/ik && export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 && \
 		../../.venv-bench/bin/python compare.py
 	$(PYTHON) bench/ik/page.py

@@ -1,6 +1,6 @@
 """Targets to solve for: reachable, out of reach, and the hard ones that tests and benchmark share.
 
-Run it to write ``targets.json`` and ``far_targets.json`` in ``tests/ik`` anew (two minutes).
+Run it to write ``targets.json`` and ``far_targets.json`` in ``tests/ik`` again (several minutes).
 """
 
 import json
@@ -63,15 +63,19 @@ LOCAL = replace(ik.residual_settings(ROBOT), generations=0, ends=0)
 REACHED = ik.REACHED * arm_reach(ROBOT)
 
 
+def residuals_of(targets, settings, start=None):
+    """Return the residual, (n,) m, of each target with these settings."""
+    return np.array(
+        [ik.solve(ROBOT, row, settings=settings, start=start).residual for row in targets]
+    )
+
+
 def hard_reachable(count, drawn=100_000, restarts=60):
     """Of many reachable targets, those that random restarts of a local search solve least often."""
     _, targets = reachable(drawn, seed=11)
-    left = targets[ik.solve_batch(ROBOT, targets, settings=LOCAL).residual > REACHED]
+    left = targets[residuals_of(targets, LOCAL) > REACHED]
     starts, _ = reachable(restarts, seed=12)
-    solved = sum(
-        ik.solve_batch(ROBOT, left, settings=LOCAL, start=start).residual <= REACHED
-        for start in starts
-    )
+    solved = sum(residuals_of(left, LOCAL, start) <= REACHED for start in starts)
     chosen = np.argsort(solved, kind="stable")[:count]
     return left[chosen], solved[chosen] / restarts
 
@@ -79,7 +83,7 @@ def hard_reachable(count, drawn=100_000, restarts=60):
 def hard_out_of_reach(count, drawn=5_000):
     """Of many targets out of reach, those where one local search misses the optimum by most."""
     targets = out_of_reach(drawn, seed=13)
-    once = ik.solve_batch(ROBOT, targets, settings=LOCAL).residual
+    once = residuals_of(targets, LOCAL)
     chosen = np.argsort(ik.solve_batch(ROBOT, targets).residual - once, kind="stable")[:count]
     return targets[chosen]
 
