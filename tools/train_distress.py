@@ -50,7 +50,20 @@ def sentences(language: Language) -> list[tuple[int, str]]:
         for line in lessons[kind]:
             for _ in range(DRAWN):
                 rows[plain(draw(line, random), language)] = label
+    if language == "en":
+        for text in everyday():
+            rows.setdefault(plain(text, language), len(KINDS))
     return [(label, text) for text, label in rows.items()]
+
+
+def everyday() -> list[str]:
+    """Return what somebody says who only feels something, from the lessons of the words sense."""
+    lessons = tomllib.loads(LESSONS.with_name("words-lessons.toml").read_text(encoding="utf-8"))
+    alarms = ("fright", "fear")
+    return [text for name, one in lessons.items() if name not in alarms for text in one["says"]] + [
+        f"I am {state}" for name, one in lessons.items() if name not in alarms
+        for state in one.get("state", [])
+    ]  # fmt: skip
 
 
 def train(language: Language) -> dict[str, np.ndarray]:
