@@ -41,7 +41,7 @@ def main() -> None:
             own = [h for h, (label, _) in zip(heard, rows, strict=True) if label == kind]
             taken, named = (
                 sum(h is not None for h in own),
-                sum(h and h.kind == kind or 0 for h in own),
+                sum((h and h.kind == kind) or 0 for h in own),
             )
             total, right, n = total + taken, right + named, n + len(own)
             print(f"| {kind} | {taken}/{len(own)} | {named}/{len(own)} |")

@@ -110,7 +110,9 @@ def test_signs_and_capitals_change_no_verdict(language: Language) -> None:
             assert hear_distress(other) == hear_distress(said), (said, other)
 
 
-@pytest.mark.parametrize("said", ["I can't breathe", "i cant breathe", "I CAN’T BREATHE", "I can t breathe."])  # fmt: skip
+@pytest.mark.parametrize(
+    "said", ["I can't breathe", "i cant breathe", "I CAN’T BREATHE", "I can t breathe."]
+)
 def test_a_recognisers_spelling_is_read(said: str) -> None:
     assert plain(said, "en") == "i can not breathe"
 
