@@ -2,8 +2,9 @@
 
 import pytest
 from fastapi.testclient import TestClient
-from tests.fixtures.live import interface, run, until
+from tests.fixtures.live import interface, run, serving, until
 
+import miburi
 from miburi.feelings import Expression, Stimulus
 from miburi.interface.api import make_api
 from miburi.live.runner import Runner
@@ -89,11 +90,12 @@ def test_over_http_help_names_the_number_and_words_are_told_if_allowed(live: Run
 
 def test_the_socket_tells_it_with_the_state(live: Runner) -> None:
     live.take(FALL).result(10)
-    with (
-        TestClient(interface(live)) as client,
-        client.websocket_connect("/api/v1/live?rate=50") as ws,
-    ):
-        assert ws.receive_json()["distress"]["kind"] == "fall"
+    with serving(interface(live)) as url, miburi.connect(url) as partner:
+        states = partner.watch()
+        heard = next(states).distress
+        states.close()
+    assert heard is not None
+    assert heard.kind == "fall"
 
 
 @pytest.mark.parametrize(
