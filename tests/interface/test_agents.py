@@ -129,6 +129,8 @@ def test_every_tool_does_what_it_says(door: Server, transport: Callable[[str], C
         )
         assert await agent.call("say", words="Hello, you.") == "It says so."
         assert (await agent.state())["said"] == "Hello, you."
+        assert "does not say that" in await agent.call("say", words="You are worthless.")
+        assert (await agent.state())["said"] == "Hello, you."
         assert await agent.call("think", on=True) == "It looks thoughtful."
         await agent.until(lambda state: state["asked"] and state["shows"] is None)
         assert await agent.call("think", on=False) == "It looks ahead."
@@ -349,3 +351,16 @@ def test_calls_in_a_row_over_the_bridge_wait_for_the_gate(live: Runner) -> None:
     ticks = itertools.count()  # a quarter of a request comes back with each
     with serving(Gate(interface(live), clock=lambda: next(ticks) / GATE_RATE / 4)) as url:
         asyncio.run(calls())
+
+
+def test_an_agent_hears_of_distress_and_none_of_the_words(door: Server) -> None:
+    async def work(agent: Agent) -> None:
+        assert (await agent.state())["distress"] is None
+        with connect(door.url) as partner:
+            partner.say("The kitchen is on fire")
+        assert (await agent.state())["distress"] == "fire"
+        events = await agent.call("events")
+        assert "distress: fire" in events
+        assert "kitchen" not in events
+
+    run(over_http(door.url), work)

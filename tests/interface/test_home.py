@@ -16,10 +16,11 @@ from miburi.feelings import FEELINGS
 from miburi.interface.broker import find_broker
 from miburi.interface.client import RemotePartner, connect
 from miburi.interface.home import BIRTH, BURST, discovery, discovery_topic
-from miburi.interface.report import ALL, HomeReport, StopNews, Topics
+from miburi.interface.report import ALL, DistressNews, HomeReport, StopNews, Topics
 from miburi.live.runner import Runner
 from miburi.robot import JOINTS
 from miburi.safety.stop import StopReason
+from miburi.senses.kinds import KINDS
 
 TOPICS = Topics("kitchen")
 #: What Home Assistant documents for the components of a device: needed and further keys.
@@ -67,6 +68,7 @@ def test_what_it_says_of_itself_is_what_home_assistant_documents(joints: list[st
     assert len({part["unique_id"] for part in parts.values()}) == len(parts)
     assert parts["feeling"]["options"] == [*FEELINGS, "neutral"]
     assert parts["stops"]["event_types"] == [*StopReason]
+    assert parts["distress"]["event_types"] == [*KINDS]
     assert parts["say"]["max"] <= 255  # Home Assistant's own limit
     assert sum(part["platform"] == "button" for part in parts.values()) == len(FEELINGS) + 1
     templates = [part.get("value_template", "") for part in parts.values()]
@@ -118,6 +120,15 @@ def test_a_home_may_say_something_and_stop_it_and_cannot_release_it(
     stays_stopped(home)
     home.release()  # a person does
     hear_report(listener, lambda report: report.stopped is None)
+
+
+def test_a_home_hears_of_distress_and_none_of_the_words(
+    home: RemotePartner, listener: Listener
+) -> None:
+    home.say("I fell and can't get up")
+    news = DistressNews.model_validate_json(listener.hear(TOPICS.distress))
+    assert (news.event_type, news.words) == ("fall", None)
+    assert [entry.number for entry in home.log() if entry.kind == "distress"] == [news.number]
 
 
 def test_one_word_stops_all(home: RemotePartner, listener: Listener) -> None:

@@ -89,6 +89,18 @@ def run(
             show_default=False,
         ),
     ] = None,
+    region: Annotated[
+        str | None,
+        typer.Option(
+            help="Where you live, such as GB or JP: whose emergency numbers it names to somebody "
+            "in distress. It calls nobody itself.",
+            show_default=False,
+        ),
+    ] = None,
+    tell_words: Annotated[
+        bool,
+        typer.Option("--tell-words", help="Let the log and its doors tell the words of distress."),
+    ] = False,
     temperament: TemperamentName = "playful",
     robot: RobotFile = None,
     servo: ServoName = None,
@@ -109,6 +121,7 @@ def run(
 ) -> None:
     """Wake the live partner and open its studio."""
     from miburi.interface.synthesizer import find_synthesizer
+    from miburi.senses.care import Care, find_region
     from miburi.studio.addresses import EVERYWHERE
     from miburi.studio.server import Wish, serve
 
@@ -118,6 +131,7 @@ def run(
         _doors(agents, ros, broker, broker_ca, name),
         talk=_endpoint(talk, model),
         voice=None if voice is None else find_synthesizer(voice),
+        care=Care(None if region is None else find_region(region), tell_words),
     )
     description, rule = calibrated(robot_of(robot, servo), calibration)
     repertoire = load_gestures(description, gestures)

@@ -48,6 +48,7 @@ from miburi.robot import JOINTS
 from miburi.robot.mjcf import HAND_AWAY, HAND_SIZE
 from miburi.robot.shape import COLOURS, links, parts
 from miburi.safety.stop import StopReason
+from miburi.senses.care import Care
 from miburi.senses.happenings import notice
 from miburi.version import __version__
 
@@ -63,6 +64,7 @@ __all__ = [
 ]
 
 _NOTHING = 204
+_PLAIN = Care()
 #: Touches, motions and sounds that are noticed a second and at once, from one address (ours).
 NOTICED_RATE, NOTICED_BURST = 5.0, 10.0
 Refusals = dict[int | str, dict[str, Any]]
@@ -78,7 +80,7 @@ _NO_ROOM: Refusals = {507: {"model": Refusal, "description": "The folder takes n
 _RecordingName = Annotated[str, Path(max_length=60)]
 
 
-def make_api(runner: LivePartner, endpoint: Endpoint | None = None) -> FastAPI:
+def make_api(runner: LivePartner, endpoint: Endpoint | None = None, care: Care = _PLAIN) -> FastAPI:
     """Return the interface to a live partner, without pages.
 
     Parameters
@@ -87,6 +89,8 @@ def make_api(runner: LivePartner, endpoint: Endpoint | None = None) -> FastAPI:
         The partner.
     endpoint
         Who thinks of what the partner answers; None: it answers by itself.
+    care
+        How it cares for somebody in distress; by default it names no number and tells no words.
     """
     app = FastAPI(
         title="Miburi",
@@ -96,7 +100,7 @@ def make_api(runner: LivePartner, endpoint: Endpoint | None = None) -> FastAPI:
         docs_url=None,
         redoc_url=None,
     )
-    speech = Speech(runner, endpoint)
+    speech = Speech(runner, endpoint, care)
     app.include_router(_router(runner, speech))
     refuse_in_words(app)
     return app

@@ -109,9 +109,9 @@ class FarPartner:
         """Let the partner feel something."""
         return self.ask("stimulate", stimulus)
 
-    def take(self, impression: Impression) -> Future[tuple[Stimulus, ...]]:
+    def take(self, heard: Impression, words: str | None = None) -> Future[tuple[Stimulus, ...]]:
         """Let the partner take what somebody showed."""
-        return self.ask("take", impression)
+        return self.ask("take", heard, words)
 
     def see(self, x: float | None) -> Future[None]:
         """Let the partner turn to a face, or to none."""
@@ -121,7 +121,7 @@ class FarPartner:
         """Let the partner answer what it heard, aloud."""
         return self.ask("answer", heard, language)
 
-    def note_talk(self, where: str, failure: str | None = None) -> Future[None]:
+    def note_talk(self, where: str, failure: str | None = None) -> Future[Entry]:
         """Note where what is said to it goes, or why no reply came from there."""
         return self.ask("note_talk", where, failure)
 

@@ -24,7 +24,7 @@ from miburi.live.hand import GuidedHand
 from miburi.live.log import Log
 from miburi.live.observer import Observer
 from miburi.live.recording import Felt, step_messages
-from miburi.live.speaker import Speaker, speaking_time
+from miburi.live.speaker import Speaker
 from miburi.live.state import Entry, MotorsOut, Sample, Snapshot, Spoken
 from miburi.live.watchdog import USUAL, Lateness, Watchdog
 from miburi.partner import Event, Partner, Solve, solve_with
@@ -46,8 +46,7 @@ _PERIOD = 0.5
 _FAILURES = 50
 #: Samples that are kept.
 SAMPLED = 1200
-_STEPS_PER_SAMPLE = 5
-_STEPS_PER_MOTORS = 50
+_STEPS_PER_SAMPLE, _STEPS_PER_MOTORS = 5, 50
 
 
 class Runner:
@@ -101,7 +100,7 @@ class Runner:
         self._own_temperament = feelings.temperament
         self._seed, self._rule = seed, rule
         self._solve = solve or solve_with()
-        self._commands = Commands(self._stop)
+        self._commands, self._log = Commands(self._stop), Log()
         self._thread: threading.Thread | None = None
         self._ending, self._over = threading.Event(), threading.Event()
         self._watchdog = Watchdog(STEP, self._halt, lambda: self._give_up("hangs"), lateness)
@@ -110,11 +109,10 @@ class Runner:
         self._on_failure: Callable[[], None] = lambda: None
         #: Why the loop had to be given up; None while it lives.
         self.failure: str | None = None
-        self._log = Log()
         self._felt: list[Felt] = []  # since the last step
         self._samples: deque[tuple[int, Sample]] = deque(maxlen=SAMPLED)
-        self._serial = self._stop_seen_in = 0  # that of the first state with the latest Stop in it
-        self._speaker = Speaker(seed)
+        self._serial, self._speaker = 0, Speaker(seed)
+        self._stop_seen_in = 0  # the serial of the first state with the latest Stop in it
         self._paused = self._at_home = False
         self._use(body, port, make_body(body, robot, port, rule))
 
@@ -183,13 +181,16 @@ class Runner:
         """Let the partner feel something."""
         return self._commands.ask(lambda: self._feel(stimulus))
 
-    def take(self, impression: Impression) -> Future[tuple[Stimulus, ...]]:
+    def take(self, heard: Impression, words: str | None = None) -> Future[tuple[Stimulus, ...]]:
         """Let the partner take what somebody showed, as its temperament does; the log says why."""
 
         def run() -> tuple[Stimulus, ...]:
-            felt = stimuli(impression, self._feelings.temperament)
+            if heard.distress is not None:
+                self._speaker.attend(self._note("distress", name=heard.distress, detail=words))
+            calm = self._speaker.distress is not None and heard.source == "speech"
+            felt = () if calm else stimuli(heard, self._feelings.temperament)
             for stimulus in felt:
-                self._feel(stimulus, impression)
+                self._feel(stimulus, heard)
             return felt
 
         return self._commands.ask(run)
@@ -320,6 +321,7 @@ class Runner:
             self._was_late = False
             self._partner.make_sure()
         self._commands.run()
+        self._partner.calm = self._speaker.step(STEP)
         self._hand.step(self._partner.body.touchable, STEP)
         self._partner.gaze = self._gaze.turn(self._partner.body.state.time)
         events: list[Event] = []
@@ -428,7 +430,7 @@ class Runner:
         self.failure = f"the partner's loop {why}; the body has been stopped where it was."
         self._on_failure()
 
-    def note_talk(self, where: str, failure: str | None = None) -> Future[None]:
+    def note_talk(self, where: str, failure: str | None = None) -> Future[Entry]:
         """Note where what is said to it goes from now on, or why no reply came from there."""
         kind, name = ("talk", where) if failure is None else ("talk_failed", failure)
         return self._commands.ask(lambda: self._note(kind, name=name))
@@ -445,7 +447,7 @@ class Runner:
 
     def _tell(self, spoken: Spoken) -> str:
         self._note("spoken", name=spoken.text, feeling=spoken.feeling)
-        self._partner.gesticulate(speaking_time(spoken))
+        self._partner.gesticulate(self._speaker.time(spoken))
         return spoken.text
 
     def _use(self, name: str, port: str | None, body: Body) -> None:
@@ -477,6 +479,7 @@ class Runner:
             rule=self._motors.rule,
             hand_out=self._hand.goal is not None,
             spoken=self._speaker.spoken,
+            distress=self._speaker.distress,
             latest=self._log.number,
         )
         self._snapshot = Snapshot(state)
@@ -496,5 +499,5 @@ class Runner:
         if not self._log.holds(kind, name):
             self._note(kind, name=name)
 
-    def _note(self, kind: str, **content: Any) -> None:
-        self._log.note(self._partner.body.state.time, kind, **content)
+    def _note(self, kind: str, **content: Any) -> Entry:
+        return self._log.note(self._partner.body.state.time, kind, **content)

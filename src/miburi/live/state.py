@@ -11,9 +11,11 @@ from miburi.live.archive import EndReason
 from miburi.robot.guards import Guards
 from miburi.safety.stop import StopReason
 from miburi.senses import Brought
+from miburi.senses.kinds import Distress
 from miburi.senses.language import Language
 
 __all__ = [
+    "DistressOut",
     "Eight",
     "Entry",
     "Expressed",
@@ -79,6 +81,15 @@ class Spoken(BaseModel):
     feeling: FeelingName | None = Field(description="What it felt then: it colours the voice.")
 
 
+class DistressOut(BaseModel):
+    """A distress that was heard; Miburi is no alarm and calls nobody."""
+
+    number: int = Field(description="Of its entry in the log.")
+    time: float = Field(description="s on the body's clock.")
+    kind: Distress
+    words: str | None = Field(description="What was said, if the user lets others hear it.")
+
+
 class RecordingEnd(BaseModel):
     """A recording that ended by itself."""
 
@@ -140,6 +151,9 @@ class State(BaseModel):
     )
     face: Levels = Field(description="How much of each feeling the face shows.")
     spoken: Spoken | None = Field(description="The latest sentence that it says.")
+    distress: DistressOut | None = Field(
+        default=None, description="The latest distress, for ten minutes after it was heard."
+    )
     latest: int = Field(description="Number of the latest entry of the log.")
 
 
@@ -151,7 +165,7 @@ class Entry(BaseModel):
     kind: Literal[
         "stimulus", "gesture", "stopped", "released", "body", "paused", "resumed", "temperament",
         "recording", "recorded", "recording_ended", "deleted", "refused",
-        "trouble", "loop_failed", "spoken", "talk", "talk_failed",
+        "trouble", "loop_failed", "spoken", "talk", "talk_failed", "distress",
     ]  # fmt: skip
     feeling: str | None = None
     mood: float | None = None

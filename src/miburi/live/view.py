@@ -102,10 +102,11 @@ class LivePartner(Protocol):
     def stimulate(self, stimulus: Stimulus) -> Future[None]:
         """Let the partner feel something."""
 
-    def take(self, impression: Impression) -> Future[tuple[Stimulus, ...]]:
+    def take(self, heard: Impression, words: str | None = None) -> Future[tuple[Stimulus, ...]]:
         """Let the partner take what somebody showed, as its temperament does; the log says why.
 
-        The result is what it felt at that.
+        The result is what it felt at that. Distress is an event, with its ``words`` if given, and
+        moves no feeling; for ten minutes after, neither does anything that is heard.
         """
 
     def see(self, x: float | None) -> Future[None]:
@@ -114,7 +115,7 @@ class LivePartner(Protocol):
     def answer(self, heard: Impression, language: Language) -> Future[str]:
         """Let the partner answer what it heard with a small answer of its own, aloud."""
 
-    def note_talk(self, where: str, failure: str | None = None) -> Future[None]:
+    def note_talk(self, where: str, failure: str | None = None) -> Future[Entry]:
         """Note where what is said to it goes from now on, or why no reply came from there."""
 
     def speak(self, text: str) -> Future[str]:

@@ -181,6 +181,11 @@ def line(entry: Entry, words: Words) -> str:
             after=f"{stop.mood_after:.2f}",
         )
     name = entry.name or ""
+    if entry.kind == "distress":
+        told = say["distress"].format(name=words["distress"][name])
+        return (
+            f"{told} {words['talk']['quoted'].format(what=entry.detail)}" if entry.detail else told
+        )
     if entry.kind == "stopped":
         key = "stopped_asked" if name == StopReason.ASKED else "stopped_other"
         return say[key].format(name=words["reason"][name])

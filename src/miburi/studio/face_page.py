@@ -41,6 +41,8 @@ def add_face_page(app: FastAPI, sounded: Sequence[str] = ()) -> None:
             **say["face"],
             **{name: say["studio"][name] for name in shared},
             "stopped": say["phase"]["stopped"],
+            "distress": say["talk"]["distress"],
+            "distresses": say["distress"],
         }
         light = {True: "dark", False: "light", None: "light dark"}[preferences.dark]
         page = render(

@@ -110,6 +110,7 @@ function sign({ what }, words) {
 
 function understood(heard, words) {
   const list = (items) => new Intl.ListFormat(document.documentElement.lang).format(items);
+  if (heard.distress) return words.distress.replace("{kind}", words.distresses[heard.distress]);
   if (!heard.feeling) return heard.asked ? words.asked : words.nothing;
   const why = list(heard.why.slice(0, 3).map((part) => sign(part, words)));
   const first = words[why ? "heard" : "heard_it"].replace("{feeling}", words.feelings[heard.feeling])
