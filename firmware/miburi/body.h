@@ -180,7 +180,9 @@ class Body {
     }
     // A motor under torque would jump to its goal when it becomes stiffer: it starts as a limp one.
     if (servos_.detuned(table_.joints, gains_of(table_)) != 0) {
-      servos_.set_torque(table_.joints, false);
+      for (uint8_t copies = 0; copies < COPIES; copies++) {
+        servos_.set_torque(table_.joints, false);
+      }
     }
     // A motor that was just made known, or was turned, must be read again to be believed.
     const uint8_t limp = servos_.limp(table_.joints);
@@ -221,14 +223,20 @@ class Body {
     }
     held_ = limp_ = false;
     clear_watchdog_ = true;
-    hold(table_.settings.return_speed);
-    servos_.set_torque(table_.joints, true);
-    // Not before: a servo may fall back to its own gains when torque comes on.
-    servos_.set_gains(table_.joints, gains_of(table_));
-    const uint8_t detuned = servos_.detuned(table_.joints, gains_of(table_));
-    const uint8_t weak = servos_.limp(table_.joints) | detuned;
+    uint8_t weak = ALL;
+    // A byte is lost now and then: what they did not hear they are told again.
+    for (uint8_t copies = 0; copies < COPIES && !held_; copies++) {
+      hold(table_.settings.return_speed);
+    }
+    for (uint8_t copies = 0; copies < COPIES && held_ && weak != 0; copies++) {
+      servos_.set_torque(table_.joints, true);
+      // Not before: a servo may fall back to its own gains when torque comes on.
+      servos_.set_gains(table_.joints, gains_of(table_));
+      weak = static_cast<uint8_t>(servos_.detuned(table_.joints, gains_of(table_)) |
+                                  servos_.limp(table_.joints));
+    }
     for (uint8_t i = 0; i < MOTORS; i++) {
-      if (!held_ || (weak & (1u << i))) {
+      if (weak & (1u << i)) {
         return unready(i, Reason::deaf, out);
       }
     }
@@ -320,6 +328,7 @@ class Body {
   // of the turns; held, it hangs from a goal inside.
   static const int16_t LIES_BEYOND = 8;
   static const int16_t HANGS_BEYOND = HANGS;
+  static const uint8_t COPIES = 3;  // of an order, where bytes are lost
 
   // The clock: 64 bits that never wrap; called at least once in 71 minutes.
   int64_t now() {
@@ -408,8 +417,9 @@ class Body {
     }
     // A motor whose place is not known gets no goal.
     servos_.command(table_.joints, orders_, pinned_);
-    held_ = pinned_ == ALL && servos_.deaf(table_.joints, orders_) == 0;
+    held_ = pinned_ == ALL && servos_.taken(table_.joints, orders_).by == ALL;
     servos_.set_bus_watchdog(table_.joints, true);
+    held_ = held_ && servos_.watched(table_.joints);
     clear_watchdog_ = !held_;
   }
 
@@ -422,16 +432,29 @@ class Body {
                          to_servo(table_.joints[i], goal[i])};
     }
     held_ = loaded_ = eased_ = false;
-    servos_.command(table_.joints, orders_);
-    start(controller_, rule_, phase, goal, real, loads_, acceleration_, readings_.angles(), now());
-    // Whoever did not hear it is told once more; who still did not will be missed by the rule.
-    if (servos_.deaf(table_.joints, orders_) != 0) {
-      servos_.command(table_.joints, orders_);
-      const uint8_t deaf = servos_.deaf(table_.joints, orders_);
+    // The rule's clock starts with the copy that the servos took.
+    int64_t began = 0;
+    uint8_t waiting = ALL;
+    uint8_t deaf = 0;
+    for (uint8_t copies = 0; copies < COPIES && waiting != 0; copies++) {
+      servos_.command(table_.joints, orders_, waiting);
+      const int64_t sent = now();
+      began = waiting == ALL ? sent : began;
       for (uint8_t i = 0; i < MOTORS; i++) {
-        if (deaf & (1u << i)) {
-          give_up(Reason::deaf, i);
+        if (waiting & (1u << i)) {
+          // A motor that alone missed the first copy sets off later than the others.
+          rule_.guards[i].lag = table_.joints[i].guards.lag + static_cast<int32_t>(sent - began);
         }
+      }
+      const typename Servos::Taken taken = servos_.taken(table_.joints, orders_);
+      waiting = static_cast<uint8_t>(waiting & ~taken.by);
+      deaf = waiting & taken.not_by;
+    }
+    start(controller_, rule_, phase, goal, real, loads_, acceleration_, readings_.angles(), began);
+    // A motor that says nothing at all is missed by the readings.
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      if (deaf & (1u << i)) {
+        give_up(Reason::deaf, i);
       }
     }
   }

@@ -62,11 +62,10 @@ class Xl330 {
   // Each returns a bit per motor that answered. Motions are those of `late` µs after the call.
   uint8_t read_motion(const Joint* joints, Motion* motion, uint32_t& late) {
     const uint32_t began = io_.micros();
-    uint8_t heard = sync_read(joints, SPEED_AND_POSITION, 8);
-    late = 0;
-    if (heard != ALL) {
-      // A byte is lost now and then. All are asked anew: who is asked alone has gone on meanwhile,
-      // and would seem to be ahead of the others.
+    uint8_t heard = 0;
+    // A byte is lost now and then. All are asked again: a motor that is asked alone has gone on
+    // meanwhile, and would seem to be ahead of the others.
+    for (uint8_t asked = 0; asked < ASKS && heard != ALL; asked++) {
       late = io_.micros() - began;
       heard = sync_read(joints, SPEED_AND_POSITION, 8);
     }
@@ -95,7 +94,7 @@ class Xl330 {
   uint8_t misnamed() const { return misnamed_; }
 
   uint8_t read_health(const Joint* joints, Health* health) {
-    const uint8_t heard = sync_read(joints, VOLTAGE_AND_TEMPERATURE, 3);
+    const uint8_t heard = ask(joints, VOLTAGE_AND_TEMPERATURE, 3);
     for (uint8_t i = 0; i < MOTORS; i++) {
       if (heard & (1u << i)) {
         Reader in(answers_[i].parameters, 3);
@@ -132,9 +131,14 @@ class Xl330 {
     send(packet);
   }
 
-  // The motors that have not taken these orders.
-  uint8_t deaf(const Joint* joints, const Order* orders) {
-    uint8_t deaf = static_cast<uint8_t>(~sync_read(joints, PROFILE_AND_GOAL, 12));
+  // The motors that say that they have taken these orders, and those that say that they have not.
+  struct Taken {
+    uint8_t by;
+    uint8_t not_by;
+  };
+  Taken taken(const Joint* joints, const Order* orders) {
+    const uint8_t heard = ask(joints, PROFILE_AND_GOAL, 12);
+    Taken taken = {heard, 0};
     for (uint8_t i = 0; i < MOTORS; i++) {
       const Order& o = orders[i];
       Reader in(answers_[i].parameters, 12);
@@ -142,22 +146,32 @@ class Xl330 {
       const uint32_t speed = in.u32();
       if (in.i32() != o.goal || speed != speed_units(o.speed) ||
           acceleration != (o.acceleration ? acceleration_units(o.acceleration) : 0)) {
-        deaf = static_cast<uint8_t>(deaf | (1u << i));
+        taken.by = static_cast<uint8_t>(taken.by & ~(1u << i));
       }
     }
-    return deaf;
+    taken.not_by = static_cast<uint8_t>(heard & ~taken.by);
+    return taken;
   }
 
   // Without a packet for 0.2 s the servos stop by themselves; 0 also ends such a stop.
   void set_bus_watchdog(const Joint* joints, bool on) {
-    write_all(joints, BUS_WATCHDOG, on ? 10 : 0, 1);
+    write_all(joints, BUS_WATCHDOG, on ? PATIENCE_OF_SERVOS : 0, 1);
+  }
+
+  // Whether all say that their watchdogs are on.
+  bool watched(const Joint* joints) {
+    bool all = ask(joints, BUS_WATCHDOG, 1) == ALL;
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      all = all && answers_[i].parameters[0] == PATIENCE_OF_SERVOS;
+    }
+    return all;
   }
 
   void set_torque(const Joint* joints, bool on) { write_all(joints, TORQUE_ENABLE, on, 1); }
 
-  // The motors whose torque is not on.
+  // The motors that do not say that their torque is on.
   uint8_t limp(const Joint* joints) {
-    uint8_t limp = static_cast<uint8_t>(~sync_read(joints, TORQUE_ENABLE, 1));
+    uint8_t limp = static_cast<uint8_t>(~ask(joints, TORQUE_ENABLE, 1));
     for (uint8_t i = 0; i < MOTORS; i++) {
       if (answers_[i].parameters[0] != 1) {
         limp = static_cast<uint8_t>(limp | (1u << i));
@@ -177,15 +191,15 @@ class Xl330 {
     write_all(joints, FEED_FORWARD, 0, FEED_SIZE);
   }
 
-  // The motors that have not these gains.
+  // The motors that do not say that they have these gains.
   uint8_t detuned(const Joint* joints, const Gains& gains) {
-    uint8_t detuned = static_cast<uint8_t>(~sync_read(joints, POSITION_GAINS, GAINS_SIZE));
+    uint8_t detuned = static_cast<uint8_t>(~ask(joints, POSITION_GAINS, GAINS_SIZE));
     for (uint8_t i = 0; i < MOTORS; i++) {
       if (!are(answers_[i].parameters, gains)) {
         detuned = static_cast<uint8_t>(detuned | (1u << i));
       }
     }
-    detuned = static_cast<uint8_t>(detuned | ~sync_read(joints, FEED_FORWARD, FEED_SIZE));
+    detuned = static_cast<uint8_t>(detuned | ~ask(joints, FEED_FORWARD, FEED_SIZE));
     for (uint8_t i = 0; i < MOTORS; i++) {
       if (!are_nothing(answers_[i].parameters)) {
         detuned = static_cast<uint8_t>(detuned | (1u << i));
@@ -208,7 +222,7 @@ class Xl330 {
   // Makes sure that a servo works in the mode that this layer needs, and starts limp after a loss of
   // power; torque goes off where not.
   bool set_mode(uint8_t id) {
-    // A byte is lost now and then: who is silent is asked once more.
+    // A byte is lost now and then: a silent servo is asked, or told, once more.
     if (!read(id, RETURN_DELAY, 3) && !read(id, RETURN_DELAY, 3)) {
       return false;
     }
@@ -282,6 +296,8 @@ class Xl330 {
   static const uint8_t SPEED_AND_POSITION = 128;
   static const uint8_t VOLTAGE_AND_TEMPERATURE = 144;
 
+  static const uint8_t ASKS = 3;  // how often all are asked, at most, where a byte was lost
+  static const uint8_t PATIENCE_OF_SERVOS = 10;  // in 20 ms
   static const uint8_t ONE_MBPS = 3;
   static const uint8_t DELAY = 25;  // in 2 µs: time for us to turn from sending to listening
   static const uint8_t SPEED_PROFILES = 0;
@@ -375,6 +391,15 @@ class Xl330 {
       }
       more = receive(static_cast<uint8_t>(received_ + 1));
     }
+  }
+
+  // Asks all for registers that do not change by themselves, until each has been heard.
+  uint8_t ask(const Joint* joints, uint8_t address, uint8_t width) {
+    uint8_t heard = 0;
+    for (uint8_t asked = 0; asked < ASKS && heard != ALL; asked++) {
+      heard = static_cast<uint8_t>(heard | sync_read(joints, address, width));
+    }
+    return heard;
   }
 
   bool read(uint8_t id, uint8_t address, uint8_t width) {
