@@ -180,6 +180,8 @@ class Body {
     }
     // A motor under torque would jump to its goal when it becomes stiffer: it starts as a limp one.
     if (servos_.detuned(table_.joints, gains_of(table_)) != 0) {
+      loose_ = ALL;
+      held_ = false;
       for (uint8_t copies = 0; copies < COPIES; copies++) {
         servos_.set_torque(table_.joints, false);
       }
@@ -223,6 +225,8 @@ class Body {
     }
     held_ = limp_ = false;
     clear_watchdog_ = true;
+    loose_ = ALL;
+    gains_ = gains_of(table_);
     uint8_t weak = ALL;
     // A byte is lost now and then: what they did not hear they are told again.
     for (uint8_t copies = 0; copies < COPIES && !held_; copies++) {
@@ -231,10 +235,11 @@ class Body {
     for (uint8_t copies = 0; copies < COPIES && held_ && weak != 0; copies++) {
       servos_.set_torque(table_.joints, true);
       // Not before: a servo may fall back to its own gains when torque comes on.
-      servos_.set_gains(table_.joints, gains_of(table_));
-      weak = static_cast<uint8_t>(servos_.detuned(table_.joints, gains_of(table_)) |
+      servos_.set_gains(table_.joints, gains_);
+      weak = static_cast<uint8_t>(servos_.detuned(table_.joints, gains_) |
                                   servos_.limp(table_.joints));
     }
+    loose_ = weak;
     for (uint8_t i = 0; i < MOTORS; i++) {
       if (weak & (1u << i)) {
         return unready(i, Reason::deaf, out);
@@ -260,6 +265,8 @@ class Body {
       return Result::settings;
     }
     limp_ = true;
+    held_ = false;
+    loose_ = ALL;
     servos_.set_torque(table_.joints, false);
     return Result::ok;
   }
@@ -272,6 +279,8 @@ class Body {
       out.put(old_id > 252 ? 0 : 1, 1);
       return Result::range;
     }
+    loose_ = ALL;
+    held_ = false;
     if (!servos_.identify(old_id, new_id)) {
       return unready(NO_MOTOR, Reason::silent, out);
     }
@@ -310,7 +319,7 @@ class Body {
     out.put(static_cast<uint32_t>(latched.contact.expected), 4);
     out.put(static_cast<uint64_t>(latched.contact.length), 8);
     out.put(static_cast<uint64_t>(latched.time), 8);
-    out.put(readings_.heard(), 1).put((held_ ? 1u : 0u) | (limp_ ? 2u : 0u), 1);
+    out.put(readings_.heard(), 1).put((holds() ? 1u : 0u) | (limp_ ? 2u : 0u), 1);
     for (uint8_t i = 0; i < MOTORS; i++) {
       out.put(static_cast<uint16_t>(readings_.angles()[i]), 2);
     }
@@ -329,6 +338,7 @@ class Body {
   static const int16_t LIES_BEYOND = 8;
   static const int16_t HANGS_BEYOND = HANGS;
   static const uint8_t COPIES = 3;  // of an order, where bytes are lost
+  static const uint16_t CREEP = 187;  // steps/s (0.29 rad/s) to where a motor was found again
 
   // The clock: 64 bits that never wrap; called at least once in 71 minutes.
   int64_t now() {
@@ -345,14 +355,17 @@ class Body {
   }
 
   // Reads all positions, once; true when every servo answered, and is believed.
-  bool look_around() { return look_around(limp_ ? ALL : 0); }
+  bool look_around() { return look_around(loose_); }
   bool look_around(uint8_t limp) {
-    return readings_.take(table_, now(), limp, controller_.origin);
+    return readings_.take(table_, now(), limp, controller_.origin, controller_.goal);
   }
 
+  // Whether a stopped body is known to be held.
+  bool holds() const { return held_ && loose_ == 0; }
+
   void poll() {
-    const bool all = look_around();
-    if (all) {
+    const bool moved = controller_.phase != Phase::stopped;
+    if (look_around()) {
       update(controller_, rule_, readings_.angles(), time());
       if (yield(controller_, rule_, readings_.angles(), time())) {
         held_ = false;
@@ -361,22 +374,53 @@ class Body {
     for (uint8_t i = 0; i < MOTORS; i++) {
       const Reason fault = readings_.fault(i);
       if (fault != Reason::none) {
-        give_up(fault, i);
+        fail(fault, i);
       }
       if (fault == Reason::astray) {
         controller_.yields = false;
       }
     }
-    uint8_t motor = NO_MOTOR;
-    const Reason reason = health_.look(table_, controller_.phase == Phase::idle, motor);
-    if (reason != Reason::none) {
-      give_up(reason, motor);
-    }
     if (controller_.phase == Phase::stopped) {
-      hold(table_.settings.max_speed);
+      stay();
     } else {
       held_ = false;
       ease();
+    }
+    // A motor that seems to have met something may have lost its power.
+    const bool met = moved && controller_.phase == Phase::stopped;
+    uint8_t motor = NO_MOTOR;
+    const Reason reason = health_.look(table_, gains_, loose_,
+                                       met ? controller_.latched.contact.motor : NO_MOTOR, motor);
+    if (reason != Reason::none) {
+      fail(reason, motor);
+      stay();
+    }
+  }
+
+  // Holds a stopped body where it is. Where a motor was silent for long, that is where it is found
+  // again: nobody knows how far it went on.
+  void stay() {
+    if (pinned_ & ~readings_.known()) {
+      held_ = false;
+      clear_watchdog_ = true;
+    }
+    hold(table_.settings.max_speed);
+  }
+
+  // Stops for a fault. One that takes the torque of a held body becomes the reason of its stop.
+  void fail(Reason reason, uint8_t motor) {
+    const bool limp = reason == Reason::restarted || reason == Reason::faulty;
+    const bool kept = loose_ == 0 && controller_.latched.reason != reason;
+    if (controller_.phase != Phase::stopped) {
+      give_up(reason, motor);
+      if (reason == Reason::silent) {
+        pinned_ = 0;  // what was read last may be old
+      }
+    } else if (kept && (limp || reason == Reason::silent)) {
+      lose(controller_, reason, motor, time());
+    }
+    if (limp) {
+      loose_ = static_cast<uint8_t>(loose_ | (1u << motor));
     }
   }
 
@@ -403,24 +447,57 @@ class Body {
     if (held_ || limp_) {
       return;
     }
-    for (uint8_t i = 0; i < MOTORS; i++) {
-      const Joint& joint = table_.joints[i];
-      if (readings_.known() & ~pinned_ & (1u << i)) {
-        controller_.origin[i] = inside(joint, readings_.angles()[i]);
-      }
-      orders_[i] =
-          Order{table_.settings.hold_pwm, speed, 0, to_servo(joint, controller_.origin[i])};
-    }
+    adopt_places(static_cast<uint8_t>(readings_.known() & ~pinned_));
     pinned_ = readings_.known();
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      const bool creeps = (creeps_ & (1u << i)) && speed > CREEP;
+      orders_[i] = Order{table_.settings.hold_pwm, creeps ? CREEP : speed, 0,
+                         to_servo(table_.joints[i], controller_.origin[i])};
+    }
     if (clear_watchdog_) {
       servos_.set_bus_watchdog(table_.joints, false);
     }
-    // A motor whose place is not known gets no goal.
+    // A motor whose place is not known gets no goal; if it hears, it goes on softly.
+    if (pinned_ != ALL) {
+      servos_.set_pwm(table_.joints, orders_);
+    }
     servos_.command(table_.joints, orders_, pinned_);
     held_ = pinned_ == ALL && servos_.taken(table_.joints, orders_).by == ALL;
     servos_.set_bus_watchdog(table_.joints, true);
     held_ = held_ && servos_.watched(table_.joints);
     clear_watchdog_ = !held_;
+    if (held_) {
+      for (uint8_t i = 0; i < MOTORS; i++) {
+        controller_.goal[i] = controller_.origin[i];
+      }
+      // A card that was reset finds servos that kept their torque.
+      loose_ = loose_ != 0 ? servos_.limp(table_.joints) : 0;
+    }
+  }
+
+  // Lets motors that were found again be held where they are. One with torque hangs from where its
+  // servo's own profile is, or is on its way there: that is where it goes by itself.
+  void adopt_places(uint8_t found) {
+    if (found == 0) {
+      return;
+    }
+    int32_t setpoints[MOTORS];
+    const uint8_t known = servos_.read_setpoints(table_.joints, setpoints) & ~loose_;
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      if (!(found & (1u << i))) {
+        continue;
+      }
+      const Joint& joint = table_.joints[i];
+      int32_t here = readings_.angles()[i];
+      if (known & (1u << i)) {
+        // It may lag behind by 1/32 s; one that is kept further away must not push.
+        const int16_t speed = readings_.speed(i);
+        const int32_t most = GIVE_WAY + (speed < 0 ? -speed : speed) / 32;
+        here += clamped(to_joint(joint, setpoints[i]) - here, most);
+      }
+      controller_.origin[i] = inside(joint, static_cast<int16_t>(here));
+    }
+    creeps_ = static_cast<uint8_t>(creeps_ | found);
   }
 
   void go(Phase phase, const int16_t* goal, const uint16_t* speeds) {
@@ -432,6 +509,7 @@ class Body {
                          to_servo(table_.joints[i], goal[i])};
     }
     held_ = loaded_ = eased_ = false;
+    creeps_ = 0;
     // The rule's clock starts with the copy that the servos took.
     int64_t began = 0;
     uint8_t waiting = ALL;
@@ -468,6 +546,7 @@ class Body {
     // Positions, and where to hold, have another meaning now.
     held_ = false;
     pinned_ = 0;
+    loose_ = ALL;
     readings_.forget(now());
     for (uint8_t i = 0; i < MOTORS; i++) {
       controller_.sag[i] = 0;
@@ -508,6 +587,9 @@ class Body {
   bool held_ = false;            // the servos are known to hold
   bool limp_ = false;            // torque was taken off on purpose
   uint8_t pinned_ = 0;           // motors for which controller_.origin says where to hold
+  uint8_t creeps_ = 0;           // motors that were found again since the latest motion
+  uint8_t loose_ = ALL;          // motors that are not known to have torque
+  Gains gains_ = {};             // that were last written; p 0: none yet
   bool clear_watchdog_ = false;  // a servo may have stopped by its own watchdog
 };
 

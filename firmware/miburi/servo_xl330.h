@@ -64,8 +64,10 @@ class Xl330 {
     const uint32_t began = io_.micros();
     uint8_t heard = 0;
     // A byte is lost now and then. All are asked again: a motor that is asked alone has gone on
-    // meanwhile, and would seem to be ahead of the others.
-    for (uint8_t asked = 0; asked < ASKS && heard != ALL; asked++) {
+    // meanwhile, and would seem to be ahead of the others. A servo that was missing before takes the
+    // time of the others.
+    const uint8_t asks = missing_ ? 1 : ASKS;
+    for (uint8_t asked = 0; asked < asks && heard != ALL; asked++) {
       late = io_.micros() - began;
       heard = sync_read(joints, SPEED_AND_POSITION, 8);
     }
@@ -87,6 +89,7 @@ class Xl330 {
         motion[i].alert = (answers_[i].error & protocol2::ALERT) != 0;
       }
     }
+    missing_ = heard != ALL;
     return heard;
   }
 
@@ -208,15 +211,30 @@ class Xl330 {
     return detuned;
   }
 
-  // Whether a servo answers that its torque is off, or that it has other gains.
+  // Whether a servo answers that its torque is off, or that it has other gains; p 0: they may be any.
   bool restarted(uint8_t id, const Gains& gains) {
-    if (read(id, TORQUE_ENABLE, 1) && answer_.parameters[0] == 0) {
-      return true;
+    if (!read(id, TORQUE_ENABLE, 1)) {
+      return false;
+    }
+    if (answer_.parameters[0] == 0 || gains.p == 0) {
+      return answer_.parameters[0] == 0;
     }
     if (read(id, POSITION_GAINS, GAINS_SIZE) && !are(answer_.parameters, gains)) {
       return true;
     }
     return read(id, FEED_FORWARD, FEED_SIZE) && !are_nothing(answer_.parameters);
+  }
+
+  // Whether the servo that was asked last reports a hardware error.
+  bool alarmed() const { return (answer_.error & protocol2::ALERT) != 0; }
+
+  // Where the servos' own profiles are now; a bit per motor that answered.
+  uint8_t read_setpoints(const Joint* joints, int32_t* setpoints) {
+    const uint8_t heard = sync_read(joints, POSITION_TRAJECTORY, 4);
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      setpoints[i] = Reader(answers_[i].parameters, 4).i32();
+    }
+    return heard;
   }
 
   // Makes sure that a servo works in the mode that this layer needs, and starts limp after a loss of
@@ -294,6 +312,7 @@ class Xl330 {
   static const uint8_t GOAL_PWM = 100;  // goals of current, speed; profile acceleration, speed, goal
   static const uint8_t PROFILE_AND_GOAL = 108;
   static const uint8_t SPEED_AND_POSITION = 128;
+  static const uint8_t POSITION_TRAJECTORY = 140;
   static const uint8_t VOLTAGE_AND_TEMPERATURE = 144;
 
   static const uint8_t ASKS = 3;  // how often all are asked, at most, where a byte was lost
@@ -468,6 +487,7 @@ class Xl330 {
   uint16_t patience_ = PATIENCE;
   bool stranger_ = false;  // the servo asked last answered with another id
   bool refused_ = false;   // it answered with an error
+  bool missing_ = false;  // somebody did not answer the latest reading
   uint8_t misnamed_ = 0;
 };
 
