@@ -41,8 +41,16 @@ class Body {
     } else {
       readings_.pass(time);
     }
-    memory_.work(table_);
     return true;
+  }
+
+  // Looks at what can wait until the report is out: a report that goes out beside the next reading
+  // costs that bytes.
+  void look_after() {
+    if (table_.complete()) {
+      look_at(NO_MOTOR);
+    }
+    memory_.work(table_);
   }
 
   int64_t time() const { return readings_.time(); }  // of the latest reading
@@ -387,13 +395,37 @@ class Body {
       ease();
     }
     // A motor that seems to have met something may have lost its power.
-    const bool met = moved && controller_.phase == Phase::stopped;
-    uint8_t motor = NO_MOTOR;
-    const Reason reason = health_.look(table_, gains_, loose_,
-                                       met ? controller_.latched.contact.motor : NO_MOTOR, motor);
+    if (moved && controller_.latched.reason == Reason::contact &&
+        controller_.phase == Phase::stopped) {
+      look_at(controller_.latched.contact.motor);
+    }
+  }
+
+  // Looks at the health of a servo, or of that whose turn it is.
+  void look_at(uint8_t motor) {
+    const Reason reason = health_.look(table_, gains_, loose_, motor);
     if (reason != Reason::none) {
       fail(reason, motor);
       stay();
+    } else if (holds() || controller_.phase != Phase::stopped) {
+      look_at_ceiling(motor);
+    }
+  }
+
+  // A servo that did not hear its ceiling hears it once more; then it is deaf.
+  void look_at_ceiling(uint8_t motor) {
+    const uint8_t bit = static_cast<uint8_t>(1u << motor);
+    if (motor >= MOTORS) {
+      return;
+    }
+    if (!servos_.has_other_pwm(table_.joints[motor].id, orders_[motor].pwm)) {
+      unlimited_ = static_cast<uint8_t>(unlimited_ & ~bit);
+    } else if (unlimited_ & bit) {
+      fail(Reason::deaf, motor);
+      stay();
+    } else {
+      unlimited_ = static_cast<uint8_t>(unlimited_ | bit);
+      servos_.set_pwm(table_.joints, orders_);
     }
   }
 
@@ -424,8 +456,7 @@ class Body {
     }
   }
 
-  // Once the motors have sped up, lets each use no more duty than the rest of the move needs. Who
-  // does not hear it keeps the ceiling that it has.
+  // Once the motors have sped up, lets each use no more duty than the rest of the move needs.
   void ease() {
     if (eased_ || !cruises(controller_, now())) {
       return;
@@ -447,12 +478,10 @@ class Body {
     if (held_ || limp_) {
       return;
     }
-    adopt_places(static_cast<uint8_t>(readings_.known() & ~pinned_));
+    const uint8_t found = readings_.known() & ~pinned_;
     pinned_ = readings_.known();
     for (uint8_t i = 0; i < MOTORS; i++) {
-      const bool creeps = (creeps_ & (1u << i)) && speed > CREEP;
-      orders_[i] = Order{table_.settings.hold_pwm, creeps ? CREEP : speed, 0,
-                         to_servo(table_.joints[i], controller_.origin[i])};
+      orders_[i].pwm = table_.settings.hold_pwm;
     }
     if (clear_watchdog_) {
       servos_.set_bus_watchdog(table_.joints, false);
@@ -460,6 +489,12 @@ class Body {
     // A motor whose place is not known gets no goal; if it hears, it goes on softly.
     if (pinned_ != ALL) {
       servos_.set_pwm(table_.joints, orders_);
+    }
+    adopt_places(found);
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      const bool creeps = (creeps_ & (1u << i)) && speed > CREEP;
+      orders_[i] = Order{table_.settings.hold_pwm, creeps ? CREEP : speed, 0,
+                         to_servo(table_.joints[i], controller_.origin[i])};
     }
     servos_.command(table_.joints, orders_, pinned_);
     held_ = pinned_ == ALL && servos_.taken(table_.joints, orders_).by == ALL;
@@ -490,9 +525,10 @@ class Body {
       const Joint& joint = table_.joints[i];
       int32_t here = readings_.angles()[i];
       if (known & (1u << i)) {
-        // It may lag behind by 1/32 s; one that is kept further away must not push.
+        // It lags behind, and has gone on since it was read: by 1/16 s in all. One that is kept
+        // further away must not push.
         const int16_t speed = readings_.speed(i);
-        const int32_t most = GIVE_WAY + (speed < 0 ? -speed : speed) / 32;
+        const int32_t most = GIVE_WAY + (speed < 0 ? -speed : speed) / 16;
         here += clamped(to_joint(joint, setpoints[i]) - here, most);
       }
       controller_.origin[i] = inside(joint, static_cast<int16_t>(here));
@@ -509,7 +545,7 @@ class Body {
                          to_servo(table_.joints[i], goal[i])};
     }
     held_ = loaded_ = eased_ = false;
-    creeps_ = 0;
+    creeps_ = unlimited_ = 0;
     // The rule's clock starts with the copy that the servos took.
     int64_t began = 0;
     uint8_t waiting = ALL;
@@ -588,6 +624,7 @@ class Body {
   bool limp_ = false;            // torque was taken off on purpose
   uint8_t pinned_ = 0;           // motors for which controller_.origin says where to hold
   uint8_t creeps_ = 0;           // motors that were found again since the latest motion
+  uint8_t unlimited_ = 0;        // motors that did not hear their ceiling at their latest turn
   uint8_t loose_ = ALL;          // motors that are not known to have torque
   Gains gains_ = {};             // that were last written; p 0: none yet
   bool clear_watchdog_ = false;  // a servo may have stopped by its own watchdog

@@ -25,10 +25,13 @@ class Card {
     }
     if (!body_.work()) {
       rest();
-    } else if (report_period_ != 0 && body_.time() >= next_report_) {
+      return;
+    }
+    if (report_period_ != 0 && body_.time() >= next_report_) {
       next_report_ = body_.time() + report_period_;
       report();
     }
+    body_.look_after();
   }
 
   // For the body.

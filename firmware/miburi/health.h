@@ -20,21 +20,19 @@ class HealthWatch {
 
   // Looks, after a reading of the motors, at what has its turn; what speaks against going on, with
   // the motor. A servo that lost its power for a moment answers as before, but is limp, and has
-  // gains of its own: one is looked at after each reading, in every phase, so that the report is out
-  // before the next. `first` may name a motor that is to be looked at now. Motors that are `loose`
-  // have no torque to lose; `gains` are those that were written.
-  Reason look(const Table& table, const Gains& gains, uint8_t loose, uint8_t first,
-              uint8_t& motor) {
-    if (first == NO_MOTOR) {
+  // gains of its own: one is looked at after each reading, in every phase. `motor` may name one that
+  // is to be looked at now. Motors that are `loose` have no torque to lose; `gains` are those that
+  // were written.
+  Reason look(const Table& table, const Gains& gains, uint8_t loose, uint8_t& motor) {
+    if (motor == NO_MOTOR) {
       polls_++;
       if (polls_ % HEALTH_POLLS == 0) {
         return measure(table, motor);
       }
       // No motor's turn falls to a look at the health.
-      first = static_cast<uint8_t>((polls_ - polls_ / HEALTH_POLLS) % MOTORS);
+      motor = static_cast<uint8_t>((polls_ - polls_ / HEALTH_POLLS) % MOTORS);
     }
-    motor = first;
-    if ((loose & (1u << first)) || !servos_.restarted(table.joints[first].id, gains)) {
+    if ((loose & (1u << motor)) || !servos_.restarted(table.joints[motor].id, gains)) {
       return Reason::none;
     }
     return servos_.alarmed() ? Reason::faulty : Reason::restarted;

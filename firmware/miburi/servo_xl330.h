@@ -84,7 +84,7 @@ class Xl330 {
       }
       if (heard & (1u << i)) {
         Reader in(answers_[i].parameters, 8);
-        motion[i].speed = static_cast<int16_t>(in.i32() * 1563L / 100);
+        motion[i].speed = static_cast<int16_t>(clamped(in.i32(), FASTEST) * 1563L / 100);
         motion[i].position = in.i32();
         motion[i].alert = (answers_[i].error & protocol2::ALERT) != 0;
       }
@@ -225,6 +225,11 @@ class Xl330 {
     return read(id, FEED_FORWARD, FEED_SIZE) && !are_nothing(answer_.parameters);
   }
 
+  // Whether a servo answers that the limit of its duty is another one.
+  bool has_other_pwm(uint8_t id, uint16_t pwm) {
+    return read(id, GOAL_PWM, 2) && u16_at(answer_.parameters) != pwm;
+  }
+
   // Whether the servo that was asked last reports a hardware error.
   bool alarmed() const { return (answer_.error & protocol2::ALERT) != 0; }
 
@@ -315,6 +320,7 @@ class Xl330 {
   static const uint8_t POSITION_TRAJECTORY = 140;
   static const uint8_t VOLTAGE_AND_TEMPERATURE = 144;
 
+  static const int32_t FASTEST = 2000;  // units of speed: more does not fit a Motion
   static const uint8_t ASKS = 3;  // how often all are asked, at most, where a byte was lost
   static const uint8_t PATIENCE_OF_SERVOS = 10;  // in 20 ms
   static const uint8_t ONE_MBPS = 3;

@@ -110,6 +110,7 @@ def test_no_packet_of_a_release_is_so_dear_that_its_damage_fails_it(rig: Rig) ->
         rig.body.release()
         assert damage.done > 3
         assert rig.settle() is Phase.IDLE, (first, rig.body.state.stop)
+        assert {servo.get("bus_watchdog") for servo in rig.servos} == {10}
 
 
 @pytest.mark.parametrize("rate", [1e-4, 1e-5])

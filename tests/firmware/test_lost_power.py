@@ -8,7 +8,7 @@ import pytest
 from tests.firmware.endings import raise_arms, recovers
 from tests.firmware.rig import Rig
 
-from miburi.card.link import Report
+from miburi.card.link import Reason, Report
 from miburi.robot import JOINTS
 from miburi.safety.move import Move
 from miburi.safety.stop import Phase, StopReason
@@ -105,42 +105,86 @@ def test_a_body_that_was_never_held_or_was_let_go_is_not_named(firmware: Path) -
 def test_an_undervoltage_that_latches_on_all_servos_is_named_at_once(
     rig: Rig, phase: Phase
 ) -> None:
+    """At whatever moment of the 20 ms between two readings."""
     never_held_without_torque(rig)
-    if phase is Phase.MOVING:
-        raise_arms(rig)
-    elif phase is Phase.STOPPED:
-        rig.body.stop()
+    for late in (0, 5_000, 10_000, 15_000):
+        if phase is Phase.MOVING:
+            raise_arms(rig)
+        elif phase is Phase.STOPPED:
+            rig.body.stop()
+            rig.run(0.1)
+        rig.line.run(rig.line.mega.time + late)
+        for servo in rig.servos:
+            servo.fail(1)
         rig.run(0.1)
-    for servo in rig.servos:
-        servo.fail(1)
-    rig.run(0.1)
-    assert rig.body.state.stop.reason is StopReason.SERVO_FAULTY
-    assert not rig.body.report.held
+        assert rig.body.state.stop.reason is StopReason.SERVO_FAULTY
+        assert not rig.body.report.held
+        for servo in rig.servos:
+            servo.power_up()
+        rig.run(0.1)
+        rig.body.wake()
 
 
 def test_a_servo_that_restarts_in_motion_is_no_contact(rig: Rig) -> None:
+    reasons = set[int]()
+    rig.body.on_report = lambda report: reasons.add(report.reason)
     for motor, seconds in ((1, 0.3), (4, 0.7)):
         angles = rig.robot.neutral.copy()
         angles[[1, 4]] += 1.5
         rig.body.move(Move(angles, np.full(8, 1.0)))
         rig.run(seconds)
+        reasons.clear()
         rig.servos[motor].power_up()
         rig.run(NAMED)
+        assert reasons == {Reason.NONE, Reason.RESTARTED}
         found = rig.body.state.stop
         assert (found.reason, found.motor) == (StopReason.SERVO_RESTARTED, JOINTS[motor])
         rig.body.wake()
 
 
-def test_gains_that_are_lost_in_motion_are_noticed(rig: Rig) -> None:
-    """A move whose slowness hides from the rule that a servo has become soft."""
+@pytest.mark.parametrize("loses", [{"position_p_gain": 400}, {"torque_enable": 0}])
+def test_what_is_lost_in_motion_is_noticed(rig: Rig, loses: dict[str, int]) -> None:
+    """A servo that is not to move, or moves slowly, hides from the rule that it is soft or limp."""
     angles = rig.robot.neutral.copy()
     angles[1] += 0.5
     rig.body.move(Move(angles, np.full(8, 0.2)))
     rig.run(0.5)
-    rig.servos[6].set("position_p_gain", 400)
+    for name, value in loses.items():
+        rig.servos[6].set(name, value)
     rig.run(NAMED)
     found = rig.body.state.stop
     assert (found.reason, found.motor) == (StopReason.SERVO_RESTARTED, JOINTS[6])
+
+
+def goes_back_little(rig: Rig, start: np.ndarray, seconds: float, ends: float) -> None:
+    """Nobody asks for anything: servos stop, and go back by 2° at most, and slowly.
+
+    For ``ends`` s a move may still be under way.
+    """
+    times, track = [], []
+    for _ in range(round(seconds / 0.01)):
+        now = rig.line.mega.time
+        track.append([servo.setpoint(now) for servo in rig.servos])
+        times.append(now)
+        rig.line.run(now + 10_000)
+    way, spans = np.array(track), np.diff(times)[:, None] / 1e6
+    rest = round(ends / 0.01)
+    assert np.abs(way[rest:] - way[rest]).max() <= FAR
+    assert np.abs(np.diff(way[rest:], axis=0) / spans[rest:]).max() <= FAST
+    forward = way * np.sign(way[0] - start)
+    assert (np.maximum.accumulate(forward) - forward).max() <= FAR
+    assert -(np.diff(forward, axis=0) / spans).min() <= FAST
+
+
+def swing_arms(rig: Rig, speed: float) -> np.ndarray:
+    """Begin a long move of both arms; return where all were before it."""
+    angles = rig.robot.neutral.copy()
+    angles[[1, 4]] += 2.0
+    start = np.array([servo.shaft.place for servo in rig.servos])
+    rig.body.move(Move(angles, np.full(8, speed)))
+    rig.run(0.2)
+    assert rig.body.state.phase is Phase.MOVING
+    return start
 
 
 @pytest.mark.parametrize(
@@ -148,34 +192,39 @@ def test_gains_that_are_lost_in_motion_are_noticed(rig: Rig) -> None:
 )
 def test_no_arm_jumps_back_when_the_bus_returns(rig: Rig, away: float, speed: float) -> None:
     """What was last read is old: the servos went on, until their own watchdogs stopped them."""
-    angles = rig.robot.neutral.copy()
-    angles[[1, 4]] += 2.0
-    start = np.array([servo.shaft.place for servo in rig.servos])
-    rig.body.move(Move(angles, np.full(8, speed)))
-    rig.run(0.2)
-    assert rig.body.state.phase is Phase.MOVING
+    start = swing_arms(rig, speed)
     rig.bus.spoil = lambda _: b""
     rig.line.run(rig.line.mega.time + away * 1e6)
     rig.bus.spoil = lambda data: data
-    back = rig.line.mega.time
-
-    def places() -> np.ndarray:
-        now = rig.line.mega.time
-        for servo in rig.servos:
-            servo.setpoint(now)  # its own watchdog may have stopped it
-        return np.array([servo.shaft.position(servo, now) for servo in rig.servos])
-
-    track = [places()]
-    while rig.line.mega.time < back + 1.5e6:
-        rig.line.run(rig.line.mega.time + 10_000)
-        track.append(places())
-    way = np.array(track)
-    ended = 12  # readings of 10 ms in which a move that is still under way is read and held
-    assert np.abs(way[ended:] - way[ended]).max() <= FAR
-    assert np.abs(np.diff(way[ended:], axis=0)).max() <= FAST * 0.01
-    forward = way * np.sign(way[0] - start)
-    assert (np.maximum.accumulate(forward) - forward).max() <= FAR
+    goes_back_little(rig, start, 1.5, 0.12)
     rig.body.step(0.1)
     assert rig.body.state.stop.reason is StopReason.SERVO_SILENT
     assert rig.body.report.held
+    recovers(rig)
+
+
+def test_no_other_arm_jumps_back_when_a_servo_is_unplugged(rig: Rig) -> None:
+    start = swing_arms(rig, 3.0)
+    rig.servos[6].dead = True
+    goes_back_little(rig, start, 0.6, 0.2)
+    assert rig.body.look().stop.reason is StopReason.SERVO_SILENT
+
+
+def test_a_held_body_whose_bus_was_away_is_held_again(rig: Rig) -> None:
+    """Their own watchdogs have stopped the servos, which then take no more orders."""
+    raise_arms(rig)
+    rig.body.stop()
+    rig.run(0.2)
+    before = [servo.shaft.place for servo in rig.servos]
+    rig.bus.spoil = lambda _: b""
+    rig.run(0.5)
+    assert not rig.body.report.held
+    assert {
+        servo.setpoint(rig.line.mega.time) and servo.get("bus_watchdog") for servo in rig.servos
+    } == {-1}
+    rig.bus.spoil = lambda data: data
+    rig.run(0.3)
+    assert rig.body.report.held
+    assert {servo.get("bus_watchdog") for servo in rig.servos} == {10}
+    assert np.abs(np.subtract([servo.shaft.place for servo in rig.servos], before)).max() < 1
     recovers(rig)
