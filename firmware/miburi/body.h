@@ -5,6 +5,7 @@
 
 #include "controller.h"
 #include "health.h"
+#include "hold.h"
 #include "link.h"
 #include "memory.h"
 #include "readings.h"
@@ -14,7 +15,8 @@ namespace miburi {
 template <class Io>
 class Body {
  public:
-  explicit Body(Io& io) : io_(io), memory_(io), servos_(io), readings_(servos_), health_(servos_) {}
+  explicit Body(Io& io) : io_(io), memory_(io), servos_(io), readings_(servos_), health_(servos_),
+        hold_(servos_, readings_, controller_) {}
 
   // Power-on: nothing moves. Servos that still follow an order from before a reset are stopped.
   void begin() {
@@ -164,7 +166,7 @@ class Body {
     if (table_.complete() && controller_.phase != Phase::stopped) {
       look_around();
       give_up(Reason::asked, NO_MOTOR);
-      hold(table_.settings.max_speed);
+      hold_.tell(table_, orders_, table_.settings.max_speed);
     }
     return Result::ok;
   }
@@ -188,8 +190,8 @@ class Body {
     }
     // A motor under torque would jump to its goal when it becomes stiffer: it starts as a limp one.
     if (servos_.detuned(table_.joints, gains_of(table_)) != 0) {
-      loose_ = ALL;
-      held_ = false;
+      hold_.set_loose(ALL);
+      hold_.renew();
       for (uint8_t copies = 0; copies < COPIES; copies++) {
         servos_.set_torque(table_.joints, false);
       }
@@ -226,28 +228,27 @@ class Body {
     for (uint8_t i = 0; i < MOTORS; i++) {
       const int16_t here = goal_here(controller_, i, readings_.angles());
       if (limp & (1u << i)) {
-        pinned_ = static_cast<uint8_t>(pinned_ & ~(1u << i));
+        hold_.unpin(static_cast<uint8_t>(1u << i));
       } else if (distance_between(here, controller_.origin[i]) > table_.joints[i].guards.arrival) {
         controller_.origin[i] = inside(table_.joints[i], here);
       }
     }
-    held_ = limp_ = false;
-    clear_watchdog_ = true;
-    loose_ = ALL;
+    hold_.take_up();
+    hold_.set_loose(ALL);
     gains_ = gains_of(table_);
     uint8_t weak = ALL;
     // A byte is lost now and then: what they did not hear they are told again.
-    for (uint8_t copies = 0; copies < COPIES && !held_; copies++) {
-      hold(table_.settings.return_speed);
+    for (uint8_t copies = 0; copies < COPIES && !hold_.told(); copies++) {
+      hold_.tell(table_, orders_, table_.settings.return_speed);
     }
-    for (uint8_t copies = 0; copies < COPIES && held_ && weak != 0; copies++) {
+    for (uint8_t copies = 0; copies < COPIES && hold_.told() && weak != 0; copies++) {
       servos_.set_torque(table_.joints, true);
       // Not before: a servo may fall back to its own gains when torque comes on.
       servos_.set_gains(table_.joints, gains_);
       weak = static_cast<uint8_t>(servos_.detuned(table_.joints, gains_) |
                                   servos_.limp(table_.joints));
     }
-    loose_ = weak;
+    hold_.set_loose(weak);
     for (uint8_t i = 0; i < MOTORS; i++) {
       if (weak & (1u << i)) {
         return unready(i, Reason::deaf, out);
@@ -272,9 +273,7 @@ class Body {
     if (!table_.complete()) {
       return Result::settings;
     }
-    limp_ = true;
-    held_ = false;
-    loose_ = ALL;
+    hold_.let_go();
     servos_.set_torque(table_.joints, false);
     return Result::ok;
   }
@@ -287,8 +286,7 @@ class Body {
       out.put(old_id > 252 ? 0 : 1, 1);
       return Result::range;
     }
-    loose_ = ALL;
-    held_ = false;
+    hold_.forget();
     if (!servos_.identify(old_id, new_id)) {
       return unready(NO_MOTOR, Reason::silent, out);
     }
@@ -327,7 +325,7 @@ class Body {
     out.put(static_cast<uint32_t>(latched.contact.expected), 4);
     out.put(static_cast<uint64_t>(latched.contact.length), 8);
     out.put(static_cast<uint64_t>(latched.time), 8);
-    out.put(readings_.heard(), 1).put((holds() ? 1u : 0u) | (limp_ ? 2u : 0u), 1);
+    out.put(readings_.heard(), 1).put((hold_.holds() ? 1u : 0u) | (hold_.limp() ? 2u : 0u), 1);
     for (uint8_t i = 0; i < MOTORS; i++) {
       out.put(static_cast<uint16_t>(readings_.angles()[i]), 2);
     }
@@ -363,20 +361,17 @@ class Body {
   }
 
   // Reads all positions, once; true when every servo answered, and is believed.
-  bool look_around() { return look_around(loose_); }
+  bool look_around() { return look_around(hold_.loose()); }
   bool look_around(uint8_t limp) {
     return readings_.take(table_, now(), limp, controller_.origin, controller_.goal);
   }
-
-  // Whether a stopped body is known to be held.
-  bool holds() const { return held_ && loose_ == 0; }
 
   void poll() {
     const bool moved = controller_.phase != Phase::stopped;
     if (look_around()) {
       update(controller_, rule_, readings_.angles(), time());
       if (yield(controller_, rule_, readings_.angles(), time())) {
-        held_ = false;
+        hold_.renew();
       }
     }
     for (uint8_t i = 0; i < MOTORS; i++) {
@@ -389,9 +384,8 @@ class Body {
       }
     }
     if (controller_.phase == Phase::stopped) {
-      stay();
+      hold_.stay(table_, orders_);
     } else {
-      held_ = false;
       ease();
     }
     // A motor that seems to have met something may have lost its power.
@@ -403,11 +397,11 @@ class Body {
 
   // Looks at the health of a servo, or of that whose turn it is.
   void look_at(uint8_t motor) {
-    const Reason reason = health_.look(table_, gains_, loose_, motor);
+    const Reason reason = health_.look(table_, gains_, hold_.loose(), motor);
     if (reason != Reason::none) {
       fail(reason, motor);
-      stay();
-    } else if (holds() || controller_.phase != Phase::stopped) {
+      hold_.stay(table_, orders_);
+    } else if (hold_.holds() || controller_.phase != Phase::stopped) {
       look_at_ceiling(motor);
     }
   }
@@ -422,37 +416,27 @@ class Body {
       unlimited_ = static_cast<uint8_t>(unlimited_ & ~bit);
     } else if (unlimited_ & bit) {
       fail(Reason::deaf, motor);
-      stay();
+      hold_.stay(table_, orders_);
     } else {
       unlimited_ = static_cast<uint8_t>(unlimited_ | bit);
       servos_.set_pwm(table_.joints, orders_);
     }
   }
 
-  // Holds a stopped body where it is. Where a motor was silent for long, that is where it is found
-  // again: nobody knows how far it went on.
-  void stay() {
-    if (pinned_ & ~readings_.known()) {
-      held_ = false;
-      clear_watchdog_ = true;
-    }
-    hold(table_.settings.max_speed);
-  }
-
   // Stops for a fault. One that takes the torque of a held body becomes the reason of its stop.
   void fail(Reason reason, uint8_t motor) {
     const bool limp = reason == Reason::restarted || reason == Reason::faulty;
-    const bool kept = loose_ == 0 && controller_.latched.reason != reason;
+    const bool kept = hold_.loose() == 0 && controller_.latched.reason != reason;
     if (controller_.phase != Phase::stopped) {
       give_up(reason, motor);
       if (reason == Reason::silent) {
-        pinned_ = 0;  // what was read last may be old
+        hold_.unpin(ALL);  // what was read last may be old
       }
     } else if (kept && (limp || reason == Reason::silent)) {
       lose(controller_, reason, motor, time());
     }
     if (limp) {
-      loose_ = static_cast<uint8_t>(loose_ | (1u << motor));
+      hold_.set_loose(static_cast<uint8_t>(hold_.loose() | (1u << motor)));
     }
   }
 
@@ -472,70 +456,6 @@ class Body {
     stop(controller_, reason, motor, readings_.angles(), time());
   }
 
-  // Holds a stopped body softly where it is, until the servos are known to do so. They go there at
-  // no more than `speed`, but without a ramp: one would carry them on.
-  void hold(uint16_t speed) {
-    if (held_ || limp_) {
-      return;
-    }
-    const uint8_t found = readings_.known() & ~pinned_;
-    pinned_ = readings_.known();
-    for (uint8_t i = 0; i < MOTORS; i++) {
-      orders_[i].pwm = table_.settings.hold_pwm;
-    }
-    if (clear_watchdog_) {
-      servos_.set_bus_watchdog(table_.joints, false);
-    }
-    // A motor whose place is not known gets no goal; if it hears, it goes on softly.
-    if (pinned_ != ALL) {
-      servos_.set_pwm(table_.joints, orders_);
-    }
-    adopt_places(found);
-    for (uint8_t i = 0; i < MOTORS; i++) {
-      const bool creeps = (creeps_ & (1u << i)) && speed > CREEP;
-      orders_[i] = Order{table_.settings.hold_pwm, creeps ? CREEP : speed, 0,
-                         to_servo(table_.joints[i], controller_.origin[i])};
-    }
-    servos_.command(table_.joints, orders_, pinned_);
-    held_ = pinned_ == ALL && servos_.taken(table_.joints, orders_).by == ALL;
-    servos_.set_bus_watchdog(table_.joints, true);
-    held_ = held_ && servos_.watched(table_.joints);
-    clear_watchdog_ = !held_;
-    if (held_) {
-      for (uint8_t i = 0; i < MOTORS; i++) {
-        controller_.goal[i] = controller_.origin[i];
-      }
-      // A card that was reset finds servos that kept their torque.
-      loose_ = loose_ != 0 ? servos_.limp(table_.joints) : 0;
-    }
-  }
-
-  // Lets motors that were found again be held where they are. One with torque hangs from where its
-  // servo's own profile is, or is on its way there: that is where it goes by itself.
-  void adopt_places(uint8_t found) {
-    if (found == 0) {
-      return;
-    }
-    int32_t setpoints[MOTORS];
-    const uint8_t known = servos_.read_setpoints(table_.joints, setpoints) & ~loose_;
-    for (uint8_t i = 0; i < MOTORS; i++) {
-      if (!(found & (1u << i))) {
-        continue;
-      }
-      const Joint& joint = table_.joints[i];
-      int32_t here = readings_.angles()[i];
-      if (known & (1u << i)) {
-        // It lags behind, and has gone on since it was read: by 1/16 s in all. One that is kept
-        // further away must not push.
-        const int16_t speed = readings_.speed(i);
-        const int32_t most = GIVE_WAY + (speed < 0 ? -speed : speed) / 16;
-        here += clamped(to_joint(joint, setpoints[i]) - here, most);
-      }
-      controller_.origin[i] = inside(joint, static_cast<int16_t>(here));
-    }
-    creeps_ = static_cast<uint8_t>(creeps_ | found);
-  }
-
   void go(Phase phase, const int16_t* goal, const uint16_t* speeds) {
     uint32_t real[MOTORS];
     for (uint8_t i = 0; i < MOTORS; i++) {
@@ -544,8 +464,9 @@ class Body {
       orders_[i] = Order{loads_[i].pwm, speeds[i], acceleration_,
                          to_servo(table_.joints[i], goal[i])};
     }
-    held_ = loaded_ = eased_ = false;
-    creeps_ = unlimited_ = 0;
+    loaded_ = eased_ = false;
+    unlimited_ = 0;
+    hold_.move_on();
     // The rule's clock starts with the copy that the servos took.
     int64_t began = 0;
     uint8_t waiting = ALL;
@@ -580,9 +501,7 @@ class Body {
     }
     adopt();
     // Positions, and where to hold, have another meaning now.
-    held_ = false;
-    pinned_ = 0;
-    loose_ = ALL;
+    hold_.forget();
     readings_.forget(now());
     for (uint8_t i = 0; i < MOTORS; i++) {
       controller_.sag[i] = 0;
@@ -605,6 +524,7 @@ class Body {
   Servos servos_;
   Readings<Servos> readings_;
   HealthWatch<Servos> health_;
+  Hold<Servos> hold_;
   Table table_ = Table();
   Rule rule_ = Rule();
   uint16_t acceleration_ = 1;
@@ -620,14 +540,8 @@ class Body {
 
   bool loaded_ = false;          // loads_ are those of the next move
   bool eased_ = false;           // the motors have been told their ceilings after the ramp
-  bool held_ = false;            // the servos are known to hold
-  bool limp_ = false;            // torque was taken off on purpose
-  uint8_t pinned_ = 0;           // motors for which controller_.origin says where to hold
-  uint8_t creeps_ = 0;           // motors that were found again since the latest motion
   uint8_t unlimited_ = 0;        // motors that did not hear their ceiling at their latest turn
-  uint8_t loose_ = ALL;          // motors that are not known to have torque
   Gains gains_ = {};             // that were last written; p 0: none yet
-  bool clear_watchdog_ = false;  // a servo may have stopped by its own watchdog
 };
 
 }  // namespace miburi
