@@ -5,7 +5,7 @@
 //
 // `Io` gives the bus: bus_write(bytes, count) returns when the last bit is out; bus_read() gives a
 // byte or -1; bus_speed(baud); micros(); rest() sleeps until something may have happened, and may
-// look after the host meanwhile.
+// look after the host meanwhile; alive() tells the watchdog that a long wait is meant.
 #pragma once
 
 #include "protocol2.h"
@@ -277,13 +277,14 @@ class Xl330 {
   // Gives the only servo on the bus, new or not, an id and our bus speed. It may have one of them
   // already: what was broken off is taken up again.
   bool identify(uint8_t old_id, uint8_t new_id) {
-    const uint32_t speeds[] = {FACTORY_SPEED, BUS_SPEED};
+    // The last ones are those of other projects.
+    const uint32_t speeds[] = {FACTORY_SPEED, BUS_SPEED, 115200, 2000000, 9600};
     const uint8_t ids[] = {old_id, new_id};
     patience_ = LONG_PATIENCE;
-    for (uint8_t i = 0; i < 4; i++) {
+    for (uint8_t i = 0; i < 10; i++) {
       const uint8_t id = ids[i % 2];
       io_.bus_speed(speeds[i / 2]);
-      if (read(id, ID, 1) || read(id, ID, 1)) {
+      if (read(id, ID, 1) || (i < 4 && read(id, ID, 1))) {
         // Written to its EEPROM, it may answer late or not at all: what it then is counts.
         write(id, TORQUE_ENABLE, 0);
         if (id != new_id && !write(id, ID, new_id)) {
@@ -444,6 +445,9 @@ class Xl330 {
   bool answered(uint8_t id, uint8_t width) {
     listen();
     stranger_ = refused_ = false;
+    if (patience_ == LONG_PATIENCE) {
+      io_.alive();
+    }
     bool more = receive(length_of_answers(1, width));
     for (;;) {
       protocol2::Status status;
