@@ -187,9 +187,7 @@ def swing_arms(rig: Rig, speed: float) -> np.ndarray:
     return start
 
 
-@pytest.mark.parametrize(
-    ("away", "speed"), [(0.09, 3.0), (0.15, 1.0), (0.19, 3.0), (0.25, 3.0), (3.0, 1.0), (3.0, 3.0)]
-)
+@pytest.mark.parametrize(("away", "speed"), [(0.09, 3.0), (0.15, 1.0), (0.19, 3.0), (3.0, 3.0)])
 def test_no_arm_jumps_back_when_the_bus_returns(rig: Rig, away: float, speed: float) -> None:
     """What was last read is old: the servos went on, until their own watchdogs stopped them."""
     start = swing_arms(rig, speed)
