@@ -68,10 +68,8 @@ class Runner:
         Chooses the small variations of gestures.
     rule
         The contact rule of simulated bodies; by default the robot's own.
-    repertoire
-        The gestures; by default those that ship with Miburi.
-    solve
-        The inverse kinematics; by default Miburi's own way.
+    repertoire, solve
+        The gestures, and the inverse kinematics; by default those that ship with Miburi.
     lateness
         How late a step may be until the watchdog stops the body.
     """
@@ -91,8 +89,7 @@ class Runner:
         lateness: Lateness = USUAL,
     ) -> None:
         self.robot = robot
-        self.repertoire = repertoire or shipped_repertoire()
-        self.recordings = recordings
+        self.repertoire, self.recordings = repertoire or shipped_repertoire(), recordings
         self.slow_steps = 0
         #: Ports that may be opened besides those that the system lists.
         self.ports = {port} if port else set[str]()
