@@ -210,7 +210,7 @@ def test_no_agent_can_release_a_body_that_somebody_stopped(door: Server) -> None
         while partner.state.time < then + 2:  # longer than the pause after a contact
             assert (await agent.state())["body"] == "stopped"
         assert "released" not in await agent.call("events", since=before["latest_event"])
-        partner.release()
+        door.runner.release(by_person=True).result(5)
         await agent.until(lambda state: state["body"] == "idle")
 
     with connect(door.url) as partner:

@@ -16,6 +16,7 @@ from tests.fixtures.live import Server
 from miburi.errors import BodyError
 from miburi.feelings import FEELINGS
 from miburi.interface.access import STOP
+from miburi.live.press import BY
 from miburi.live.runner import Runner
 from miburi.live.state import State
 from miburi.robot.guards import by_motor
@@ -116,7 +117,7 @@ def test_nan_is_no_number(client: httpx.Client) -> None:
 
 
 def test_stop_and_release(client: httpx.Client) -> None:
-    assert client.post(V1 + "/stop").status_code == 204
+    assert client.post(V1 + "/stop", headers={BY: "program"}).status_code == 204
     while state_of(client).stop is None:
         pass
     state = state_of(client)

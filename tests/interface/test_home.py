@@ -108,7 +108,7 @@ def test_a_contact_is_told_with_its_motor_and_its_force(
 
 
 def test_a_home_may_say_something_and_stop_it_and_cannot_release_it(
-    home: RemotePartner, listener: Listener
+    home: RemotePartner, live: Runner, listener: Listener
 ) -> None:
     listener.say(TOPICS.say, "Welcome home! お帰りなさい。")
     while (spoken := home.state.spoken) is None:
@@ -121,7 +121,7 @@ def test_a_home_may_say_something_and_stop_it_and_cannot_release_it(
     then = home.state.time
     while home.state.time < then + 2:
         assert home.state.phase == "stopped"
-    home.release()  # a person does
+    live.release(by_person=True).result(5)
     hear_report(listener, lambda report: report.stopped is None)
 
 

@@ -55,7 +55,7 @@ class Desk:
             if (said := self.partner.recv()) is None:
                 self.partner.send(None)
             else:
-                self.stops.append(said)
+                self.stops.append(said[0])
         if self.serves:
             self.lines += [one for one in taken_in(self.server, 1000) if one is not None]
 

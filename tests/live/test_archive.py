@@ -92,7 +92,7 @@ def ended(runner: Runner) -> Entry:
 def stops_and_is_released_once_it_rests(runner: Runner) -> None:
     runner.stop()
     assert run(runner, STEP)[-1].phase == "stopped"
-    runner.release()
+    runner.release(by_person=True)
     until(runner, lambda state: state.phase == "returning", 1.0)
 
 
@@ -152,7 +152,7 @@ def test_a_full_disk_does_not_hold_up_stop_at_its_own_pace(live: Runner, disk: C
     while live.recordings.current is not None:
         live.feelings().result(5)  # a step has passed
     live.stop().result(5)
-    live.release().result(5)
+    live.release(by_person=True).result(5)
     live.close()
     assert live.snapshot.state.phase == "idle"
 

@@ -25,6 +25,7 @@ from miburi.errors import BodyError, InputError, MiburiError, OutputError
 from miburi.feelings import Expression, Stimulus
 from miburi.gestures.effort import Effort
 from miburi.interface.wire import BodyOut, GestureOut, RecordingOut, RobotOut, SayOut
+from miburi.live.press import BY
 from miburi.live.state import Entry, MotorsOut, State
 from miburi.senses.tone import Tone
 
@@ -84,6 +85,7 @@ class RemotePartner:
         self._headers = {"Authorization": f"Bearer {token}"} if token else {}
         self._http = self._open()
         self._stop = self._open()  # Stop waits for no other thread's answer
+        self._stop.headers[BY] = "program"  # so that this program may release it again
 
     def __enter__(self) -> Self:
         return self
@@ -174,8 +176,22 @@ class RemotePartner:
         self._ask("POST", "/stop", by=self._stop)
 
     def release(self) -> None:
-        """Let a stopped body go back to neutral, then continue."""
+        """Let a stopped body go back to neutral, then continue.
+
+        Raises
+        ------
+        BodyError
+            A person pressed Stop: a person releases it. :meth:`wait` until then.
+        """
         self._post("/release")
+
+    def wait(self) -> State:
+        """Wait until the body is not stopped, however long that takes, and return that state."""
+        states = self.watch(rate=10)
+        try:
+            return next(state for state in states if not state.stop)
+        finally:
+            states.close()
 
     def pause(self, paused: bool = True) -> None:
         """Let the partner rest at neutral, or continue."""

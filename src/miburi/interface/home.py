@@ -51,7 +51,7 @@ _ONLINE, _OFFLINE = "online", "offline"
 
 def add_home(app: FastAPI, broker: Broker, name: str) -> None:
     """Let a partner live at a home's broker, for as long as the server serves."""
-    live_beside(app, lambda: live_at_home(Asker.within(app), broker, name))
+    live_beside(app, lambda: live_at_home(Asker.within(app, "home"), broker, name))
 
 
 async def live_at_home(

@@ -43,6 +43,7 @@ from miburi.interface.access import (
     RefusedError,
 )
 from miburi.interface.passing import ENCRYPTED, PLAIN, pass_on, taken_in
+from miburi.live.press import BY, By, outlasting, who
 
 __all__ = ["BEAT", "SILENCE", "Reception", "receive"]
 
@@ -107,8 +108,8 @@ class Reception:
     passage
         Leads to the server; a Unix socket that never blocks.
     stopping
-        Leads to the partner's process: takes the time of a Stop, or None as a sign of life, and
-        answers each with None when it is done.
+        Leads to the partner's process: takes a Stop's time and who pressed, or None as a sign of
+        life, and answers each with None when it is done.
     gate
         Says who may stop the partner.
     most
@@ -133,6 +134,7 @@ class Reception:
         self._most = most
         self._passing: deque[_Guest] = deque()
         self._pressing: list[_Guest] = []
+        self._by: By | None = None  # who pressed since the last Stop was sent
         self._pressed: list[_Guest] = []
         self._wanted = self._asked = False
         self._told = self._tidied = -math.inf  # the first sign of life is due
@@ -273,6 +275,7 @@ class Reception:
         if request.http_version != b"1.1" or not _WISHES.isdisjoint(dict(headers)):
             return False  # whoever asks for more than to stop is the server's guest
         guest.ends = reader.their_state is h11.MUST_CLOSE
+        by = who(dict(headers).get(BY.encode(), b"").decode("latin-1"))
         try:
             self._gate.check(
                 {
@@ -287,15 +290,17 @@ class Reception:
             )
         except (RefusedError, OSError):
             return False
+        self._by = outlasting(self._by, by)
         return True
 
     def _press(self) -> None:
         """Send a Stop; one at a time, and who asks meanwhile shares the next."""
         if self._wanted and not self._asked:
             self._pressed, self._pressing, self._wanted = self._pressing, [], False
-            self._tell(self._clock())
+            by, self._by = self._by or "person", None
+            self._tell((self._clock(), by))
 
-    def _tell(self, what: float | None) -> None:
+    def _tell(self, what: tuple[float, By] | None) -> None:
         self._asked, self._told = True, self._clock()
         with suppress(OSError):  # its end comes to be heard
             self._stopping.send(what)

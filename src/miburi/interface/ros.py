@@ -128,7 +128,7 @@ class Stamps:
 
 def add_ros(app: FastAPI, partner: LivePartner, network: RosNetwork) -> None:
     """Let a partner live in a ROS network, for as long as the server serves."""
-    live_beside(app, lambda: live_in_ros(Asker.within(app), partner, network))
+    live_beside(app, lambda: live_in_ros(Asker.within(app, "ros"), partner, network))
 
 
 async def live_in_ros(asker: Asker, partner: LivePartner, network: RosNetwork) -> None:

@@ -23,6 +23,7 @@ from miburi.live.gaze import Gaze
 from miburi.live.hand import GuidedHand
 from miburi.live.log import Log
 from miburi.live.observer import Observer
+from miburi.live.press import By, Hold
 from miburi.live.recording import Felt, step_messages
 from miburi.live.speaker import Speaker, speaking_time
 from miburi.live.state import Entry, MotorsOut, Sample, Snapshot, Spoken
@@ -46,8 +47,7 @@ _PERIOD = 0.5
 _FAILURES = 50
 #: Samples that are kept.
 SAMPLED = 1200
-_STEPS_PER_SAMPLE = 5
-_STEPS_PER_MOTORS = 50
+_STEPS_PER_SAMPLE, _STEPS_PER_MOTORS = 5, 50
 
 
 class Runner:
@@ -59,20 +59,18 @@ class Runner:
         The description.
     feelings
         The emotional model.
-    body
-        The kind of body to begin with.
+    body, port
+        The kind of body to begin with, and a card's serial port.
     recordings
         Where recordings are kept.
-    port
-        A card's serial port.
     seed
         Chooses the small variations of gestures.
     rule
         The contact rule of simulated bodies; by default the robot's own.
-    repertoire
-        The gestures; by default those that ship with Miburi.
-    solve
-        The inverse kinematics; by default Miburi's own way.
+    repertoire, solve
+        The gestures, and the inverse kinematics; by default those that ship with Miburi.
+    hold
+        Who may end a Stop; by default a person's is ended by a person alone.
     """
 
     def __init__(
@@ -87,6 +85,7 @@ class Runner:
         rule: Rule | None = None,
         repertoire: Repertoire | None = None,
         solve: Solve | None = None,
+        hold: Hold | None = None,
     ) -> None:
         self.robot = robot
         self.repertoire = repertoire or shipped_repertoire()
@@ -98,24 +97,21 @@ class Runner:
         self._own_temperament = feelings.temperament
         self._seed, self._rule = seed, rule
         self._solve = solve or solve_with()
+        self._hold = hold or Hold()
         self._commands = Commands(self._stop)
         self._thread: threading.Thread | None = None
         self._ending, self._over = threading.Event(), threading.Event()
         self._watchdog = Watchdog(STEP, self._halt, lambda: self._give_up("hangs"))
-        self._was_late = False
+        self._failures, self._was_late = 0, False
         self._snapshot: Snapshot
-        self._failures = 0
         self._on_failure: Callable[[], None] = lambda: None
         #: Why the loop had to be given up; None while it lives.
         self.failure: str | None = None
-        self._patience = 0.0
-        self._log = Log()
+        self._log, self._speaker = Log(), Speaker(seed)
         self._felt: list[Felt] = []  # since the last step
         self._samples: deque[tuple[int, Sample]] = deque(maxlen=SAMPLED)
-        self._serial = 0
-        self._stop_seen_in = 0  # the serial of the first state with the latest Stop in it
-        self._speaker = Speaker(seed)
-        self._paused = self._at_home = False
+        self._serial = self._stop_seen_in = 0  # the latter is of the first state with the last Stop
+        self._paused, self._at_home, self._patience = False, False, 0.0
         self._use(body, port, make_body(body, robot, port, rule))
 
     # What viewers read.
@@ -158,7 +154,7 @@ class Runner:
     @property
     def temperaments(self) -> list[str]:
         """The temperaments to choose from: those that ship, and the one that it began with."""
-        return list(dict.fromkeys((*TEMPERAMENTS, self._own_temperament.name)))
+        return [*dict.fromkeys((*TEMPERAMENTS, self._own_temperament.name))]
 
     @property
     def read_until(self) -> float:
@@ -221,9 +217,9 @@ class Runner:
 
         return self._commands.ask(run)
 
-    def stop(self) -> Future[None]:
+    def stop(self, by: By = "person") -> Future[None]:
         """Stop the body until :meth:`release`; never refused, and before any other command."""
-        return self._commands.stop()
+        return self._commands.stop(by)
 
     def release(
         self,
@@ -234,15 +230,17 @@ class Runner:
     ) -> Future[None]:
         """Let a stopped body go back to neutral as soon as it has come to rest, and go on.
 
-        It is refused during the pause after a contact, but to a person who looks at the body
-        (``by_person``); and where Stop has been pressed since the state that was ``seen``.
+        A person who looks at the body (``by_person``) may end any stop at any time. A program may
+        not end a person's Stop, nor the pause after a contact. Nobody may where Stop has been
+        pressed since the state that was ``seen``.
         """
 
         def run() -> None:
             if seen is not None and not self._stop_seen_in <= seen <= self._serial:
                 raise BodyError(STOP_SINCE)
+            self._hold.check(by_person=by_person)
             self._partner.release(by_person=by_person)
-            self._note("released")
+            self._note("released", by=self._hold.end(by_person=by_person))
 
         return self._commands.ask_unless_stopped(run)
 
@@ -433,7 +431,9 @@ class Runner:
         kind, name = ("talk", where) if failure is None else ("talk_failed", failure)
         return self._commands.ask(lambda: self._note(kind, name=name))
 
-    def _stop(self) -> None:
+    def _stop(self, by: By) -> None:
+        if self._hold.press(by):
+            self._note("pressed", by=by)
         self._partner.stop()
         self._stop_seen_in = self._serial + 1
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, sync_playwright
-from tests.fixtures.browser import CHROMIUM, FLAGS, PATIENCE
+from tests.fixtures.browser import CHROMIUM, FLAGS, PATIENCE, RELEASE
 from tests.fixtures.live import address, started
 
 
@@ -43,7 +43,7 @@ def context(browser: Browser, url: str) -> Iterator[BrowserContext]:
     context.on("page", look)
     yield context
     context.request.post(url + "/api/v1/hand", data={"position": None})
-    context.request.post(url + "/api/v1/release")
+    context.request.post(url + RELEASE, data={}, headers={"Origin": url})
     context.request.post(url + "/api/v1/pause", data={"paused": False})
     context.request.post(url + "/api/v1/recordings", data={"on": False})
     context.close()

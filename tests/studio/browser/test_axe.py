@@ -13,6 +13,7 @@ from tests.fixtures.browser import (
     ask,
     needs_browser,
     press_above,
+    release,
     settle,
     until,
     violations,
@@ -85,7 +86,7 @@ def test_the_studio_has_no_violation_whatever_is_open(visitor: Page, url: str) -
     settle(page)
     found += violations(page, "stopped")
     ask(page, "/hand", position=None)
-    ask(page, "/release")
+    release(page)
     assert "\n".join(found) == ""
 
 
@@ -97,7 +98,7 @@ def test_the_face_has_no_violation(visitor: Page, url: str) -> None:
     visitor.request.post(urljoin(url, "/api/v1/stop"))
     expect(visitor.locator("#release")).to_be_visible()
     found += violations(visitor, "stopped")
-    visitor.request.post(urljoin(url, "/api/v1/release"))
+    release(visitor)
     assert "\n".join(found) == ""
 
 

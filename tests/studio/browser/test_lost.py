@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser, Page, expect
-from tests.fixtures.browser import needs_browser, until, without_3d
+from tests.fixtures.browser import needs_browser, release, until, without_3d
 from tests.fixtures.live import address, started
 
 pytestmark = needs_browser
@@ -31,8 +31,7 @@ def test_the_page_says_once_that_stop_reaches_nobody_and_sends_it_later(
         url = address(said)
         page = without_3d(context, url)
         # On a busy computer a late loop or server may have stopped it, until somebody releases it.
-        release = f"{url}/api/v1/release"
-        until(page, lambda now: now["phase"] != "stopped" or not page.request.post(release))
+        until(page, lambda now: now["phase"] != "stopped" or not release(page))
         expect(page.locator(".pill")).to_have_text(ALIVE[language])
     expect(page.get_by_role("alert").filter(has_text=ALONE[language])).to_be_visible()
     page.wait_for_timeout(2500)  # NiceGUI's own message would have come

@@ -10,6 +10,7 @@ from tests.fixtures.browser import (
     needs_browser,
     on_screen,
     press_above,
+    release,
     until,
     without_3d,
 )
@@ -45,7 +46,7 @@ def test_stop_is_large_in_a_single_row_and_the_rest_is_behind_a_button(phone: Pa
     header = phone.locator("header").bounding_box()
     assert header is not None
     assert header["height"] <= 80
-    ask(phone, "/release")
+    release(phone)
     press_above(phone, "Pause")
     until(phone, lambda now: now["paused"])
     ask(phone, "/pause", paused=False)
