@@ -1,7 +1,9 @@
 """A person's Stop is ended by a person; who pressed and who released stands in the log."""
 
 import json
+import socket
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 
 import httpx
 import pytest
@@ -105,6 +107,27 @@ def test_a_program_may_end_it_where_the_partner_was_started_so(runner: Runner) -
     freed = mild.release()
     run(mild, 0.1)
     freed.result(0)
+
+
+def test_a_stop_whose_connection_gave_way_is_pressed_again_once() -> None:
+    heard = []
+
+    def answer(listener: socket.socket) -> None:
+        for answered in (b"", b"HTTP/1.1 204 No Content\r\n\r\n"):
+            line, _ = listener.accept()
+            with line:
+                heard.append(line.recv(65_536))
+                line.sendall(answered)
+
+    with socket.create_server(("127.0.0.1", 0)) as listener, ThreadPoolExecutor() as pool:
+        listener.settimeout(5.0)
+        done = pool.submit(answer, listener)
+        with miburi.connect(f"http://127.0.0.1:{listener.getsockname()[1]}") as partner:
+            partner.stop()
+        done.result(10)
+    first, second = (words.lower() for words in heard)
+    assert first == second
+    assert b"\r\nmiburi-by: program\r\n" in second
 
 
 def test_another_body_is_still_held_by_the_person(runner: Runner) -> None:
