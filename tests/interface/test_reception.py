@@ -374,6 +374,14 @@ def test_stop_overtakes_a_request_that_waits_for_the_server(at: Desk) -> None:
     assert DONE in answer(waiting[-1])
 
 
+def test_who_gives_way_while_waiting_for_the_server_is_forgotten(at: Desk) -> None:
+    at.serves = False
+    waiting = [at.come(LOOK) for _ in range(CONNECTIONS + 20)]
+    assert sum(map(at.ended, waiting)) == 20
+    at.serves = True
+    at.stop(at.come())
+
+
 def test_a_body_goes_to_the_server_and_is_no_stop(at: Desk) -> None:
     body = (STOP + END) * 10
     head = b"POST /api/v1/say HTTP/1.1\r\nHost: localhost\r\nContent-Length: %d\r\n\r\n"

@@ -399,7 +399,8 @@ class Reception:
             guest.drop()
             answer = _make(503, "" if bare else _OVERTAKEN, ends=False)
         if stop:
-            guest.line.recv(stop)
+            with suppress(OSError):  # the client has gone
+                guest.line.recv(stop)
         gone = not guest.tell(answer + _make(status, words, ends=guest.ends))
         self._go_on(guest, gone=gone)
 

@@ -126,7 +126,7 @@ class Guest:
 
     def wait(self, head: int) -> None:
         """Take a request's head of so many bytes, which waits for the server; a tunnel has none."""
-        self.head = self.line.recv(head) if head else b""
+        self.head = (_receive(self.line, head) if head else None) or b""
         self.waits, self.looked, self.begun = True, False, False
 
     def begin(self, relay: socket.socket) -> None:
@@ -141,6 +141,7 @@ class Guest:
     def close(self) -> None:
         """Close it, and the server's end."""
         self.line.close()
+        self.waits = False
         self.drop()
 
     def drop(self) -> None:
