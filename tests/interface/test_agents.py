@@ -218,7 +218,7 @@ def test_no_agent_can_release_a_body_that_somebody_stopped(door: Server) -> None
         await asyncio.to_thread(stays_stopped, partner)
         assert (await agent.state())["body"] == "stopped"
         assert "released" not in await agent.call("events", since=before["latest_event"])
-        partner.release()
+        door.runner.release(by_person=True).result(5)
         await agent.until(lambda state: state["body"] == "idle")
 
     with connect(door.url) as partner:

@@ -107,7 +107,7 @@ def test_a_contact_is_told_with_its_motor_and_its_force(
 
 
 def test_a_home_may_say_something_and_stop_it_and_cannot_release_it(
-    home: RemotePartner, listener: Listener
+    home: RemotePartner, live: Runner, listener: Listener
 ) -> None:
     listener.say(TOPICS.say, "Welcome home! お帰りなさい。")
     spoken = until(lambda: home.state.spoken)
@@ -118,7 +118,7 @@ def test_a_home_may_say_something_and_stop_it_and_cannot_release_it(
     for topic in ("release", "resume", "stop", "feel", "say"):
         listener.say(f"miburi/kitchen/{topic}", '{"do": "release"}')
     stays_stopped(home)
-    home.release()  # a person does
+    live.release(by_person=True).result(60)
     hear_report(listener, lambda report: report.stopped is None)
 
 

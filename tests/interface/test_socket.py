@@ -58,7 +58,7 @@ def test_a_rate_out_of_range_is_refused(server: Server, rate: str) -> None:
 
 def test_commands_are_obeyed(server: Server) -> None:
     with connect(address(server, "?rate=50")) as socket:
-        socket.send(json.dumps({"do": "stop"}))
+        socket.send(json.dumps({"do": "stop", "by": "program"}))
         while until(socket, "phase")["phase"] != "stopped":
             pass
         socket.send(json.dumps({"do": "release"}))

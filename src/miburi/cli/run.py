@@ -118,6 +118,10 @@ def run(
         bool, typer.Option("--forget", help="Forget the moods of last time.")
     ] = False,
     seed: Annotated[int, typer.Option(help="Varies the gestures; 0 or more.")] = 0,
+    programs_may_release: Annotated[
+        bool,
+        typer.Option("--programs-may-release", help="Let programs end a person's Stop, too."),
+    ] = False,
 ) -> None:
     """Wake the live partner and open its studio."""
     from miburi.interface.synthesizer import find_synthesizer
@@ -152,6 +156,7 @@ def run(
             folder=folder,
             forget=forget,
             seed=seed,
+            programs_may_release=programs_may_release,
         ),
         # It loads the solver, which takes as long as the server's libraries.
         meanwhile=lambda: warn_of_misfits(description, repertoire.functions),

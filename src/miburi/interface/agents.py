@@ -85,7 +85,7 @@ def make_agents(partner: Asker, clock: Callable[[], float] = time.monotonic) -> 
 
 def add_agents(app: FastAPI, clock: Callable[[], float] = time.monotonic) -> None:
     """Open the door for agents at ``/mcp``, for as long as the server serves; a gate guards it."""
-    server = make_agents(Asker.within(app), clock)
+    server = make_agents(Asker.within(app, "agent"), clock)
     inner = server.streamable_http_app(
         streamable_http_path=AGENTS,
         stateless_http=True,

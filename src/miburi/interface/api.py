@@ -5,7 +5,7 @@ from concurrent.futures import Future
 from typing import Annotated, Any
 
 import numpy as np
-from fastapi import APIRouter, FastAPI, HTTPException, Path, Query, Request, Response
+from fastapi import APIRouter, FastAPI, Header, HTTPException, Path, Query, Request, Response
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import FileResponse, JSONResponse
 
@@ -42,6 +42,7 @@ from miburi.interface.wire import (
 )
 from miburi.live.bodies import KINDS
 from miburi.live.commands import BusyError
+from miburi.live.press import BY, who
 from miburi.live.state import Entry, MotorsOut, Sample, State
 from miburi.live.view import LivePartner, UnreachableError
 from miburi.robot import JOINTS
@@ -77,6 +78,7 @@ _REFUSED: Refusals = {
 _OFTEN: Refusals = {429: {"model": Refusal, "description": "Too many requests."}}
 _NONE: Refusals = {404: {"model": Refusal, "description": "There is none of that name."}}
 _NO_ROOM: Refusals = {507: {"model": Refusal, "description": "The folder takes no more."}}
+_BY = "Who presses: `program`, if a program may release it again; else it counts as a person."
 _RecordingName = Annotated[str, Path(max_length=60)]
 
 
@@ -128,9 +130,9 @@ def _stopping(router: APIRouter, runner: LivePartner) -> None:
     """Add what no limit holds up."""
 
     @router.post("/stop", status_code=_NOTHING, responses=_REFUSED)
-    async def stop() -> None:
-        """Stop all motors until they are released."""
-        await done(runner.stop())
+    async def stop(by: Annotated[str, Header(alias=BY, description=_BY)] = "person") -> None:
+        """Stop all motors until they are released; a person's Stop, until a person does that."""
+        await done(runner.stop(who(by)))
 
 
 def _looking(router: APIRouter, runner: LivePartner) -> None:
@@ -239,7 +241,7 @@ def _asking(router: APIRouter, runner: LivePartner, speech: Speech) -> None:
 
     @router.post("/release", status_code=_NOTHING, responses=_REFUSED)
     async def release(request: Request) -> None:
-        """Let a stopped body go back to neutral, and go on; refused in a contact's pause."""
+        """Let a stopped body go on; refused in the pause after a contact, and a person's Stop."""
         await done(runner.release(came=request.scope.get("state", {}).get(CAME)))
 
     @router.post("/pause", status_code=_NOTHING, responses=_REFUSED)

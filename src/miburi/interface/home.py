@@ -62,7 +62,7 @@ def add_home(
     app: FastAPI, broker: Broker, name: str, clock: Callable[[], float] = time.monotonic
 ) -> None:
     """Let a partner live at a home's broker, for as long as the server serves."""
-    live_beside(app, lambda: live_at_home(Asker.within(app), broker, name, clock))
+    live_beside(app, lambda: live_at_home(Asker.within(app, "home"), broker, name, clock))
 
 
 async def live_at_home(

@@ -23,6 +23,7 @@ from miburi.live.gaze import Gaze
 from miburi.live.hand import GuidedHand
 from miburi.live.log import Log
 from miburi.live.observer import Observer
+from miburi.live.press import By, Hold
 from miburi.live.recording import Felt, step_messages
 from miburi.live.speaker import Speaker
 from miburi.live.state import Entry, MotorsOut, Sample, Snapshot, Spoken
@@ -58,20 +59,19 @@ class Runner:
         The description.
     feelings
         The emotional model.
-    body
-        The kind of body to begin with.
+    body, port
+        The kind of body to begin with, and a card's serial port.
     recordings
         Where recordings are kept.
-    port
-        A card's serial port.
     seed
         Chooses the small variations of gestures.
     rule
         The contact rule of simulated bodies; by default the robot's own.
     repertoire, solve
         The gestures, and the inverse kinematics; by default those that ship with Miburi.
-    lateness
-        How late a step may be until the watchdog stops the body.
+    lateness, hold
+        How late a step may be until the watchdog stops the body; who may end a Stop: by default a
+        person's is ended by a person alone.
     """
 
     def __init__(
@@ -87,6 +87,7 @@ class Runner:
         repertoire: Repertoire | None = None,
         solve: Solve | None = None,
         lateness: Lateness = USUAL,
+        hold: Hold | None = None,
     ) -> None:
         self.robot = robot
         self.repertoire, self.recordings = repertoire or shipped_repertoire(), recordings
@@ -95,8 +96,8 @@ class Runner:
         self.ports = {port} if port else set[str]()
         self._feelings = feelings
         self._own_temperament = feelings.temperament
-        self._seed, self._rule = seed, rule
-        self._solve = solve or solve_with()
+        self._seed, self._rule, self._solve = seed, rule, solve or solve_with()
+        self._hold = hold or Hold()
         self._commands, self._log = Commands(self._stop), Log()
         self._thread: threading.Thread | None = None
         self._ending, self._over = threading.Event(), threading.Event()
@@ -108,9 +109,8 @@ class Runner:
         self.failure: str | None = None
         self._felt: list[Felt] = []  # since the last step
         self._samples: deque[tuple[int, Sample]] = deque(maxlen=SAMPLED)
-        self._serial, self._speaker = 0, Speaker(seed)
-        self._stop_seen_in = 0  # the serial of the first state with the latest Stop in it
-        self._paused = self._at_home = False
+        self._speaker, self._paused, self._at_home = Speaker(seed), False, False
+        self._serial = self._stop_seen_in = 0  # the latter is of the first state with the last Stop
         self._use(body, port, make_body(body, robot, port, rule))
 
     # What viewers read.
@@ -153,7 +153,7 @@ class Runner:
     @property
     def temperaments(self) -> list[str]:
         """The temperaments to choose from: those that ship, and the one that it began with."""
-        return list(dict.fromkeys((*TEMPERAMENTS, self._own_temperament.name)))
+        return [*dict.fromkeys((*TEMPERAMENTS, self._own_temperament.name))]
 
     @property
     def read_until(self) -> float:
@@ -219,9 +219,9 @@ class Runner:
 
         return self._commands.ask(run)
 
-    def stop(self) -> Future[None]:
+    def stop(self, by: By = "person") -> Future[None]:
         """Stop the body until :meth:`release`; never refused, and before any other command."""
-        return self._commands.stop()
+        return self._commands.stop(by)
 
     def release(
         self,
@@ -232,15 +232,16 @@ class Runner:
     ) -> Future[None]:
         """Let a stopped body go back to neutral as soon as it has come to rest, and go on.
 
-        It is refused during the pause after a contact, but to a person who looks at the body
-        (``by_person``); and where Stop has been pressed since the state that was ``seen``.
+        A person (``by_person``) may end any stop; a program neither a person's Stop nor the pause
+        after a contact; nobody one where Stop was pressed since the state that was ``seen``.
         """
 
         def run() -> None:
             if seen is not None and not self._stop_seen_in <= seen <= self._serial:
                 raise BodyError(STOP_SINCE)
+            self._hold.check(by_person=by_person)
             self._partner.release(by_person=by_person)
-            self._note("released")
+            self._note("released", by=self._hold.end(by_person=by_person))
 
         return self._commands.ask_unless_stopped(run)
 
@@ -250,8 +251,7 @@ class Runner:
         def run() -> None:
             if paused != self._paused:
                 self._paused = paused
-                change = self._partner.pause if paused else self._partner.resume
-                change()
+                (self._partner.pause if paused else self._partner.resume)()
                 self._note("paused" if paused else "resumed")
 
         return self._commands.ask(run)
@@ -266,9 +266,8 @@ class Runner:
         InputError
             The direction has no length.
         """
-        return self._commands.ask(
-            lambda: self._hand.guide(self._partner.body.touchable, position, along)
-        )
+        guide = self._hand.guide
+        return self._commands.ask(lambda: guide(self._partner.body.touchable, position, along))
 
     def temperament(self, name: str) -> Future[None]:
         """Go on with another of the :attr:`temperaments`."""
@@ -294,9 +293,8 @@ class Runner:
             There is no such body here; see :func:`miburi.live.bodies.make_body`.
         """
         if port is not None and port == self._observer.port:
-            raise BodyError(
-                f"the card at {port} is this body already; a lost one is found again by itself."
-            )
+            again = "a lost one is found again by itself"
+            raise BodyError(f"the card at {port} is this body already; {again}.")
         if port is not None and port not in self.ports:
             check_port(port)
         body = make_body(name, self.robot, port, self._rule)
@@ -432,7 +430,9 @@ class Runner:
         kind, name = ("talk", where) if failure is None else ("talk_failed", failure)
         return self._commands.ask(lambda: self._note(kind, name=name))
 
-    def _stop(self) -> None:
+    def _stop(self, by: By) -> None:
+        if self._hold.press(by):
+            self._note("pressed", by=by)
         self._partner.stop()
         self._stop_seen_in = self._serial + 1
 

@@ -8,6 +8,7 @@ from pydantic import BaseModel, Field
 from miburi.bodies import BodyState
 from miburi.feelings.catalogue import FEELINGS, FeelingName
 from miburi.live.archive import EndReason
+from miburi.live.press import By
 from miburi.robot.guards import Guards
 from miburi.safety.stop import StopReason
 from miburi.senses import Brought
@@ -142,7 +143,7 @@ class State(BaseModel):
     rule: RuleOut
     stop: StopOut | None
     held: bool = Field(
-        description="Whether a person stopped the body, so that it waits for a release."
+        description="Whether somebody pressed Stop, so that the body waits for a release."
     )
     force: float | None = Field(description="Force on the human hand now, N; simulation only.")
     hand: Hand | None
@@ -163,7 +164,7 @@ class Entry(BaseModel):
     number: int
     time: float
     kind: Literal[
-        "stimulus", "gesture", "stopped", "released", "body", "paused", "resumed", "temperament",
+        "stimulus", "gesture", "pressed", "stopped", "released", "body", "paused", "resumed", "temperament",
         "recording", "recorded", "recording_ended", "deleted", "refused",
         "trouble", "loop_failed", "spoken", "talk", "talk_failed", "distress",
     ]  # fmt: skip
@@ -179,6 +180,11 @@ class Entry(BaseModel):
     )
     stop: StopOut | None = None
     limit: float | None = Field(default=None, description="The rule's limit at that stop.")
+    by: By | None = Field(
+        default=None,
+        description="Who pressed Stop or released: a person, a home's button, an agent (MCP), ROS, "
+        "a program; or the partner itself, while nobody could reach it.",
+    )
 
 
 class Sample(BaseModel):

@@ -12,6 +12,7 @@ from miburi.errors import MiburiError
 from miburi.feelings import Expression, Stimulus
 from miburi.gestures import KeyPose, Repertoire
 from miburi.live.archive import Kept
+from miburi.live.press import By
 from miburi.live.state import Entry, MotorsOut, Sample, Snapshot
 from miburi.robot import Array, Robot
 from miburi.senses import Impression
@@ -126,7 +127,7 @@ class LivePartner(Protocol):
     ) -> Future[None]:
         """Perform a gesture once; refused while the partner rests."""
 
-    def stop(self) -> Future[None]:
+    def stop(self, by: By = "person") -> Future[None]:
         """Stop the body until :meth:`release`; never refused, and before any other command."""
 
     def release(
@@ -134,10 +135,11 @@ class LivePartner(Protocol):
     ) -> Future[None]:
         """Let a stopped body go back to neutral as soon as it has come to rest, and go on.
 
-        It is refused during the pause after a contact, but to a person who looks at the body
-        (``by_person``); and where Stop has been pressed since the state that was ``seen``, by its
-        serial. Who does not say what was seen: since the wish ``came``, s on the clock of all
-        processes; None: as early as it may be (:attr:`read_until`).
+        A person who looks at the body (``by_person``) may end any stop at any time. A program may
+        not end a person's Stop, nor the pause after a contact. Nobody may where Stop has been
+        pressed since the state that was ``seen``, by its serial; without it, since the wish
+        ``came``, s on the clock of all processes; None: as early as it may be
+        (:attr:`read_until`).
         """
 
     def pause(self, paused: bool) -> Future[None]:
