@@ -164,8 +164,8 @@ class Entry(BaseModel):
     number: int
     time: float
     kind: Literal[
-        "stimulus", "gesture", "pressed", "stopped", "released", "body", "paused", "resumed", "temperament",
-        "recording", "recorded", "recording_ended", "deleted", "refused",
+        "stimulus", "gesture", "pressed", "stopped", "released", "body", "paused", "resumed",
+        "temperament", "recording", "recorded", "recording_ended", "deleted", "refused",
         "trouble", "loop_failed", "spoken", "talk", "talk_failed", "distress",
     ]  # fmt: skip
     feeling: str | None = None
