@@ -270,7 +270,7 @@ def test_a_stop_drops_a_gesture_that_waits_and_the_agent_is_told(
         told = await agent.call("gesture", feeling="disgust")
         assert told.endswith("Only a person can release it. Your gesture was dropped.")
         runner.start()
-        partner.release()
+        runner.release(by_person=True).result(60)
         await agent.until(lambda state: state["body"] == "idle")
         assert "disgust" not in await agent.call("events")
 
@@ -279,7 +279,7 @@ def test_a_stop_drops_a_gesture_that_waits_and_the_agent_is_told(
     monkeypatch.setattr(runner, "perform", stop_while_it_waits)
     app = interface(runner)
     add_agents(app)
-    with serving(app, lifespan=True) as url, connect(url) as partner:
+    with serving(app, lifespan=True) as url:
         run(over_http(url), work)
     runner.close(patience=0.0)
 

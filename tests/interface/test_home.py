@@ -181,11 +181,23 @@ def test_a_wish_of_another_day_is_left_out(live: Runner, broker: Mosquitto) -> N
 
 
 def test_a_stop_while_the_broker_was_away_is_told_when_it_is_back(
-    home: RemotePartner, broker: Mosquitto, listener: Listener
+    home: RemotePartner,
+    broker: Mosquitto,
+    listener: Listener,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
+    said = ""
+
+    def failures() -> int:
+        nonlocal said
+        said += capsys.readouterr().err
+        return said.count("Trying again")
+
     broker.kill()
     home.stop()
     until(lambda: home.state.stop)
+    # The partner waits for 4 s after its third failure, so that the listener is there before it.
+    until(failures, lambda count: count >= 3)
     broker.start()  # it has forgotten everything
     heard = {}
     while len(heard) < 2:
