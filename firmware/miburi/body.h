@@ -397,8 +397,7 @@ class Body {
 
   // Looks at the health of a servo, or of that whose turn it is.
   void look_at(uint8_t motor) {
-    const bool rests = controller_.phase == Phase::idle || controller_.phase == Phase::stopped;
-    const Reason reason = health_.look(table_, gains_, hold_.loose(), rests, motor);
+    const Reason reason = health_.look(table_, gains_, hold_.loose(), motor);
     if (reason != Reason::none) {
       fail(reason, motor);
       hold_.stay(table_, orders_);

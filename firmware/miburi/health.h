@@ -23,8 +23,7 @@ class HealthWatch {
   // gains of its own: one is looked at after each reading, in every phase. `motor` may name one that
   // is to be looked at now. Motors that are `loose` have no torque to lose; `gains` are those that
   // were written.
-  Reason look(const Table& table, const Gains& gains, uint8_t loose, bool rests,
-              uint8_t& motor) {
+  Reason look(const Table& table, const Gains& gains, uint8_t loose, uint8_t& motor) {
     if (motor == NO_MOTOR) {
       polls_++;
       if (polls_ % HEALTH_POLLS == 0) {
@@ -33,7 +32,7 @@ class HealthWatch {
       // No motor's turn falls to a look at the health.
       motor = static_cast<uint8_t>((polls_ - polls_ / HEALTH_POLLS) % MOTORS);
     }
-    if ((loose & (1u << motor)) || !servos_.restarted(table.joints[motor].id, gains, rests)) {
+    if ((loose & (1u << motor)) || !servos_.restarted(table.joints[motor].id, gains)) {
       return Reason::none;
     }
     return servos_.alarmed() ? Reason::faulty : Reason::restarted;

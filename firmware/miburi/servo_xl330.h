@@ -212,8 +212,7 @@ class Xl330 {
   }
 
   // Whether a servo answers that its torque is off, or that it has other gains; p 0: they may be any.
-  // The feed-forward, which only comes back with the gains, is asked for where there is `time`.
-  bool restarted(uint8_t id, const Gains& gains, bool time) {
+  bool restarted(uint8_t id, const Gains& gains) {
     if (!read(id, TORQUE_ENABLE, 1)) {
       return false;
     }
@@ -223,7 +222,7 @@ class Xl330 {
     if (read(id, POSITION_GAINS, GAINS_SIZE) && !are(answer_.parameters, gains)) {
       return true;
     }
-    return time && read(id, FEED_FORWARD, FEED_SIZE) && !are_nothing(answer_.parameters);
+    return read(id, FEED_FORWARD, FEED_SIZE) && !are_nothing(answer_.parameters);
   }
 
   // Whether a servo answers that the limit of its duty is another one.
