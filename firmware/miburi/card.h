@@ -25,13 +25,10 @@ class Card {
     }
     if (!body_.work()) {
       rest();
-      return;
-    }
-    if (report_period_ != 0 && body_.time() >= next_report_) {
+    } else if (report_period_ != 0 && body_.time() >= next_report_) {
       next_report_ = body_.time() + report_period_;
       report();
     }
-    body_.look_after();
   }
 
   // For the body.
@@ -39,7 +36,6 @@ class Card {
   int bus_read() { return io_.bus_read(); }
   void bus_write(const uint8_t* bytes, uint8_t count) { io_.bus_write(bytes, count); }
   void bus_speed(uint32_t baud) { io_.bus_speed(baud); }
-  void alive() { io_.alive(); }
   bool eeprom_ready() { return io_.eeprom_ready(); }
   uint8_t eeprom_read(uint16_t address) { return io_.eeprom_read(address); }
   void eeprom_write(uint16_t address, uint8_t byte) { io_.eeprom_write(address, byte); }

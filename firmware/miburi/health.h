@@ -20,22 +20,21 @@ class HealthWatch {
 
   // Looks, after a reading of the motors, at what has its turn; what speaks against going on, with
   // the motor. A servo that lost its power for a moment answers as before, but is limp, and has
-  // gains of its own: one is looked at after each reading, in every phase. `motor` may name one that
-  // is to be looked at now. Motors that are `loose` have no torque to lose; `gains` are those that
-  // were written.
-  Reason look(const Table& table, const Gains& gains, uint8_t loose, uint8_t& motor) {
-    if (motor == NO_MOTOR) {
-      polls_++;
-      if (polls_ % HEALTH_POLLS == 0) {
-        return measure(table, motor);
-      }
+  // gains of its own: the rule sees it in motion, and this at rest (`idle`), one servo at each
+  // reading, so that the report is out before the next.
+  Reason look(const Table& table, bool idle, uint8_t& motor) {
+    polls_++;
+    if (polls_ % HEALTH_POLLS == 0) {
+      return measure(table, motor);
+    }
+    if (idle) {
       // No motor's turn falls to a look at the health.
       motor = static_cast<uint8_t>((polls_ - polls_ / HEALTH_POLLS) % MOTORS);
+      if (servos_.restarted(table.joints[motor].id, gains_of(table))) {
+        return Reason::restarted;
+      }
     }
-    if ((loose & (1u << motor)) || !servos_.restarted(table.joints[motor].id, gains)) {
-      return Reason::none;
-    }
-    return servos_.alarmed() ? Reason::faulty : Reason::restarted;
+    return Reason::none;
   }
 
   // Reads all temperatures and voltages; what speaks against moving, with the motor.
@@ -58,7 +57,7 @@ class HealthWatch {
   const Health& of(uint8_t motor) const { return health_[motor]; }
 
  private:
-  static const int32_t HEALTH_POLLS = 20;  // readings from one look at the health to the next
+  static const int32_t HEALTH_POLLS = 25;  // readings between two looks at the health
 
   Servos& servos_;
   Health health_[MOTORS] = {};

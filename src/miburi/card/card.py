@@ -259,7 +259,7 @@ class Card:
 
     def identify(self, old: int, new: int) -> None:
         """Set id, speed and mode of the only servo on the bus; ``old`` is its id until now."""
-        self.ask(FrameKind.IDENTIFY, bytes((old, new)), patience=2.0)
+        self.ask(FrameKind.IDENTIFY, bytes((old, new)), patience=1.0)
 
     def configure(self, settings: CardSettings) -> None:
         """Send settings to a stopped card; if it refuses them, send the previous ones again.
