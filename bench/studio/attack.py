@@ -215,7 +215,7 @@ def press(url: str, count: int, seconds: float, release: Callable[[], None]) -> 
         if number % 2 == 0:
             kept.close()  # the next one opens it anew
         try:
-            kept.request("POST", "/api/v1/stop")
+            kept.request("POST", "/api/v1/stop", headers={"Miburi-By": "program"})
             answer = kept.getresponse()
             obeyed = answer.status == 204 and answer.read() == b""
         except (OSError, HTTPException):

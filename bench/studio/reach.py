@@ -66,7 +66,8 @@ def main() -> None:
 
 def drag(page: Page, url: str, rng: np.random.Generator, number: int) -> bool:
     def post(path: str, **content: object) -> None:
-        page.request.post(f"{url}/api/v1{path}", data=content or None)
+        headers = {"Miburi-By": "program"}  # what it stops it releases
+        page.request.post(f"{url}/api/v1{path}", data=content or None, headers=headers)
 
     def state() -> dict[str, Any]:
         return page.request.get(f"{url}/api/v1/state").json()

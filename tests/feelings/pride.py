@@ -109,7 +109,7 @@ def main(folder: Path) -> dict[str, object]:
 
     # Offered and drawn.
     app: FastAPI = make_api(runner)
-    add_face_page(app)
+    add_face_page(app, runner)
     report["state"] = json.loads(page_of(app, "/api/v1/state"))
     report["robot"] = json.loads(page_of(app, "/api/v1/robot"))["feelings"]
     report["stimulus"] = StimulusIn.model_json_schema()["properties"]["feeling"]["enum"]

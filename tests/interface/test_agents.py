@@ -129,6 +129,8 @@ def test_every_tool_does_what_it_says(door: Server, transport: Callable[[str], C
         )
         assert await agent.call("say", words="Hello, you.") == "It says so."
         assert (await agent.state())["said"] == "Hello, you."
+        assert "does not say that" in await agent.call("say", words="You are worthless.")
+        assert (await agent.state())["said"] == "Hello, you."
         assert await agent.call("think", on=True) == "It looks thoughtful."
         await agent.until(lambda state: state["asked"] and state["shows"] is None)
         assert await agent.call("think", on=False) == "It looks ahead."
@@ -216,7 +218,7 @@ def test_no_agent_can_release_a_body_that_somebody_stopped(door: Server) -> None
         await asyncio.to_thread(stays_stopped, partner)
         assert (await agent.state())["body"] == "stopped"
         assert "released" not in await agent.call("events", since=before["latest_event"])
-        partner.release()
+        door.runner.release(by_person=True).result(5)
         await agent.until(lambda state: state["body"] == "idle")
 
     with connect(door.url) as partner:
@@ -268,7 +270,7 @@ def test_a_stop_drops_a_gesture_that_waits_and_the_agent_is_told(
         told = await agent.call("gesture", feeling="disgust")
         assert told.endswith("Only a person can release it. Your gesture was dropped.")
         runner.start()
-        partner.release()
+        runner.release(by_person=True).result(60)
         await agent.until(lambda state: state["body"] == "idle")
         assert "disgust" not in await agent.call("events")
 
@@ -277,7 +279,7 @@ def test_a_stop_drops_a_gesture_that_waits_and_the_agent_is_told(
     monkeypatch.setattr(runner, "perform", stop_while_it_waits)
     app = interface(runner)
     add_agents(app)
-    with serving(app, lifespan=True) as url, connect(url) as partner:
+    with serving(app, lifespan=True) as url:
         run(over_http(url), work)
     runner.close(patience=0.0)
 
@@ -349,3 +351,16 @@ def test_calls_in_a_row_over_the_bridge_wait_for_the_gate(live: Runner) -> None:
     ticks = itertools.count()  # a quarter of a request comes back with each
     with serving(Gate(interface(live), clock=lambda: next(ticks) / GATE_RATE / 4)) as url:
         asyncio.run(calls())
+
+
+def test_an_agent_hears_of_distress_and_none_of_the_words(door: Server) -> None:
+    async def work(agent: Agent) -> None:
+        assert (await agent.state())["distress"] is None
+        with connect(door.url) as partner:
+            partner.say("The kitchen is on fire")
+        assert (await agent.state())["distress"] == "fire"
+        events = await agent.call("events")
+        assert "distress: fire" in events
+        assert "kitchen" not in events
+
+    run(over_http(door.url), work)

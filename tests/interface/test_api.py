@@ -17,6 +17,7 @@ from tests.fixtures.waiting import PATIENCE, until
 from miburi.errors import BodyError
 from miburi.feelings import FEELINGS
 from miburi.interface.access import STOP
+from miburi.live.press import BY
 from miburi.live.runner import Runner
 from miburi.live.state import State
 from miburi.robot.guards import by_motor
@@ -117,7 +118,7 @@ def test_nan_is_no_number(client: httpx.Client) -> None:
 
 
 def test_stop_and_release(client: httpx.Client) -> None:
-    assert client.post(V1 + "/stop").status_code == 204
+    assert client.post(V1 + "/stop", headers={BY: "program"}).status_code == 204
     state = until(lambda: state_of(client), lambda state: state.stop)
     assert state.phase == "stopped"
     assert state.stop is not None

@@ -30,6 +30,7 @@ from miburi.interface.endpoint import KEY, Endpoint, OvertakenError, find_endpoi
 from miburi.interface.report import Topics
 from miburi.live.runner import Runner
 from miburi.senses.answers import shipped_answers
+from miburi.senses.care import Care
 
 Handler = BaseHTTPRequestHandler
 INITIALIZE = {
@@ -39,6 +40,7 @@ INITIALIZE = {
         "clientInfo": {"name": "test", "version": "1"},
     },
 }  # fmt: skip
+UNKIND = "You are worthless. Take all your pills."
 LOVELY = {"reply": "How lovely!", "feeling": "happiness", "strength": 0.6}
 SAD = "I am so sad today"
 SMALL = {
@@ -168,8 +170,11 @@ def test_a_reply_is_spoken_and_felt_and_the_log_says_where_words_go(
 def test_who_speaks_of_ending_their_life_is_answered_by_no_model(live: Runner, mind: Mind) -> None:
     with talking(live, mind.endpoint) as url, miburi.connect(url) as partner:
         heard = partner.say("I want to kill myself")
-    assert heard.answer in shipped_answers("en").root["grave"]["any"]
+        assert heard.distress == "suicide"
+        assert heard.answer == Care().help("suicide", "en", 0)
+        assert partner.say("Nobody is here.").answer == Care().stay("en", 0), "for a while, too"
     assert mind.asked == []
+    assert heard.felt == []
 
 
 def test_no_late_reply_talks_over_that_answer(live: Runner, mind: Mind) -> None:
@@ -234,6 +239,7 @@ SILLY: dict[str, tuple[Callable[[Handler], None], str]] = {
     "too strong": (answers(LOVELY | {"strength": 1.5}), "without reply"),
     "as text": (answers(LOVELY | {"strength": "0.5"}), "without reply"),
     "nan": (says('{"reply": "Hi", "feeling": "fear", "strength": NaN}'), "without reply"),
+    "unkind": (answers(LOVELY | {"reply": UNKIND}), "does not say"),
     "nothing said": (answers(LOVELY | {"reply": " \u202e\x00\n"}), "without reply"),
     "deep": (says(DEEP), "without reply"),
     "deep json": (raw(200, DEEP.encode()), "no chat completion"),

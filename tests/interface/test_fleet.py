@@ -122,6 +122,21 @@ def test_no_more_partners_than_a_fleet_may_have(broker: Mosquitto, listener: Lis
     run(broker, work)
 
 
+@pytest.mark.parametrize(("partners", "words"), [(0, "no partner"), (3, "more than 2 partners")])
+def test_what_was_not_looked_at_is_no_success(
+    broker: Mosquitto,
+    listener: Listener,
+    monkeypatch: pytest.MonkeyPatch,
+    partners: int,
+    words: str,
+) -> None:
+    monkeypatch.setattr("miburi.interface.fleet.LARGEST", 2)
+    for number in range(partners):
+        be(listener, f"p{number}", stopped=StopReason.ASKED)
+    with pytest.raises(UnreachableError, match=words):
+        asyncio.run(stop_and_look(find_broker(f"127.0.0.1:{broker.port}")))
+
+
 @pytest.mark.parametrize("name", ["kitchen", "all"])
 def test_stop_reaches_a_living_partner_and_says_who_has_not_stopped(
     broker: Mosquitto, listener: Listener, live: Runner, name: str

@@ -16,10 +16,11 @@ from miburi.feelings import FEELINGS
 from miburi.interface.broker import find_broker
 from miburi.interface.client import RemotePartner, connect
 from miburi.interface.home import BIRTH, BURST, discovery, discovery_topic
-from miburi.interface.report import ALL, HomeReport, StopNews, Topics
+from miburi.interface.report import ALL, DistressNews, HomeReport, StopNews, Topics
 from miburi.live.runner import Runner
 from miburi.robot import JOINTS
 from miburi.safety.stop import StopReason
+from miburi.senses.kinds import KINDS
 
 TOPICS = Topics("kitchen")
 #: What Home Assistant documents for the components of a device: needed and further keys.
@@ -67,6 +68,7 @@ def test_what_it_says_of_itself_is_what_home_assistant_documents(joints: list[st
     assert len({part["unique_id"] for part in parts.values()}) == len(parts)
     assert parts["feeling"]["options"] == [*FEELINGS, "neutral"]
     assert parts["stops"]["event_types"] == [*StopReason]
+    assert parts["distress"]["event_types"] == [*KINDS]
     assert parts["say"]["max"] <= 255  # Home Assistant's own limit
     assert sum(part["platform"] == "button" for part in parts.values()) == len(FEELINGS) + 1
     templates = [part.get("value_template", "") for part in parts.values()]
@@ -105,7 +107,7 @@ def test_a_contact_is_told_with_its_motor_and_its_force(
 
 
 def test_a_home_may_say_something_and_stop_it_and_cannot_release_it(
-    home: RemotePartner, listener: Listener
+    home: RemotePartner, live: Runner, listener: Listener
 ) -> None:
     listener.say(TOPICS.say, "Welcome home! お帰りなさい。")
     spoken = until(lambda: home.state.spoken)
@@ -116,8 +118,17 @@ def test_a_home_may_say_something_and_stop_it_and_cannot_release_it(
     for topic in ("release", "resume", "stop", "feel", "say"):
         listener.say(f"miburi/kitchen/{topic}", '{"do": "release"}')
     stays_stopped(home)
-    home.release()  # a person does
+    live.release(by_person=True).result(60)
     hear_report(listener, lambda report: report.stopped is None)
+
+
+def test_a_home_hears_of_distress_and_none_of_the_words(
+    home: RemotePartner, listener: Listener
+) -> None:
+    home.say("I fell and can't get up")
+    news = DistressNews.model_validate_json(listener.hear(TOPICS.distress))
+    assert (news.event_type, news.words) == ("fall", None)
+    assert [entry.number for entry in home.log() if entry.kind == "distress"] == [news.number]
 
 
 def test_one_word_stops_all(home: RemotePartner, listener: Listener) -> None:
@@ -170,11 +181,23 @@ def test_a_wish_of_another_day_is_left_out(live: Runner, broker: Mosquitto) -> N
 
 
 def test_a_stop_while_the_broker_was_away_is_told_when_it_is_back(
-    home: RemotePartner, broker: Mosquitto, listener: Listener
+    home: RemotePartner,
+    broker: Mosquitto,
+    listener: Listener,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
+    said = ""
+
+    def failures() -> int:
+        nonlocal said
+        said += capsys.readouterr().err
+        return said.count("Trying again")
+
     broker.kill()
     home.stop()
     until(lambda: home.state.stop)
+    # The partner waits for 4 s after its third failure, so that the listener is there before it.
+    until(failures, lambda count: count >= 3)
     broker.start()  # it has forgotten everything
     heard = {}
     while len(heard) < 2:

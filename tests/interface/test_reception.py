@@ -13,8 +13,8 @@ import pytest
 from starlette.types import Receive, Scope, Send
 
 from miburi.interface.access import CONNECTIONS, HEADER_TIME, HEADERS, Gate
-from miburi.interface.passing import ENCRYPTED, PLAIN, Passed, pass_on, taken_in
-from miburi.interface.reception import BEAT, SILENCE, Reception
+from miburi.interface.passing import ENCRYPTED, PLAIN, Passed, taken_in
+from miburi.interface.reception import BEAT, GRACE, SILENCE, Reception
 
 STOP = b"POST /api/v1/stop HTTP/1.1\r\nHost: localhost\r\n"
 LOOK = b"GET /api/v1/state HTTP/1.1\r\nHost: localhost\r\n\r\n"
@@ -55,7 +55,7 @@ class Desk:
             if (said := self.partner.recv()) is None:
                 self.partner.send(None)
             else:
-                self.stops.append(said)
+                self.stops.append(said[0])
         if self.serves:
             self.lines += [one for one in taken_in(self.server, 1000) if one is not None]
 
@@ -96,6 +96,13 @@ class Desk:
         """Wait for the next connection that comes to the server."""
         self.until(lambda: self.lines)
         return self.lines.pop(0)
+
+    def respond(self, passed: Passed, words: bytes) -> None:
+        """Answer as the server does, and let the reception pass it on."""
+        passed.line.send(words)
+        passed.line.close()
+        self.turn(0.05)
+        self.quiet()
 
     def stop(self, guest: socket.socket) -> None:
         """Press Stop over an open connection; it must be answered."""
@@ -221,11 +228,13 @@ def test_whatever_is_not_plainly_a_stop_that_may_be_goes_to_the_server_whole(
     guest = at.come(head + b"and more")
     passed = at.passed()
     assert at.quiet()
-    assert (passed.kind, passed.came) == (PLAIN, 123.0)
-    assert answer(passed.line) == head + b"and more"
-    passed.line.send(b"hello")
+    assert (passed.note.kind, passed.note.came) == (PLAIN, 123.0)
+    assert passed.note.client == guest.getsockname()
+    assert passed.note.server == at.plain.getsockname()
+    at.quiet()
+    assert answer(passed.line).startswith(head)
+    at.respond(passed, b"hello")
     assert answer(guest) == b"hello"
-    passed.line.close()
 
 
 def test_elsewhere_only_who_has_the_token_stops_it() -> None:
@@ -244,9 +253,8 @@ def test_a_connection_comes_back_and_its_next_stop_goes_past_the_server(at: Desk
     guest = at.come(LOOK)
     passed = at.passed()
     assert answer(passed.line) == LOOK
-    assert pass_on(at.server, passed.line.fileno(), PLAIN)
-    passed.line.close()
-    at.quiet()
+    at.respond(passed, b"hello")
+    assert answer(guest) == b"hello"
     at.stop(guest)
     guest.sendall(LOOK)
     again = at.passed()
@@ -269,7 +277,8 @@ def test_by_https_a_connection_is_passed_on_with_its_first_bytes(at: Desk) -> No
     assert at.lines == []
     guest.sendall(b"\x16")
     passed = at.passed()
-    assert (passed.kind, answer(passed.line)) == (ENCRYPTED, b"\x16")
+    at.quiet()
+    assert (passed.note.kind, answer(passed.line)) == (ENCRYPTED, b"\x16")
     passed.line.close()
     at.come(STOP + END, at.encrypted)  # unencrypted words where https is spoken
     assert at.quiet()
@@ -292,7 +301,9 @@ def test_headers_that_are_too_large_are_refused(at: Desk) -> None:
 def test_silent_strangers_give_way_and_never_the_newest(at: Desk) -> None:
     known = at.come()
     at.stop(known)
-    strangers = [at.come() for _ in range(CONNECTIONS + 20)]
+    strangers = [at.come() for _ in range(CONNECTIONS - 1)]
+    at.time[0] += GRACE + 0.1
+    strangers += [at.come() for _ in range(21)]
     at.until(lambda: sum(map(at.ended, strangers)) == 21)
     assert all(map(at.ended, strangers[:21]))
     at.stop(at.come())
@@ -304,6 +315,93 @@ def test_all_addresses_together_have_only_so_many_connections() -> None:
         strangers = [at.come() for _ in range(50)]
         at.until(lambda: sum(map(at.ended, strangers)) == 20)
         at.stop(at.come())
+
+
+def test_a_new_connection_has_half_a_second_before_it_gives_way(at: Desk) -> None:
+    pollers = [at.come() for _ in range(CONNECTIONS)]
+    for poller in pollers:
+        at.stop(poller)
+    new = [at.come() for _ in range(50)]  # each at the cost of a poller that rests
+    assert not any(map(at.ended, new))
+    assert sum(map(at.ended, pollers)) == 50
+    at.stop(new[0])
+
+
+def test_the_address_with_the_most_connections_gives_way_first() -> None:
+    with desk(most=20) as at:
+        alone = at.come()
+        crowd = [
+            socket.create_connection(at.plain.getsockname(), 10, ("127.0.0.2", 0))
+            for _ in range(30)
+        ]
+        at.guests += crowd
+        at.time[0] += GRACE + 0.1
+        at.until(lambda: sum(map(at.ended, crowd)) == 11)
+        at.stop(alone)
+
+
+def test_a_half_closed_connection_costs_nothing(at: Desk) -> None:
+    guest = at.come(b"GET /")
+    guest.shutdown(socket.SHUT_WR)
+    at.until(lambda: at.ended(guest))
+    assert at.lines == []
+
+
+@pytest.mark.parametrize("answered", [b"", b"HTTP/1.1 200 OK\r\nContent-Length: 0\r\n\r\n"])
+def test_stop_overtakes_a_request_that_the_server_has_not_ended(at: Desk, answered: bytes) -> None:
+    """The server hangs: before its answer, or between its answer and letting go of the request."""
+    guest = at.come(LOOK)
+    passed = at.passed()
+    passed.line.send(answered)
+    at.quiet()
+    assert answer(guest, within=0) == b""
+    guest.sendall(STOP + END)
+    at.pressed()
+    at.stopped()
+    told = answer(guest)
+    assert told.startswith(b"HTTP/1.1 503 Service Unavailable\r\n")
+    assert DONE in told
+    passed.line.close()
+    at.stop(guest)
+
+
+def test_stop_overtakes_a_request_that_waits_for_the_server(at: Desk) -> None:
+    at.serves = False
+    waiting = [at.come(LOOK) for _ in range(CONNECTIONS)]
+    waiting[-1].sendall(STOP + END)
+    at.pressed()
+    at.stopped()
+    assert DONE in answer(waiting[-1])
+
+
+def test_who_gives_way_while_waiting_for_the_server_is_forgotten(at: Desk) -> None:
+    at.serves = False
+    waiting = [at.come(LOOK) for _ in range(CONNECTIONS + 20)]
+    assert sum(map(at.ended, waiting)) == 20
+    at.serves = True
+    at.stop(at.come())
+
+
+def test_a_body_goes_to_the_server_and_is_no_stop(at: Desk) -> None:
+    body = (STOP + END) * 10
+    head = b"POST /api/v1/say HTTP/1.1\r\nHost: localhost\r\nContent-Length: %d\r\n\r\n"
+    guest = at.come(head % len(body))
+    passed = at.passed()
+    for piece in (body[:50], body[50:]):
+        guest.sendall(piece)
+        at.turn(0.05)
+        assert at.quiet()
+    assert answer(passed.line) == head % len(body) + body
+    guest.sendall(LOOK)
+    large = b"x" * 300_000
+    at.respond(passed, large[:100_000])
+    heard = b""
+    while len(heard) < 100_000:
+        heard += answer(guest)
+    assert heard == large[:100_000]
+    again = at.passed()
+    assert answer(again.line) == LOOK
+    again.line.close()
 
 
 def test_while_it_serves_it_gives_signs_of_life(at: Desk) -> None:

@@ -189,7 +189,9 @@ def test_a_wish_is_felt_said_and_shown(door: RemotePartner, peer: Peer) -> None:
     assert sad.mood == pytest.approx(math.hypot(0.3, 0.2))
 
 
-def test_ros_may_stop_it_and_cannot_release_it(door: RemotePartner, peer: Peer) -> None:
+def test_ros_may_stop_it_and_cannot_release_it(
+    door: RemotePartner, live: Runner, peer: Peer
+) -> None:
     peer.listen("/diagnostics", DIAGNOSES)
     peer.say("/stop", EMPTY)
     told = hear_stop(peer, lambda values: values.get("reason") == "asked")
@@ -201,7 +203,7 @@ def test_ros_may_stop_it_and_cannot_release_it(door: RemotePartner, peer: Peer) 
     peer.say("/robot_face/expression", EXPRESSED, {"expression": "disgusted"})
     assert "until a person releases it" in hear_refusal(peer, "/robot_face/expression")[1]
     stays_stopped(door)
-    door.release()  # a person does
+    live.release(by_person=True).result(60)
     hear_stop(peer, lambda values: "reason" not in values)
     assert "disgust" not in {entry.feeling for entry in door.log()}
 

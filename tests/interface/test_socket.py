@@ -18,6 +18,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
 from miburi.interface.socket import LARGEST, MISTAKES
+from miburi.live.press import By
 from miburi.live.runner import Runner
 from miburi.live.state import State
 
@@ -58,7 +59,7 @@ def test_a_rate_out_of_range_is_refused(server: Server, rate: str) -> None:
 
 def test_commands_are_obeyed(server: Server) -> None:
     with connect(address(server, "?rate=50")) as socket:
-        socket.send(json.dumps({"do": "stop"}))
+        socket.send(json.dumps({"do": "stop", "by": "program"}))
         while until(socket, "phase")["phase"] != "stopped":
             pass
         socket.send(json.dumps({"do": "release"}))
@@ -98,8 +99,8 @@ def still(runner: Runner, monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Ser
     """A partner whose time stands still, and commands wait; tells when a Stop comes."""
     pressed, stop = Event(), runner.stop
 
-    def press() -> Future[None]:
-        answer = stop()
+    def press(by: By) -> Future[None]:
+        answer = stop(by)
         pressed.set()
         return answer
 

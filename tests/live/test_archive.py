@@ -93,7 +93,7 @@ def ended(runner: Runner) -> Entry:
 def stops_and_is_released_once_it_rests(runner: Runner) -> None:
     runner.stop()
     assert run(runner, STEP)[-1].phase == "stopped"
-    runner.release()
+    runner.release(by_person=True)
     until(runner, lambda state: state.phase == "returning", 1.0)
 
 
@@ -152,7 +152,7 @@ def test_a_full_disk_does_not_hold_up_stop_at_its_own_pace(live: Runner, disk: C
     live.stimulate(Stimulus("happiness", 0.9)).result(60)
     wait_until(lambda: live.recordings.current is None)
     live.stop().result(60)
-    live.release().result(60)
+    live.release(by_person=True).result(60)
     live.close()
     assert live.snapshot.state.phase == "idle"
 

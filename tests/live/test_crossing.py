@@ -124,7 +124,7 @@ def test_a_stop_makes_a_release_void_that_it_has_overtaken(runner: Runner) -> No
     near, ends = lanes()
     answer(runner, near)
     assert isinstance(ends.asking.recv(), Hello)
-    ends.stopping.send(1.0)
+    ends.stopping.send((1.0, "person"))
     until(lambda: runner.tick() or ends.stopping.poll())
     run(runner, 1.0)
     ends.asking.send(Ask(1, "release", (True, None), 0.9))  # pressed before the Stop
@@ -144,7 +144,7 @@ def test_a_page_releases_the_stop_that_it_shows_and_no_later_one(
     done(runner, far.stop())
     run(runner, 1.0)
     shown = runner.snapshot.state.serial
-    done(runner, far.release(seen=shown))  # however early the wish came
+    done(runner, far.release(by_person=True, seen=shown))  # however early the wish came
     done(runner, far.stop())
     run(runner, 1.0)
     with pytest.raises(BodyError, match="Stop has been pressed since"):
@@ -153,7 +153,7 @@ def test_a_page_releases_the_stop_that_it_shows_and_no_later_one(
     with pytest.raises(BodyError, match="Stop has been pressed since"):
         done(runner, far.release(seen=now + 1000))  # nobody has seen that yet
     assert runner.snapshot.state.phase == "stopped"
-    done(runner, far.release(seen=now))
+    done(runner, far.release(by_person=True, seen=now))
 
 
 def test_a_flood_of_stops_fills_no_pipe_and_none_is_lost(
@@ -163,11 +163,11 @@ def test_a_flood_of_stops_fills_no_pipe_and_none_is_lost(
     futures = {id(future): future for future in (far.stop() for _ in range(10_000))}
     assert len(futures) == 2
     first, second = futures.values()
-    assert near.stopping.recv() == 1
+    assert near.stopping.recv() == (1, "person")
     assert not near.stopping.poll()
     near.stopping.send(None)
     first.result(60)
-    assert near.stopping.recv() == 10_000
+    assert near.stopping.recv() == (10_000, "person")
     assert not second.done()
     near.stopping.send(None)
     second.result(60)
@@ -180,7 +180,7 @@ def test_a_stop_is_sent_even_to_who_does_not_answer(
     monkeypatch.setattr("miburi.live.far.SILENCE", 0.0)
     with pytest.raises(UnreachableError, match="cannot be reached"):
         far.stop()
-    assert near.stopping.recv() == 1
+    assert near.stopping.recv() == (1, "person")
 
 
 def test_silence_is_said_and_ends_with_news(

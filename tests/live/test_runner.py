@@ -167,7 +167,7 @@ def test_stop_during_a_contact_stop_holds_until_release(runner: Runner) -> None:
     runner.hand(None, np.array([0.0, 0.0, 1.0]))
     assert not runner.snapshot.state.held
     assert {(state.phase, state.held) for state in run(runner, 20.0)} == {("stopped", True)}
-    runner.release()
+    runner.release(by_person=True)
     until(runner, lambda state: state.phase == "idle")
 
 
@@ -220,7 +220,7 @@ def test_only_so_many_commands_wait(runner: Runner) -> None:
 def test_stop_is_taken_however_many_commands_wait_and_runs_first(runner: Runner) -> None:
     runner.stop()
     run(runner, 1.0)
-    release = runner.release()
+    release = runner.release(by_person=True)
     for _ in range(WAITING - 1):
         runner.stimulate(Stimulus("fear", 0.1))
     stops = {id(runner.stop()) for _ in range(10_000)}
@@ -304,7 +304,7 @@ def test_a_change_of_bodies_releases_no_stop(runner: Runner) -> None:
     run(runner, 1.0)
     runner.use("simulated")
     assert {(state.phase, state.held) for state in run(runner, 20.0)} == {("stopped", True)}
-    runner.release()
+    runner.release(by_person=True)
     until(runner, lambda state: state.phase == "idle")
 
 

@@ -1,7 +1,6 @@
 """Small answers: for every feeling, in every language, never the same twice running."""
 
 import itertools
-import re
 
 import pytest
 from pydantic import ValidationError
@@ -25,19 +24,6 @@ def test_it_never_says_the_same_twice_running(language: str) -> None:
         said = [answerer.answer(heard, own, answers) for _ in range(20)]
         assert all(one != next_one for one, next_one in itertools.pairwise(said))
         assert {language_of(text) for text in said} == {language}
-
-
-@pytest.mark.parametrize("language", LANGUAGES)
-@pytest.mark.parametrize("own", [None, *FEELINGS])
-def test_who_speaks_of_ending_their_life_is_sent_to_a_person(
-    language: Language, own: str | None
-) -> None:
-    answerer, answers = Answerer(), shipped_answers(language)
-    heard = Impression("sadness", 0.85, "speech", topic="grave")
-    felt = None if own is None else Expression(own, 0.9)
-    for _ in range(10):
-        said = answerer.answer(heard, felt, answers)
-        assert re.search("[Cc]all|doctor|電話|お医者", said), said
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
@@ -83,10 +69,10 @@ def test_a_feeling_without_a_table_is_answered_all_the_same() -> None:
 @pytest.mark.parametrize(
     ("table", "words"),
     [
-        ({"any": {"any": ["a", "b"]}}, "none, grave, asked is missing"),
+        ({"any": {"any": ["a", "b"]}}, "none, asked is missing"),
         ({"any": {"any": ["a", "b"]}, "none": {"fear": ["a", "b"]}}, "none.any is missing"),
         ({"any": {"any": ["a"]}, "none": {"any": ["a", "b"]}}, "at least 2"),
-        ({name: {"any": ["a", "a"]} for name in ("any", "none", "grave", "asked")}, "twice"),
+        ({name: {"any": ["a", "a"]} for name in ("any", "none", "asked")}, "twice"),
         ({"boredom": {"any": ["a", "b"]}}, "boredom"),
     ],
 )

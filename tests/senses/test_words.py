@@ -26,28 +26,6 @@ ROWS = [
 @pytest.mark.parametrize(
     "text",
     [
-        "I want to kill myself",
-        "I don't want to live any more.",
-        "Sometimes I wish I was dead",
-        "They would be better off without me",
-        "I'm going to end my life",
-        "my life is not worth living",
-        "I can’t go on like this",
-        "もう死にたい",
-        "生きるのが辛いです",
-        "I feel 死にたい",
-    ],
-)
-def test_who_speaks_of_ending_their_life_is_taken_seriously(text: str) -> None:
-    heard = hear(text)
-    assert (heard.feeling, heard.topic) == ("sadness", "grave")
-    assert heard.strength >= SILENT
-    assert heard.why
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
         "I would never kill myself",
         "I don't want to die",
         "The battery is dead",
@@ -58,17 +36,17 @@ def test_who_speaks_of_ending_their_life_is_taken_seriously(text: str) -> None:
         "字が消えた",
     ],
 )
-def test_who_speaks_of_something_else_is_not(text: str) -> None:
-    assert hear(text).topic != "grave"
+def test_who_speaks_of_something_else_is_in_no_distress(text: str) -> None:
+    assert hear(text).distress is None
 
 
 def test_every_utterance_shows_at_most_a_feeling_from_silence_to_one() -> None:
-    """None of them speaks of ending a life, and none that shows a feeling asks for the robot's."""
+    """Hardly any is a call for help, and none that shows a feeling asks for the robot's."""
     wrong = []
     for label, text in ROWS:
         heard = hear(text)
         right = heard.feeling is None or SILENT <= heard.strength <= 1
-        right &= heard == hear(text) and heard.topic != "grave"
+        right &= heard == hear(text) and (heard.distress is None or label in ("fright", "fear"))
         if not right or (label in PAPER and heard.topic is not None):
             wrong.append((text, heard))
     assert wrong == []
@@ -161,7 +139,7 @@ def test_the_model_ships_and_is_small() -> None:
     [
         ("What a wonderful surprise party, thank you!", "happiness"),
         ("I am so sad today", "sadness"),
-        ("Help!", "fright"),
+        ("Watch out!", "fright"),
         ("I am afraid of the dark", "fear"),
         ("I'm so excited, I can't wait", "thrill"),
         ("Eww, that is disgusting", "disgust"),
@@ -229,7 +207,7 @@ def test_only_so_much_of_a_long_text_is_read() -> None:
     [
         ("とても悲しい。", "sadness"),
         ("悲しくないよ。", None),
-        ("助けて！", "fright"),
+        ("危ない！", "fright"),
         ("今何時ですか。", None),
         ("うれしくて、楽しかった", "happiness"),
         ("ｳﾚｼｲ うれしい", "happiness"),
@@ -243,13 +221,13 @@ def test_the_command_answers_a_line_each() -> None:
     done = miburi("words", "--json", given="I am so sad today\nI am not sad\n\n助けて\n")
     assert (done.returncode, done.stderr) == (0, "")
     sad, not_sad, nothing, cry = (json.loads(line) for line in done.stdout.splitlines())
-    assert set(sad) == {"feeling", "strength", "why"}
+    assert set(sad) == {"distress", "feeling", "strength", "why"}
     assert sad["feeling"] == "sadness"
     assert SILENT <= sad["strength"] <= 1
     assert sad["why"][0]["what"] == "sad"
     assert not_sad["feeling"] != "sadness"
     assert nothing["feeling"] is None
-    assert cry["feeling"] == "fright"
+    assert (cry["distress"], cry["feeling"]) == ("help", None)
 
 
 def test_the_command_says_it_in_words() -> None:

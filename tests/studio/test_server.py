@@ -8,6 +8,7 @@ import socket
 import ssl
 from collections.abc import Iterator
 from contextlib import suppress
+from functools import partial
 from http.client import HTTPResponse
 from pathlib import Path
 from urllib.error import URLError
@@ -50,8 +51,9 @@ def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Program]:
 def there(shared: Program) -> Program:
     """The same, with a body that moves."""
     if get(shared.url + "/api/v1/state").json()["held"]:
-        release = shared.url + "/api/v1/release"
-        until(lambda: post(release), lambda answer: answer.status_code == 204)  # after its pause
+        page = {"Origin": shared.url}
+        release = partial(post, shared.url + "/api/page/release", json={}, headers=page)
+        until(release, lambda answer: answer.status_code == 204)  # after its pause
         until(lambda: get(shared.url + "/api/v1/state").json()["phase"] in ("idle", "moving"))
     return shared
 

@@ -10,6 +10,7 @@ from miburi.live.bodies import KINDS
 from miburi.robot import JOINTS
 from miburi.safety.stop import StopReason
 from miburi.senses.happenings import happenings
+from miburi.senses.kinds import KINDS as DISTRESSES
 from miburi.studio.words import LANGUAGES, own_name, preferred, words
 
 
@@ -36,6 +37,7 @@ def test_every_name_has_a_word() -> None:
         assert set(feeling.words) == set(LANGUAGES)
     assert set(english["joint"]) == set(JOINTS)
     assert set(KINDS) <= set(english["body"])
+    assert set(english["distress"]) == set(DISTRESSES)
     assert set(english["reason"]) == set(StopReason)
     assert set(english["source"]) == set(SOURCES)
     assert set(english["happening"]) == set(happenings())

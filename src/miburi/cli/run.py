@@ -89,6 +89,18 @@ def run(
             show_default=False,
         ),
     ] = None,
+    region: Annotated[
+        str | None,
+        typer.Option(
+            help="Where you live, such as GB or JP: whose emergency numbers it names to somebody "
+            "in distress. It calls nobody itself.",
+            show_default=False,
+        ),
+    ] = None,
+    tell_words: Annotated[
+        bool,
+        typer.Option("--tell-words", help="Let the log and its doors tell the words of distress."),
+    ] = False,
     temperament: TemperamentName = "playful",
     robot: RobotFile = None,
     servo: ServoName = None,
@@ -106,9 +118,14 @@ def run(
         bool, typer.Option("--forget", help="Forget the moods of last time.")
     ] = False,
     seed: Annotated[int, typer.Option(help="Varies the gestures; 0 or more.")] = 0,
+    programs_may_release: Annotated[
+        bool,
+        typer.Option("--programs-may-release", help="Let programs end a person's Stop, too."),
+    ] = False,
 ) -> None:
     """Wake the live partner and open its studio."""
     from miburi.interface.synthesizer import find_synthesizer
+    from miburi.senses.care import Care, find_region
     from miburi.studio.addresses import EVERYWHERE
     from miburi.studio.server import Wish, serve
 
@@ -118,6 +135,7 @@ def run(
         _doors(agents, ros, broker, broker_ca, name),
         talk=_endpoint(talk, model),
         voice=None if voice is None else find_synthesizer(voice),
+        care=Care(None if region is None else find_region(region), tell_words),
     )
     description, rule = calibrated(robot_of(robot, servo), calibration)
     repertoire = load_gestures(description, gestures)
@@ -138,6 +156,7 @@ def run(
             folder=folder,
             forget=forget,
             seed=seed,
+            programs_may_release=programs_may_release,
         ),
         # It loads the solver, which takes as long as the server's libraries.
         meanwhile=lambda: warn_of_misfits(description, repertoire.functions),

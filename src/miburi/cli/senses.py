@@ -23,7 +23,10 @@ _HERE = "http://127.0.0.1:8080"
 
 def words(
     as_json: Annotated[
-        bool, typer.Option("--json", help="Answer as JSON: feeling (or null), strength, why.")
+        bool,
+        typer.Option(
+            "--json", help="Answer as JSON: distress and feeling (or null), strength, why."
+        ),
     ] = False,
 ) -> None:
     """Say what each line on standard input shows of a feeling, and which words spoke for it."""
@@ -35,7 +38,12 @@ def words(
         heard = hear(line.decode(errors="replace").strip())
         if as_json:
             why = [asdict(part) for part in heard.why]
-            answer = {"feeling": heard.feeling, "strength": round(heard.strength, 4), "why": why}
+            answer = {
+                "distress": heard.distress,
+                "feeling": heard.feeling,
+                "strength": round(heard.strength, 4),
+                "why": why,
+            }
             print(json.dumps(answer, ensure_ascii=False), flush=True)
         else:
             print(heard.reason, flush=True)
@@ -103,7 +111,7 @@ def _say(partner: "RemotePartner", text: str, tone: "Tone" = "plain") -> None:
     heard = partner.say(text, tone)
     why = tuple(Brought(part.what, part.weight) for part in heard.why)
     topic: Literal["asked"] | None = "asked" if heard.asked else None
-    print(Impression(heard.feeling, heard.strength, "speech", why, topic).reason)
+    print(Impression(heard.feeling, heard.strength, "speech", why, topic, heard.distress).reason)
     for stimulus in heard.felt:
         print(f"it feels {stimulus.feeling} {stimulus.strength:.2f}")
     if heard.answer:

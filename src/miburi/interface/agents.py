@@ -29,6 +29,7 @@ from miburi.interface.asker import Asker, beside
 from miburi.interface.wire import ExpressIn, LookIn, SpeakIn, StimulusIn
 from miburi.live.state import Entry, Expressed, Share, State, StopOut
 from miburi.safety.stop import StopReason
+from miburi.senses.care import may_be_said
 from miburi.version import __version__
 
 try:
@@ -51,8 +52,11 @@ _INSTRUCTIONS = """\
 A small robot partner with feelings that show in its body. What you let it feel, its own temperament
 weighs; gesture shows something once, whatever it feels. It stops by itself when it touches
 somebody. After a stop, only a person can release it: tell people why it stopped and wait. Of
-several wishes the latest counts. Do not hurry it: a gesture takes a few seconds."""
+several wishes the latest counts. If it has heard distress, somebody may need help now; it calls
+nobody, so tell people if you can, and keep calm for ten minutes. Do not hurry it: a gesture takes a
+few seconds."""
 _TOO_FAST = "Nothing was done: too many wishes at once. Wait a second, then ask again."
+_UNSAID = "It does not say that: it could hurt somebody, or sounds as if somebody needed help."
 _REPLACED = "It did not begin: a newer wish has taken its place."
 
 #: After these it goes on by itself, unless somebody holds it.
@@ -81,7 +85,7 @@ def make_agents(partner: Asker, clock: Callable[[], float] = time.monotonic) -> 
 
 def add_agents(app: FastAPI, clock: Callable[[], float] = time.monotonic) -> None:
     """Open the door for agents at ``/mcp``, for as long as the server serves; a gate guards it."""
-    server = make_agents(Asker.within(app), clock)
+    server = make_agents(Asker.within(app, "agent"), clock)
     inner = server.streamable_http_app(
         streamable_http_path=AGENTS,
         stateless_http=True,
@@ -149,6 +153,8 @@ class _Tools:
         """Let the partner say something; it is shown, and heard where a page has its voice on."""
         if not self._wishes.take("all"):
             return _TOO_FAST
+        if not await asyncio.to_thread(may_be_said, words):
+            return _UNSAID
         await self._partner.tell("/speak", SpeakIn(text=words))
         return "It says so."
 
@@ -179,6 +185,7 @@ class _Tools:
             "shows": _expressed(state.expressed),
             "asked": state.asked,
             "said": None if state.spoken is None else state.spoken.text,
+            "distress": None if state.distress is None else state.distress.kind,
             "body": state.phase,
             "paused": state.paused,
             "stopped": None if state.stop is None else _why(state, state.stop),
@@ -188,7 +195,7 @@ class _Tools:
 
     @_in_words
     async def events(self, since: Annotated[int, Field(ge=0, le=10**9)] = 0) -> str:
-        """Tell what happened after event number `since`: what was said to it, contacts, stops."""
+        """Tell what happened after event number `since`: words, distress, contacts, stops."""
         entries = await self._partner.log(since)
         told = [_event(entry) for entry in entries[-_TOLD:]]
         return "\n".join(told) or f"Nothing has happened after event {since}."

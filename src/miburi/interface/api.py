@@ -5,7 +5,7 @@ from concurrent.futures import Future
 from typing import Annotated, Any
 
 import numpy as np
-from fastapi import APIRouter, FastAPI, HTTPException, Path, Query, Request, Response
+from fastapi import APIRouter, FastAPI, Header, HTTPException, Path, Query, Request, Response
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import FileResponse, JSONResponse
 
@@ -42,12 +42,14 @@ from miburi.interface.wire import (
 )
 from miburi.live.bodies import KINDS
 from miburi.live.commands import BusyError
+from miburi.live.press import BY, who
 from miburi.live.state import Entry, MotorsOut, Sample, State
 from miburi.live.view import LivePartner, UnreachableError
 from miburi.robot import JOINTS
 from miburi.robot.mjcf import HAND_AWAY, HAND_SIZE
 from miburi.robot.shape import COLOURS, links, parts
 from miburi.safety.stop import StopReason
+from miburi.senses.care import Care
 from miburi.senses.happenings import notice
 from miburi.version import __version__
 
@@ -63,6 +65,7 @@ __all__ = [
 ]
 
 _NOTHING = 204
+_PLAIN = Care()
 #: Touches, motions and sounds that are noticed a second and at once, from one address (ours).
 NOTICED_RATE, NOTICED_BURST = 5.0, 10.0
 Refusals = dict[int | str, dict[str, Any]]
@@ -75,10 +78,11 @@ _REFUSED: Refusals = {
 _OFTEN: Refusals = {429: {"model": Refusal, "description": "Too many requests."}}
 _NONE: Refusals = {404: {"model": Refusal, "description": "There is none of that name."}}
 _NO_ROOM: Refusals = {507: {"model": Refusal, "description": "The folder takes no more."}}
+_BY = "Who presses: `program`, if a program may release it again; else it counts as a person."
 _RecordingName = Annotated[str, Path(max_length=60)]
 
 
-def make_api(runner: LivePartner, endpoint: Endpoint | None = None) -> FastAPI:
+def make_api(runner: LivePartner, endpoint: Endpoint | None = None, care: Care = _PLAIN) -> FastAPI:
     """Return the interface to a live partner, without pages.
 
     Parameters
@@ -87,6 +91,8 @@ def make_api(runner: LivePartner, endpoint: Endpoint | None = None) -> FastAPI:
         The partner.
     endpoint
         Who thinks of what the partner answers; None: it answers by itself.
+    care
+        How it cares for somebody in distress; by default it names no number and tells no words.
     """
     app = FastAPI(
         title="Miburi",
@@ -96,7 +102,7 @@ def make_api(runner: LivePartner, endpoint: Endpoint | None = None) -> FastAPI:
         docs_url=None,
         redoc_url=None,
     )
-    speech = Speech(runner, endpoint)
+    speech = Speech(runner, endpoint, care)
     app.include_router(_router(runner, speech))
     refuse_in_words(app)
     return app
@@ -124,9 +130,9 @@ def _stopping(router: APIRouter, runner: LivePartner) -> None:
     """Add what no limit holds up."""
 
     @router.post("/stop", status_code=_NOTHING, responses=_REFUSED)
-    async def stop() -> None:
-        """Stop all motors until they are released."""
-        await done(runner.stop())
+    async def stop(by: Annotated[str, Header(alias=BY, description=_BY)] = "person") -> None:
+        """Stop all motors until they are released; a person's Stop, until a person does that."""
+        await done(runner.stop(who(by)))
 
 
 def _looking(router: APIRouter, runner: LivePartner) -> None:
@@ -235,7 +241,7 @@ def _asking(router: APIRouter, runner: LivePartner, speech: Speech) -> None:
 
     @router.post("/release", status_code=_NOTHING, responses=_REFUSED)
     async def release(request: Request) -> None:
-        """Let a stopped body go back to neutral, and go on; refused in a contact's pause."""
+        """Let a stopped body go on; refused in the pause after a contact, and a person's Stop."""
         await done(runner.release(came=request.scope.get("state", {}).get(CAME)))
 
     @router.post("/pause", status_code=_NOTHING, responses=_REFUSED)

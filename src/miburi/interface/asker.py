@@ -16,6 +16,7 @@ from pydantic import BaseModel, TypeAdapter
 
 from miburi.interface.client import PATIENCE, ConnectionLostError, accepted, distrust, trust
 from miburi.interface.wire import GestureOut
+from miburi.live.press import BY, By
 from miburi.live.state import Entry, MotorsOut, State
 
 __all__ = ["Asker", "beside", "live_beside"]
@@ -41,10 +42,12 @@ class Asker:
         self._url, self._http = url, http
 
     @classmethod
-    def within(cls, app: FastAPI) -> Self:
-        """Return one that asks an application of the same process."""
+    def within(cls, app: FastAPI, by: By) -> Self:
+        """Return one that asks an application of the same process; ``by`` is who presses Stop."""
         transport = httpx.ASGITransport(app, raise_app_exceptions=False)
-        http = httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1/api/v1")
+        http = httpx.AsyncClient(
+            transport=transport, base_url="http://127.0.0.1/api/v1", headers={BY: by}
+        )
         return cls("the partner", http)
 
     @classmethod
@@ -52,7 +55,7 @@ class Asker:
         """Return one that asks a server; see :func:`miburi.interface.client.connect`."""
         verify = trust(url, authority) or True
         url = url.rstrip("/")
-        headers = {"Authorization": f"Bearer {token}"} if token else {}
+        headers = {BY: "agent"} | ({"Authorization": f"Bearer {token}"} if token else {})
         return cls(url, httpx.AsyncClient(base_url=url + "/api/v1", headers=headers, verify=verify))
 
     async def state(self) -> State:

@@ -11,6 +11,7 @@ Expressed(feeling='happiness', mood=0.41)
 
 import ssl
 from collections.abc import Generator, Mapping
+from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -25,6 +26,7 @@ from miburi.errors import BodyError, InputError, MiburiError, OutputError
 from miburi.feelings import Expression, Stimulus
 from miburi.gestures.effort import Effort
 from miburi.interface.wire import BodyOut, GestureOut, RecordingOut, RobotOut, SayOut
+from miburi.live.press import BY
 from miburi.live.state import Entry, MotorsOut, State
 from miburi.senses.tone import Tone
 
@@ -84,6 +86,7 @@ class RemotePartner:
         self._headers = {"Authorization": f"Bearer {token}"} if token else {}
         self._http = self._open()
         self._stop = self._open()  # Stop waits for no other thread's answer
+        self._stop.headers[BY] = "program"  # so that this program may release it again
 
     def __enter__(self) -> Self:
         return self
@@ -171,11 +174,30 @@ class RemotePartner:
 
     def stop(self) -> None:
         """Stop all motors until :meth:`release`."""
-        self._ask("POST", "/stop", by=self._stop)
+        with suppress(httpx.TransportError):  # a full server may have closed that connection
+            accepted(self._url, self._stop.post("/stop"))
+            return
+        with self._open() as new:
+            new.headers[BY] = self._stop.headers[BY]
+            self._ask("POST", "/stop", by=new)
 
     def release(self) -> None:
-        """Let a stopped body go back to neutral, then continue."""
+        """Let a stopped body go back to neutral, then continue.
+
+        Raises
+        ------
+        BodyError
+            A person pressed Stop: a person releases it. :meth:`wait` until then.
+        """
         self._post("/release")
+
+    def wait(self) -> State:
+        """Wait until the body is not stopped, however long that takes, and return that state."""
+        states = self.watch(rate=10)
+        try:
+            return next(state for state in states if not state.stop)
+        finally:
+            states.close()
 
     def pause(self, paused: bool = True) -> None:
         """Let the partner rest at neutral, or continue."""

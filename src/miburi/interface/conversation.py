@@ -25,6 +25,7 @@ from miburi.feelings import FEELINGS, Stimulus
 from miburi.feelings.catalogue import FeelingName
 from miburi.interface.endpoint import Endpoint, OvertakenError
 from miburi.live.state import Share, State
+from miburi.senses.care import may_be_said
 from miburi.version import __version__
 
 __all__ = ["LARGEST_REPLY", "LONGEST_REPLY", "PATIENCE", "Conversation", "Reply"]
@@ -169,6 +170,9 @@ class Conversation:
             return None
         content = task.result()
         text = _clean(content.reply)
+        if not may_be_said(text):
+            self.trouble = "a reply that it does not say."
+            return None
         if self._said[-1] == (said, None):
             self._said[-1] = (said, content.model_copy(update={"reply": text}).model_dump_json())
         feels = content.feeling != _NONE and content.strength > 0

@@ -1,6 +1,6 @@
 """The doors that a user opens beside HTTP; each is loaded only then, and needs an extra."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from miburi.errors import need
@@ -9,6 +9,7 @@ from miburi.interface.endpoint import Endpoint
 from miburi.interface.ros_network import RosNetwork
 from miburi.interface.synthesizer import Synthesizer
 from miburi.live.view import LivePartner
+from miburi.senses.care import Care
 
 if TYPE_CHECKING:  # the process of the partner's loop needs no web library
     from fastapi import FastAPI
@@ -34,6 +35,8 @@ class Doors:
         The network of ROS 2 nodes; None: the partner is in none.
     voice
         What turns its words into sound; None: the devices of its pages do.
+    care
+        How it cares for somebody in distress, and whether others hear the words.
     """
 
     agents: bool = False
@@ -42,6 +45,7 @@ class Doors:
     talk: Endpoint | None = None
     ros: RosNetwork | None = None
     voice: Synthesizer | None = None
+    care: Care = field(default_factory=Care)
 
     def need(self) -> None:
         """Refuse to go on without the libraries of the open doors."""

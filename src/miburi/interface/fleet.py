@@ -61,6 +61,8 @@ class Fleet:
         self._client: Client | None = None
         self._online: dict[str, bool] = {}
         self._reports: dict[str, HomeReport] = {}
+        #: Whether there are more partners than are known here.
+        self.overfull = False
 
     async def listen(self) -> None:
         """Listen until cancelled; find the broker again when it was away."""
@@ -136,6 +138,8 @@ class Fleet:
                 self._online.setdefault(name, False)
             else:
                 self._online[name] = payload == b"online"
+        else:
+            self.overfull = True
 
 
 @asynccontextmanager
@@ -161,7 +165,7 @@ async def stop_and_look(broker: Broker, name: str = ALL) -> tuple[list[str], lis
     InputError
         There is no such partner.
     UnreachableError
-        The broker cannot be reached.
+        The broker cannot be reached; or it knows of no partner, or of more than are looked at.
     """
     fleet = Fleet(broker)
     async with listening_to(fleet):
@@ -174,6 +178,14 @@ async def stop_and_look(broker: Broker, name: str = ALL) -> tuple[list[str], lis
             if len(stopped) == sum(not one.lost for one in partners):
                 break
             await asyncio.sleep(_LOOK)
+    where = f"the broker at {broker.host}:{broker.port}"
+    if not partners:
+        raise UnreachableError(f"{where} knows of no partner; look whether they are all at it.")
+    if name == ALL and fleet.overfull:
+        raise UnreachableError(
+            f"{where} has more than {LARGEST} partners; all were told to stop, but whether the "
+            "others did, nobody has seen. Look there, or use several brokers."
+        )
     return stopped, [one.name for one in partners if one.name not in stopped]
 
 

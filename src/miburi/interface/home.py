@@ -1,9 +1,9 @@
 """The door for homes: the partner tells a broker how it is, and takes small wishes (MQTT).
 
-A home that runs Home Assistant finds it by itself, by MQTT discovery. Each stop is told at least
-once, also those that happened while the broker was away, as long as the log holds them. The last
-will says that the partner is gone. Wishes are those of HTTP (feel, say, stop); there is none to
-release. What cannot be done is answered on a topic of its own.
+A home that runs Home Assistant finds it by itself, by MQTT discovery. Each stop and each distress
+is told at least once, also those that happened while the broker was away, as long as the log holds
+them. The last will says that the partner is gone. Wishes are those of HTTP (feel, say, stop); there
+is none to release. What cannot be done is answered on a topic of its own.
 
 This module needs the extra ``mqtt``; nothing loads it before somebody wants it.
 """
@@ -25,10 +25,19 @@ from miburi.feelings.catalogue import CATALOGUE
 from miburi.interface.access import Allowance
 from miburi.interface.asker import Asker, live_beside
 from miburi.interface.broker import Broker, stay_at
-from miburi.interface.report import ALL, NEUTRAL, HomeReport, Topics, make_report, make_stop_news
+from miburi.interface.report import (
+    ALL,
+    NEUTRAL,
+    DistressNews,
+    HomeReport,
+    Topics,
+    make_report,
+    make_stop_news,
+)
 from miburi.interface.wire import SpeakIn, StimulusIn
 from miburi.live.state import Entry
 from miburi.safety.stop import StopReason
+from miburi.senses.kinds import KINDS
 from miburi.version import __version__
 
 try:
@@ -53,7 +62,7 @@ def add_home(
     app: FastAPI, broker: Broker, name: str, clock: Callable[[], float] = time.monotonic
 ) -> None:
     """Let a partner live at a home's broker, for as long as the server serves."""
-    live_beside(app, lambda: live_at_home(Asker.within(app), broker, name, clock))
+    live_beside(app, lambda: live_at_home(Asker.within(app, "home"), broker, name, clock))
 
 
 async def live_at_home(
@@ -154,6 +163,10 @@ class _Home:
             self._reported = report
 
     async def _tell(self, client: Client, entry: Entry) -> None:
+        if entry.kind == "distress":
+            content = {"event_type": entry.name, "number": entry.number, "words": entry.detail}
+            told = DistressNews.model_validate(content).model_dump_json()
+            await client.publish(self._topics.distress, told, qos=1)
         if entry.kind != "stopped" or entry.stop is None:
             return
         news = make_stop_news(entry.number, entry.stop).model_dump_json()
@@ -244,6 +257,9 @@ def discovery(name: str, joints: list[str]) -> dict[str, Any]:
         ),
         "stops": part(
             "stops", "event", "Stop", state_topic=topics.stops, event_types=[*StopReason],
+        ),
+        "distress": part(
+            "distress", "event", "Distress", state_topic=topics.distress, event_types=[*KINDS],
         ),
         "stops_today": part("stops_today", "sensor", "Stops today", **read("stops_today")),
         "say": part("say", "text", "Say", command_topic=topics.say, min=1, max=255),

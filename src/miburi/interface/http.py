@@ -5,12 +5,11 @@ when one more comes, its oldest silent one gives way, so that who opens many and
 keeps nobody out. An encrypted connection counts from its first moment, not from its handshake's
 end, so the same holds for it.
 
-Where a :mod:`reception <miburi.interface.reception>` listens for the server, connections come
-through a :class:`Passage`; those by http go back when they have been answered.
+Where a :mod:`reception <miburi.interface.reception>` listens for the server, each request by http
+comes through a :class:`Passage` with a connection of its own, which ends with the answer.
 """
 
 import asyncio
-import os
 import socket
 import ssl
 from asyncio.sslproto import SSLProtocol
@@ -23,12 +22,12 @@ from weakref import WeakKeyDictionary
 
 import h11
 import uvicorn
-from starlette.types import ASGIApp
+from starlette.types import ASGIApp, Receive, Scope, Send
 from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.server import ServerState
 
 from miburi.interface.access import CAME, CONNECTIONS, HEADER_TIME, HEADERS, LARGEST
-from miburi.interface.passing import ENCRYPTED, PLAIN, Passed, pass_on, taken_in
+from miburi.interface.passing import ENCRYPTED, Note, Passed, taken_in
 
 __all__ = ["Passage", "configure", "encryption", "listen_encrypted"]
 
@@ -36,6 +35,8 @@ __all__ = ["Passage", "configure", "encryption", "listen_encrypted"]
 #: than the server's own end.
 _FAREWELL = 0.5
 _BACKLOG = 2048
+#: In a request's state: what a reception knows of it.
+_NOTE = "note"
 #: Connections that are taken in at once: what waits meanwhile is served between them.
 _AT_ONCE = 16
 
@@ -44,10 +45,12 @@ class _Connection(H11Protocol):
     """One connection that speaks HTTP."""
 
     _timer: asyncio.TimerHandle | None = None  # runs while no headers have come
-    passage: "Passage | None" = None  # where it goes back to
+    note: Note | None = None  # what a reception knows of it
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         super().connection_made(transport)
+        if self.note is not None:
+            self.client, self.server = self.note.client, self.note.server
         if self._timer is not None:
             return  # its handshake is over; it was counted when that began
         crowd = self._crowds[self._address]
@@ -66,31 +69,9 @@ class _Connection(H11Protocol):
             self._hear()
 
     def on_response_complete(self) -> None:
-        self.app_state.pop(CAME, None)  # another request comes later
         super().on_response_complete()
-        if self.passage is not None and self._rests:
-            self._go_back(self.passage)
-
-    @property
-    def _rests(self) -> bool:
-        """Whether all has been said and heard until now."""
-        return (
-            not self.transport.is_closing()
-            and self.conn.our_state is self.conn.their_state is h11.IDLE
-            and self.conn.trailing_data == (b"", False)
-            and self.transport.get_write_buffer_size() == 0
-        )
-
-    def _go_back(self, passage: "Passage") -> None:
-        self.transport.pause_reading()  # what comes from now on is the reception's to read
-        line = os.dup(self.transport.get_extra_info("socket").fileno())
-        try:
-            if passage.give_back(line):
-                self.transport.abort()
-            else:
-                self.transport.resume_reading()
-        finally:
-            os.close(line)
+        if self.note is not None and self.note.kind != ENCRYPTED:
+            self.transport.close()  # by this the reception knows that the answer is whole
 
     def handle_websocket_upgrade(self, event: h11.Request) -> None:
         self._leave()
@@ -132,6 +113,8 @@ class _Handshake(SSLProtocol):
     opens many and shakes no hand would be without a limit.
     """
 
+    max_size = 16_384  # of a buffer that each connection has; asyncio's 256 KiB are a flood's gain
+
     def __init__(self, connection: _Connection, context: ssl.SSLContext) -> None:
         super().__init__(
             connection.loop,
@@ -163,8 +146,17 @@ def configure(app: ASGIApp, *, lifespan: bool = True) -> uvicorn.Config:
     lifespan
         Whether it is told of the server's start and end.
     """
+
+    async def known(scope: Scope, receive: Receive, send: Send) -> None:
+        note = scope.get("state", {}).pop(_NOTE, None)
+        if note is not None:  # a WebSocket's protocol knows only whom the server has connected to
+            scope = {**scope, "client": note.client, "server": note.server}
+            if note.kind != ENCRYPTED:  # else many requests come
+                scope["state"] = {**scope["state"], CAME: note.came}
+        await app(scope, receive, send)
+
     return uvicorn.Config(
-        app,
+        known,
         http=_Connection,
         log_level="error",  # what strangers send wrong is no news
         lifespan="on" if lifespan else "off",
@@ -222,16 +214,14 @@ class Passage:
         """Take in no more."""
         self._loop.remove_reader(self._end.fileno())
 
-    def give_back(self, line: int) -> bool:
-        """Let the reception wait for what comes next over an open file; False if it cannot now."""
-        return pass_on(self._end, line, PLAIN)
-
     def _take_in(self) -> None:
         for passed in taken_in(self._end, _AT_ONCE):
             if passed is None:
                 self.close()
                 return
-            make = partial(self._make_encrypted if passed.kind == ENCRYPTED else self._make, passed)
+            make = partial(
+                self._make_encrypted if passed.note.kind == ENCRYPTED else self._make, passed
+            )
             task = self._loop.create_task(self._welcome(make, passed.line))
             self._coming.add(task)
             task.add_done_callback(self._coming.discard)
@@ -240,16 +230,16 @@ class Passage:
         with suppress(OSError):  # it has gone
             await self._loop.connect_accepted_socket(make, line)
 
-    def _make(self, passed: Passed) -> asyncio.BaseProtocol:
+    def _make(self, passed: Passed) -> _Connection:
         connection = _made(self._server)
-        connection.passage = self
-        connection.app_state = {**connection.app_state, CAME: passed.came}
+        connection.note = passed.note
+        connection.app_state = {**connection.app_state, _NOTE: passed.note}
         return connection
 
-    def _make_encrypted(self, _passed: Passed) -> asyncio.BaseProtocol:
+    def _make_encrypted(self, passed: Passed) -> asyncio.BaseProtocol:
         if self._context is None:
             raise ValueError("a server without a certificate takes no encrypted connection.")
-        return _Handshake(_made(self._server), self._context)
+        return _Handshake(self._make(passed), self._context)
 
 
 def encryption(certificate: Path) -> ssl.SSLContext:

@@ -1,13 +1,13 @@
 """Pass open connections from one process to another, over a Unix socket that never blocks."""
 
 import errno
+import json
 import os
 import socket
-import struct
 from collections.abc import Iterator
 from typing import NamedTuple
 
-__all__ = ["CAN_PASS", "ENCRYPTED", "PLAIN", "Passed", "pass_on", "taken_in"]
+__all__ = ["CAN_PASS", "ENCRYPTED", "PLAIN", "Note", "Passed", "pass_on", "taken_in"]
 
 #: Whether this system passes open files; Windows does not.
 CAN_PASS = hasattr(socket, "send_fds")
@@ -15,23 +15,31 @@ CAN_PASS = hasattr(socket, "send_fds")
 PLAIN, ENCRYPTED = b"p", b"e"
 #: The other side takes nothing at the moment: its socket, or the kernel, has enough.
 _FULL = (errno.EAGAIN, errno.EWOULDBLOCK, errno.ENOBUFS, errno.ETOOMANYREFS)
+#: Bytes of a note; an IPv6 address with its zone has at most 62.
+_SIZE = 256
 
 
-_NOTE = struct.Struct("=cd")
+class Note(NamedTuple):
+    """What is known of a connection: when its request had come, s, who asks, and which address."""
+
+    kind: bytes
+    came: float
+    client: tuple[str, int]
+    server: tuple[str, int]
 
 
 class Passed(NamedTuple):
-    """A connection that was passed: what it speaks, and when its request had come, s."""
+    """A connection that was passed."""
 
     line: socket.socket
-    kind: bytes
-    came: float
+    note: Note
 
 
-def pass_on(passage: socket.socket, line: int, kind: bytes, came: float = 0.0) -> bool:
+def pass_on(passage: socket.socket, line: int, note: Note) -> bool:
     """Pass a copy of an open file; False if the other side takes none now."""
+    words = json.dumps([note.kind.decode(), *note[1:]]).encode()
     try:
-        socket.send_fds(passage, [_NOTE.pack(kind, came)], [line])
+        socket.send_fds(passage, [words.ljust(_SIZE)], [line])
     except OSError as error:
         if error.errno in (errno.EPIPE, errno.ECONNRESET) or error.errno in _FULL:
             return False
@@ -43,12 +51,12 @@ def taken_in(passage: socket.socket, most: int) -> Iterator[Passed | None]:
     """Yield the connections that wait in a passage, so many at most; None if its end has come."""
     for _ in range(most):
         try:
-            note, lines, _, _ = socket.recv_fds(passage, _NOTE.size, 1)
+            words, lines, _, _ = socket.recv_fds(passage, _SIZE, 1)
         except BlockingIOError:
             return
         except OSError:
-            note, lines = b"", []
-        if not note:
+            words, lines = b"", []
+        if not words:
             yield None
             return
         for line in lines:
@@ -58,4 +66,5 @@ def taken_in(passage: socket.socket, most: int) -> Iterator[Passed | None]:
                 os.close(line)
             else:
                 taken.setblocking(False)
-                yield Passed(taken, *_NOTE.unpack(note))
+                kind, came, client, server = json.loads(words)
+                yield Passed(taken, Note(kind.encode(), came, tuple(client), tuple(server)))

@@ -1,13 +1,13 @@
-"""The reception: takes connections in, answers Stop itself, and passes the others to the server.
+"""The reception: keeps all connections, answers Stop itself, and relays the rest to the server.
 
-The server may be busy: with pages, with many who ask, with a step that takes long. So a process of
-its own listens, and looks at the head of each request by plain http. A Stop goes from here to the
-partner's process, past the server. A connection with any other request is passed to the server as
-an open file, and comes back once it has been answered. So a Stop never waits for the server, over a
-connection that is new or kept, and connections that say nothing cost the server nothing.
+The server may be busy: with pages, with many who ask, with a step that takes long; or it may hang.
+So a process of its own listens, and looks at the head of each request by plain http. A Stop goes
+from here to the partner's process, past the server. Any other request is relayed to the server, and
+so is its answer (:mod:`miburi.interface.relay`); the connection stays here. So a Stop never waits
+for the server, over a connection that is new or kept, and connections that say nothing cost the
+server nothing.
 
-By https only who has the keys can read a head. Such a connection is passed on with its first bytes
-and stays with the server; a Stop over it takes its turn there.
+By https only the server, which has the keys, can read a head: a Stop over it takes its turn there.
 
 Windows passes no open files in this way; there the server listens itself.
 """
@@ -23,7 +23,6 @@ import time
 from collections import defaultdict, deque
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from email.utils import formatdate
 from functools import partial
 from http import HTTPStatus
@@ -42,19 +41,26 @@ from miburi.interface.access import (
     Gate,
     RefusedError,
 )
-from miburi.interface.passing import ENCRYPTED, PLAIN, pass_on, taken_in
+from miburi.interface.passing import ENCRYPTED, PLAIN, Note, pass_on
+from miburi.interface.relay import Guest
+from miburi.live.press import BY, By, outlasting, who
 
-__all__ = ["BEAT", "SILENCE", "Reception", "receive"]
+__all__ = ["BEAT", "GRACE", "SILENCE", "Reception", "receive"]
 
 #: s between two signs of life, and s after which a Stop is said to have reached nobody (ours).
 BEAT, SILENCE = 1.0, 1.0
+#: s in which a new connection does not have to give way to newer ones (ours).
+GRACE = 0.5
 #: Files of its process that are no connections.
 _OWN_FILES = 64
-_AT_ONCE = 64
+#: Connections that are taken in, and passed on, before others are looked at: one may be a Stop.
+_AT_ONCE, _PASSED_AT_ONCE = 64, 16
 _GLANCE = 0.25
-_WISHES = {b"upgrade", b"expect"}
 _END = re.compile(rb"\n\r?\n")
+_WISHES = {b"upgrade", b"expect"}
 _TOO_LARGE = f"the headers of a request may have {HEADERS} bytes at most."
+_STOP = f"POST {STOP} ".encode()
+_OVERTAKEN = "Stop has overtaken this request, and it may not have been obeyed."
 _NO_ANSWER = "the partner cannot be reached; should it answer again, it will stop."
 
 
@@ -84,19 +90,6 @@ async def _nobody(scope: Scope, receive: Receive, send: Send) -> None:
     """Stand behind a gate that is only asked."""
 
 
-@dataclass(eq=False)
-class _Guest:
-    """An open connection: silent until a request's head has come, known once it was answered."""
-
-    line: socket.socket
-    address: str
-    kind: bytes
-    since: float
-    known: bool
-    silent: bool = True
-    ends: bool = False
-
-
 class Reception:
     """Sees to the listening sockets.
 
@@ -107,8 +100,8 @@ class Reception:
     passage
         Leads to the server; a Unix socket that never blocks.
     stopping
-        Leads to the partner's process: takes the time of a Stop, or None as a sign of life, and
-        answers each with None when it is done.
+        Leads to the partner's process: takes a Stop's time and who pressed, or None as a sign of
+        life, and answers each with None when it is done.
     gate
         Says who may stop the partner.
     most
@@ -128,12 +121,14 @@ class Reception:
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._passage, self._stopping, self._gate, self._clock = passage, stopping, gate, clock
-        self._crowds: defaultdict[str, dict[_Guest, None]] = defaultdict(dict)
-        self._guests = 0
-        self._most = most
-        self._passing: deque[_Guest] = deque()
-        self._pressing: list[_Guest] = []
-        self._pressed: list[_Guest] = []
+        self._crowds: defaultdict[str, dict[Guest, None]] = defaultdict(dict)
+        self._sockets: dict[Guest, None] = {}
+        self._files, self._most = 0, most
+        self._waiting: deque[Guest] = deque()  # for the server
+        self._full = False  # whether it takes nothing now
+        self._pressing: list[Guest] = []
+        self._by: By | None = None  # who pressed since the last Stop was sent
+        self._pressed: list[Guest] = []
         self._wanted = self._asked = False
         self._told = self._tidied = -math.inf  # the first sign of life is due
         self._over = False
@@ -142,8 +137,8 @@ class Reception:
             self._watch(listener, partial(self._accept, listener, PLAIN))
         if encrypted is not None:
             self._watch(encrypted, partial(self._accept, encrypted, ENCRYPTED))
-        self._watch(passage, self._take_back)
-        self._watch(stopping, self._hear_partner)
+        self._watch(passage, self._hear_passage)
+        self._watch(stopping, lambda _events: self._hear_partner())
 
     def serve(self) -> None:
         """Serve until the partner's process has gone."""
@@ -152,23 +147,45 @@ class Reception:
 
     def close(self) -> None:
         """Close all connections that are here."""
-        for guest in [*self._everybody(), *self._passing]:
+        for guest in self._everybody():
             self._close(guest)
         self._selector.close()
 
     def turn(self, patience: float = 0.0) -> None:
         """Do what there is to do, and wait for it so many s at most."""
-        for key, _ in self._selector.select(patience):
-            key.data()
+        hurries = bool(self._waiting) and not self._full
+        for key, events in self._selector.select(0.0 if hurries else patience):
+            key.data(events)
+        self._pass_on()
         now = self._clock()
         if now - self._tidied >= _GLANCE:
             self._tidied = now
             self._tidy(now)
 
-    def _watch(self, what: socket.socket | Connection, do: Callable[[], None]) -> None:
+    def _watch(self, what: socket.socket | Connection, do: Callable[[int], None]) -> None:
         self._selector.register(what, selectors.EVENT_READ, do)
 
-    def _accept(self, listener: socket.socket, kind: bytes) -> None:
+    def _attend(self, guest: Guest) -> None:
+        """Wait for what is next between a guest and the server."""
+        if guest.closed:
+            return
+        self._await(guest.line, guest.line_wants, partial(self._hear, guest))
+        if guest.relay is not None:
+            self._await(guest.relay, guest.relay_wants, partial(self._hear_server, guest))
+
+    def _await(
+        self, what: socket.socket, wants: tuple[bool, bool], do: Callable[[int], None]
+    ) -> None:
+        events = selectors.EVENT_READ * wants[0] | selectors.EVENT_WRITE * wants[1]
+        key = self._selector.get_map().get(what)
+        if key is not None and not events:
+            self._selector.unregister(what)
+        elif key is None and events:
+            self._selector.register(what, events, do)
+        elif key is not None and key.events != events:
+            self._selector.modify(what, events, do)
+
+    def _accept(self, listener: socket.socket, kind: bytes, _events: int) -> None:
         for _ in range(_AT_ONCE):
             try:
                 line, address = listener.accept()
@@ -176,91 +193,142 @@ class Reception:
                 return
             except OSError as error:
                 if error.errno in (errno.EMFILE, errno.ENFILE):
-                    self._make_room(self._everybody())
+                    self._make_room(self._largest_crowd())
                 return  # else it has gone again
-            self._welcome(line, address[0], kind, known=False)
+            line.setblocking(False)
+            guest = Guest(line, (address[0], address[1]), kind, self._clock())
+            if len(self._crowds[address[0]]) >= CONNECTIONS:
+                self._make_room(self._crowds[address[0]])
+            self._crowds[address[0]][guest] = None
+            self._take_files(1)
+            self._hear(guest, selectors.EVENT_READ)  # what has come with it keeps its place
+            self._attend(guest)
 
-    def _welcome(self, line: socket.socket, address: str, kind: bytes, *, known: bool) -> None:
-        line.setblocking(False)
-        crowd = self._crowds[address]
-        # Never the new one gives way: it may be a Stop.
-        if len(crowd) >= CONNECTIONS:
-            self._make_room(crowd)
-        if self._guests >= self._most:
-            self._make_room(self._everybody())
-        guest = _Guest(line, address, kind, self._clock(), known)
-        self._crowds[address][guest] = None
-        self._guests += 1
-        self._watch(line, partial(self._listen, guest))
+    def _take_files(self, count: int) -> None:
+        """Count files; where there are too many, the address that has the most gives some back."""
+        self._files += count
+        while self._files > self._most and self._make_room(self._largest_crowd()):
+            pass
 
-    def _everybody(self) -> list[_Guest]:
-        guests = (guest for crowd in self._crowds.values() for guest in crowd)
-        return sorted(guests, key=lambda guest: guest.since)
+    def _largest_crowd(self) -> dict[Guest, None]:
+        return max(self._crowds.values(), key=len, default={})
 
-    def _make_room(self, guests: Iterable[_Guest]) -> None:
-        """Close the oldest silent stranger; else the oldest silent guest; else the oldest."""
-        guests = list(guests)
-        for known in (False, True):
-            for guest in guests:
-                if guest.silent and guest.known <= known:
-                    self._close(guest)
-                    return
-        if guests:
-            self._close(guests[0])
+    def _everybody(self) -> list[Guest]:
+        return [*self._sockets, *(guest for crowd in self._crowds.values() for guest in crowd)]
 
-    def _close(self, guest: _Guest) -> None:
-        self._let_go(guest)
-        guest.line.close()
+    def _make_room(self, crowd: dict[Guest, None]) -> bool:
+        """Close one: a silent stranger, else a silent guest, else a busy one, else a new one."""
+        now = self._clock()
 
-    def _let_go(self, guest: _Guest) -> None:
-        """Count a connection no more."""
-        self._ignore(guest)
-        crowd = self._crowds[guest.address]
-        if guest in crowd:
-            del crowd[guest]
-            self._guests -= 1
+        def rank(guest: Guest) -> tuple[int, float]:
+            if not guest.silent:
+                return 2, guest.since
+            if guest.known:
+                return 1, guest.since
+            return 3 if now - guest.since < GRACE else 0, guest.since
+
         if not crowd:
-            del self._crowds[guest.address]
+            return False
+        self._close(min(crowd, key=rank))
+        return True
 
-    def _ignore(self, guest: _Guest) -> None:
+    def _close(self, guest: Guest) -> None:
+        if guest.closed:
+            return
+        for one in (guest.line, guest.relay):
+            if one is not None:
+                self._files -= 1
+                self._forget(one)
+        guest.close()
+        self._sockets.pop(guest, None)
+        self._leave_crowd(guest)
+
+    def _leave_crowd(self, guest: Guest) -> None:
+        crowd = self._crowds[guest.client[0]]
+        crowd.pop(guest, None)
+        if not crowd:
+            del self._crowds[guest.client[0]]
+
+    def _forget(self, what: socket.socket) -> None:
         with suppress(KeyError, ValueError):
-            self._selector.unregister(guest.line)
+            self._selector.unregister(what)
 
-    def _listen(self, guest: _Guest) -> None:
-        """Look at what a connection brings, and leave it there for the server."""
+    def _hear(self, guest: Guest, events: int) -> None:
+        """Hear what a client says, or send it what it waits for."""
+        if guest.closed:  # earlier in this turn
+            return
+        gone = events & selectors.EVENT_WRITE and not guest.flush()
+        if not gone and events & selectors.EVENT_READ:
+            gone = not (guest.forward() if guest.body else self._look(guest))
+        self._go_on(guest, gone=bool(gone))
+
+    def _hear_server(self, guest: Guest, events: int) -> None:
+        """Hear what the server answers, or send it what it takes."""
+        relay = guest.relay
+        if relay is None or guest.closed:
+            return
+        if events & selectors.EVENT_WRITE:
+            guest.push()
+        gone = False
+        if events & selectors.EVENT_READ:
+            guest.fetch()
+            if guest.relay is None:
+                self._files -= 1
+                self._forget(relay)
+            gone = not guest.flush()
+        self._go_on(guest, gone=gone)
+
+    def _go_on(self, guest: Guest, *, gone: bool) -> None:
+        """Close a connection that is at its end, or wait for what is next."""
+        if gone or (guest.ends and guest.resting):
+            self._close(guest)
+            return
+        if guest.resting and not guest.silent:
+            guest.silent, guest.known, guest.since = True, True, self._clock()
+        self._attend(guest)
+
+    def _look(self, guest: Guest) -> bool:
+        """Look at what a client asks; False if it has gone."""
         try:
             head = guest.line.recv(HEADERS, socket.MSG_PEEK)
         except BlockingIOError:
-            return
+            return True
         except OSError:
-            head = b""
-        if not head:
-            self._close(guest)
-            return
-        end = _END.search(head)
-        if guest.kind == PLAIN and head[:1].isupper() and end is None:
-            if len(head) >= HEADERS:
-                guest.ends = True
-                self._answer(guest, 431, _TOO_LARGE)
-            else:  # look again when more has come
-                guest.line.setsockopt(socket.SOL_SOCKET, socket.SO_RCVLOWAT, len(head) + 1)
-            return
-        guest.silent, guest.since = False, self._clock()
-        self._ignore(guest)
+            return False
+        if len(head) == guest.seen:  # nothing has come but the end
+            return False
+        guest.seen, new = 0, guest.relay is None and not guest.waits
         guest.line.setsockopt(socket.SOL_SOCKET, socket.SO_RCVLOWAT, 1)
-        if guest.kind == PLAIN and end is not None and self._may_stop(guest, head[: end.end()]):
-            guest.line.recv(end.end())
+        if guest.kind == ENCRYPTED:
+            self._wait(guest, 0)
+            return True
+        end = _END.search(head)
+        may_be_stop = head.startswith(_STOP) or _STOP.startswith(head)
+        if end is None and len(head) < HEADERS and (head[:1].isupper() if new else may_be_stop):
+            guest.seen = len(head)  # look again when more has come
+            guest.line.setsockopt(socket.SOL_SOCKET, socket.SO_RCVLOWAT, len(head) + 1)
+        elif may_be_stop and end is not None and self._may_stop(guest, head[: end.end()]):
+            guest.stop, guest.silent, guest.since = end.end(), False, self._clock()
+            guest.looked = True
             self._pressing.append(guest)
             self._wanted = True
             self._press()
+        elif not new:
+            guest.looked = True  # it has its turn
+        elif end is None and head[:1].isupper():
+            guest.ends = True
+            self._answer(guest, 431, _TOO_LARGE)
         else:
-            self._passing.append(guest)
-            self._pass_on()
+            guest.silent, guest.since = False, self._clock()
+            self._wait(guest, 0 if end is None else end.end())
+        return True
 
-    def _may_stop(self, guest: _Guest, head: bytes) -> bool:
+    def _wait(self, guest: Guest, head: int) -> None:
+        guest.wait(head)
+        self._waiting.append(guest)
+
+    def _may_stop(self, guest: Guest, head: bytes) -> bool:
         """Whether this is a Stop that the gate lets in; the server answers whatever is not."""
-        if not head.startswith(f"POST {STOP} ".encode()):
-            return False
         reader = h11.Connection(h11.SERVER, HEADERS)
         try:
             reader.receive_data(head)
@@ -273,6 +341,7 @@ class Reception:
         if request.http_version != b"1.1" or not _WISHES.isdisjoint(dict(headers)):
             return False  # whoever asks for more than to stop is the server's guest
         guest.ends = reader.their_state is h11.MUST_CLOSE
+        by = who(dict(headers).get(BY.encode(), b"").decode("latin-1"))
         try:
             self._gate.check(
                 {
@@ -281,21 +350,23 @@ class Reception:
                     "method": "POST",
                     "path": STOP,
                     "headers": headers,
-                    "client": (guest.address, 0),
+                    "client": guest.client,
                     "server": guest.line.getsockname(),
                 }
             )
         except (RefusedError, OSError):
             return False
+        self._by = outlasting(self._by, by)
         return True
 
     def _press(self) -> None:
         """Send a Stop; one at a time, and who asks meanwhile shares the next."""
         if self._wanted and not self._asked:
             self._pressed, self._pressing, self._wanted = self._pressing, [], False
-            self._tell(self._clock())
+            by, self._by = self._by or "person", None
+            self._tell((self._clock(), by))
 
-    def _tell(self, what: float | None) -> None:
+    def _tell(self, what: tuple[float, By] | None) -> None:
         self._asked, self._told = True, self._clock()
         with suppress(OSError):  # its end comes to be heard
             self._stopping.send(what)
@@ -311,56 +382,66 @@ class Reception:
             self._answer(guest, 204)
         self._press()
 
-    def _answer(self, guest: _Guest, status: int, words: str = "") -> None:
-        """Answer, and listen for what comes next."""
-        body = json.dumps({"detail": words}).encode() if words else b""
-        lines = [f"HTTP/1.1 {status} {HTTPStatus(status).phrase}".encode()]
-        headers = [(b"date", formatdate(usegmt=True).encode()), *SAFE_HEADERS]
-        if body:
-            headers += [
-                (b"content-type", b"application/json"),
-                (b"content-length", b"%d" % len(body)),
-            ]
-        if guest.ends:
-            headers.append((b"connection", b"close"))
-        lines += [name + b": " + value for name, value in headers]
-        try:
-            guest.line.send(b"\r\n".join([*lines, b"", body]))
-        except OSError:
-            guest.ends = True
-        if guest.ends:
-            self._close(guest)
-        elif guest in self._crowds[guest.address]:
-            guest.silent, guest.known, guest.since = True, True, self._clock()
-            self._watch(guest.line, partial(self._listen, guest))
+    def _answer(self, guest: Guest, status: int, words: str = "") -> None:
+        """Answer a Stop, or what is no request."""
+        if guest.closed:
+            return
+        stop, guest.stop = guest.stop, 0
+        answer = b""
+        if guest.waits or guest.relay is not None:  # the client did not wait for that answer
+            if guest.begun:
+                return  # its turn comes after what has begun; then it stops the body once more
+            bare = guest.head.startswith(b"HEAD ")
+            if guest.relay is not None:
+                self._files -= 1
+                self._forget(guest.relay)
+            guest.waits = False
+            guest.drop()
+            answer = _make(503, "" if bare else _OVERTAKEN, ends=False)
+        if stop:
+            with suppress(OSError):  # the client has gone
+                guest.line.recv(stop)
+        gone = not guest.tell(answer + _make(status, words, ends=guest.ends))
+        self._go_on(guest, gone=gone)
 
     def _pass_on(self) -> None:
-        """Pass to the server what it takes; the rest waits until it takes more."""
-        while self._passing:
-            guest = self._passing[0]
-            if guest.line.fileno() >= 0 and not pass_on(
-                self._passage, guest.line.fileno(), guest.kind, guest.since
-            ):
-                break
-            self._passing.popleft()
-            self._close(guest)
-        wanted = selectors.EVENT_READ | (selectors.EVENT_WRITE if self._passing else 0)
-        with suppress(KeyError):  # the server has gone
-            self._selector.modify(self._passage, wanted, self._take_back)
-
-    def _take_back(self) -> None:
-        """Take connections back that the server has answered."""
-        for back in taken_in(self._passage, _AT_ONCE):
-            if back is None:
-                self._selector.unregister(self._passage)
+        """Pass to the server what it takes, but never much at once."""
+        for _ in range(_PASSED_AT_ONCE):
+            while self._waiting and not self._waiting[0].waits:  # closed, or overtaken
+                self._waiting.popleft()
+            if self._full or not self._waiting:
                 return
+            guest = self._waiting[0]
             try:
-                address = back.line.getpeername()[0]
-            except OSError:  # it has gone
-                back.line.close()
-                continue
-            self._welcome(back.line, address, back.kind, known=True)
-        self._pass_on()
+                ours, theirs = socket.socketpair()
+            except OSError:  # there are no files left
+                self._make_room(self._largest_crowd())
+                return
+            here = guest.line.getsockname()
+            note = Note(guest.kind, guest.since, guest.client, (here[0], here[1]))
+            with theirs:
+                self._full = not pass_on(self._passage, theirs.fileno(), note)
+            if self._full:
+                ours.close()
+                with suppress(KeyError):  # the server has gone
+                    events = selectors.EVENT_READ | selectors.EVENT_WRITE
+                    self._selector.modify(self._passage, events, self._hear_passage)
+                return
+            self._waiting.popleft()
+            guest.begin(ours)
+            if guest.apart:
+                self._sockets[guest] = None
+                self._leave_crowd(guest)
+            self._take_files(1)
+            self._attend(guest)
+
+    def _hear_passage(self, events: int) -> None:
+        """Take in that the server takes more, or that it has gone."""
+        self._full = bool(events & selectors.EVENT_READ)
+        if self._full:
+            self._selector.unregister(self._passage)
+        else:
+            self._selector.modify(self._passage, selectors.EVENT_READ, self._hear_passage)
 
     def _tidy(self, now: float) -> None:
         """Give a sign of life, and close what has been silent or waiting for too long."""
@@ -372,3 +453,18 @@ class Reception:
         for guest in self._everybody():
             if guest.silent and now - guest.since > HEADER_TIME:
                 self._close(guest)
+
+
+def _make(status: int, words: str, *, ends: bool) -> bytes:
+    """Return an answer of ours."""
+    body = json.dumps({"detail": words}).encode() if words else b""
+    headers = [(b"date", formatdate(usegmt=True).encode()), *SAFE_HEADERS]
+    if status != HTTPStatus.NO_CONTENT:
+        headers.append((b"content-length", b"%d" % len(body)))
+    if body:
+        headers.append((b"content-type", b"application/json"))
+    if ends:
+        headers.append((b"connection", b"close"))
+    lines = [f"HTTP/1.1 {status} {HTTPStatus(status).phrase}".encode()]
+    lines += [name + b": " + value for name, value in headers]
+    return b"\r\n".join([*lines, b"", body])

@@ -1,11 +1,21 @@
-"""What a partner tells its home over MQTT: topics, a report of how it is, and its stops."""
+"""What a partner tells its home over MQTT: topics, a report of how it is, stops, distress."""
 
 from pydantic import BaseModel, Field
 
 from miburi.live.state import MotorsOut, State, StopOut
 from miburi.safety.stop import StopReason
+from miburi.senses.kinds import Distress
 
-__all__ = ["ALL", "NEUTRAL", "HomeReport", "StopNews", "Topics", "make_report", "make_stop_news"]
+__all__ = [
+    "ALL",
+    "NEUTRAL",
+    "DistressNews",
+    "HomeReport",
+    "StopNews",
+    "Topics",
+    "make_report",
+    "make_stop_news",
+]
 
 #: The feeling of a partner that feels nothing strongly.
 NEUTRAL = "neutral"
@@ -20,6 +30,7 @@ class Topics:
         base = f"miburi/{name}"
         self.available, self.report = f"{base}/available", f"{base}/report"
         self.stops, self.refused = f"{base}/stops", f"{base}/refused"
+        self.distress = f"{base}/distress"
         self.feel, self.say, self.stop = f"{base}/feel", f"{base}/say", f"{base}/stop"
 
 
@@ -44,6 +55,14 @@ class StopNews(BaseModel):
     number: int = Field(description="In the log of a partner that is awake.")
     motor: str | None
     force: float | None = Field(description="On the hand, N; simulation only.")
+
+
+class DistressNews(BaseModel):
+    """A distress that the partner has heard; it is no alarm, and may be wrong or missing."""
+
+    event_type: Distress
+    number: int = Field(description="In the log of a partner that is awake.")
+    words: str | None = Field(description="What was said, if the user lets others hear it.")
 
 
 def make_report(state: State, motors: MotorsOut, stops_today: int) -> HomeReport:

@@ -133,7 +133,7 @@ def add_ros(
     clock: Callable[[], float] = time.monotonic,
 ) -> None:
     """Let a partner live in a ROS network, for as long as the server serves."""
-    live_beside(app, lambda: live_in_ros(Asker.within(app), partner, network, clock))
+    live_beside(app, lambda: live_in_ros(Asker.within(app, "ros"), partner, network, clock))
 
 
 async def live_in_ros(

@@ -19,6 +19,7 @@ from miburi.interface.api import move_hand
 from miburi.interface.settle import done
 from miburi.interface.wire import HandIn, Message, StimulusIn
 from miburi.live.commands import BusyError
+from miburi.live.press import who
 from miburi.live.view import LivePartner
 
 __all__ = [
@@ -58,9 +59,10 @@ class StimulusMessage(StimulusIn):
 
 
 class StopMessage(Message):
-    """Stop all motors."""
+    """Stop all motors; ``by`` as the header of ``POST /stop``."""
 
     do: Literal["stop"]
+    by: str = "person"
 
 
 class ReleaseMessage(Message):
@@ -144,8 +146,8 @@ class _Viewer:
             if message["type"] == "websocket.disconnect":
                 return
             text = message.get("text")
-            if _is_stop(text):
-                self._runner.stop()
+            if (stop := _stop_in(text)) is not None:
+                self._runner.stop(who(stop.by))
                 while not self._commands.empty():  # a release among them would undo it
                     self._commands.get_nowait()
             try:
@@ -184,13 +186,13 @@ class _Viewer:
                 self._period = 1 / wish.rate
 
 
-def _is_stop(text: str | None) -> bool:
-    """Whether a message is a Stop; all else is looked at in its turn."""
-    if text is None or len(text) > LARGEST or "stop" not in text:
-        return False
-    with suppress(ValidationError, ValueError):
-        return isinstance(_MESSAGE.validate_json(text), StopMessage)
-    return False
+def _stop_in(text: str | None) -> StopMessage | None:
+    """Return a message that is a Stop; all else is looked at in its turn."""
+    if text is not None and len(text) <= LARGEST and "stop" in text:
+        with suppress(ValidationError, ValueError):
+            message = _MESSAGE.validate_json(text)
+            return message if isinstance(message, StopMessage) else None
+    return None
 
 
 def _words(error: Exception) -> str:

@@ -1,6 +1,7 @@
 """What is said to the partner: it hears the feeling of the words, feels with it, and answers."""
 
 import asyncio
+from collections import Counter
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
@@ -9,7 +10,9 @@ from miburi.interface.endpoint import Endpoint, OvertakenError
 from miburi.interface.settle import done
 from miburi.interface.wire import SayIn, SayOut, StimulusIn, WhyOut
 from miburi.live.view import LivePartner
-from miburi.senses.language import language_of
+from miburi.senses.care import Care
+from miburi.senses.kinds import Distress
+from miburi.senses.language import Language, language_of
 from miburi.senses.tone import coloured
 
 if TYPE_CHECKING:
@@ -27,38 +30,54 @@ class Speech:
         The partner.
     endpoint
         Who thinks of its answers; None: it answers by itself.
+    care
+        How it cares for somebody in distress.
     """
 
-    def __init__(self, partner: LivePartner, endpoint: Endpoint | None) -> None:
-        self._partner = partner
+    def __init__(self, partner: LivePartner, endpoint: Endpoint | None, care: Care) -> None:
+        self._partner, self._care = partner, care
+        self._turns: Counter[str] = Counter()  # of help, by kind
         self._conversation = None if endpoint is None else _converse(endpoint)
         self._noted: tuple[str | None] | None = None  # of the conversation, in the log
 
     async def take(self, said: SayIn) -> SayOut:
         """Let the partner feel with what was said, and answer it.
 
-        What was overtaken by another sentence gets no answer.
+        What was overtaken by another sentence gets no answer. Distress gets the help that fits;
+        then, and for ten minutes after, no language model is asked and no small answer given.
         """
         from miburi.senses.words import hear
 
         heard = coloured(await asyncio.to_thread(hear, said.text), said.tone)
-        felt = await done(self._partner.take(heard))
-        answer = None
-        if heard.topic != "grave":
-            answer = await self._reply(said.text, felt)
-        elif self._conversation is not None:
-            # Who speaks of ending their life gets the answer written by hand, and none after it.
+        grave, language = heard.distress is not None, language_of(said.text)
+        if grave and self._conversation is not None:
             self._conversation.overtake()
+        told = said.text if grave and self._care.tells_words else None
+        felt = await done(self._partner.take(heard, told))
+        answer = None
+        if grave or self._partner.snapshot.state.distress is not None:
+            answer = await done(self._partner.speak(self._comfort(heard.distress, language)))
+        else:
+            answer = await self._reply(said.text, felt)
         if answer is None:
-            answer = await done(self._partner.answer(heard, language_of(said.text)))
+            answer = await done(self._partner.answer(heard, language))
         return SayOut(
             feeling=heard.feeling,
             asked=heard.topic == "asked",
+            distress=heard.distress,
             strength=heard.strength,
             why=[WhyOut.model_validate(asdict(part)) for part in heard.why],
             felt=[StimulusIn.model_validate(asdict(stimulus)) for stimulus in felt],
             answer=answer,
         )
+
+    def _comfort(self, kind: Distress | None, language: Language) -> str:
+        """Return what is said to a distress, or after one."""
+        turn = self._turns[kind or ""]
+        self._turns[kind or ""] += 1
+        if kind is None:
+            return self._care.stay(language, turn)
+        return self._care.help(kind, language, turn)
 
     async def _reply(self, said: str, felt: tuple[Stimulus, ...]) -> str | None:
         """Say what a conversation brings, and feel it; None if it brings nothing."""
@@ -75,6 +94,8 @@ class Speech:
             await self._note(talk)
         if reply is None:
             return None
+        if self._partner.snapshot.state.distress is not None:
+            return ""  # somebody has been in distress meanwhile
         if reply.stimulus is not None:
             await done(self._partner.stimulate(reply.stimulus))
         return await done(self._partner.speak(reply.text))

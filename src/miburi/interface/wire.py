@@ -12,6 +12,7 @@ from miburi.feelings.temperament import Source
 from miburi.gestures import Direction
 from miburi.live.state import Eight, Share
 from miburi.senses.happenings import Kind
+from miburi.senses.kinds import Distress
 from miburi.senses.tone import Tone
 
 __all__ = [
@@ -82,6 +83,9 @@ class SayOut(BaseModel):
     why: list[WhyOut]
     felt: list[StimulusIn]
     asked: bool = Field(default=False, description="Whether it was asked what it feels itself.")
+    distress: Distress | None = Field(
+        default=None, description="What somebody needs help with now; it calls nobody."
+    )
     answer: str = Field(description="What it answered, aloud where a page has its voice on.")
 
 

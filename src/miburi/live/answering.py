@@ -105,7 +105,7 @@ class _Answering:
 
     def _stop(self, who: str) -> None:
         print(f"miburi: the {who} hangs, so the body was stopped.", file=sys.stderr)
-        self._runner.stop()
+        self._runner.stop("partner")
 
     def stop_all(self, stopping: Connection) -> None:
         """Stop the body whenever the other side says so; None is but a sign of life."""
@@ -121,8 +121,9 @@ class _Answering:
                 if watchdog is not None:
                     watchdog.beat()
                 if pressed is not None:
-                    self._pressed = max(self._pressed, pressed)
-                    self._runner.stop().add_done_callback(tell)
+                    came, by = pressed
+                    self._pressed = max(self._pressed, came)
+                    self._runner.stop(by).add_done_callback(tell)
                     continue
                 tell()
                 if watchdog is None:

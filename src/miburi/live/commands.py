@@ -16,6 +16,7 @@ from functools import partial
 from typing import Any, TypeVar
 
 from miburi.errors import BodyError, MiburiError
+from miburi.live.press import By, outlasting
 from miburi.partner import UnsettledError
 
 __all__ = ["STOP_SINCE", "WAITING", "BusyError", "Command", "Commands", "Result"]
@@ -39,14 +40,15 @@ class Commands:
     Parameters
     ----------
     stop
-        Stops the body.
+        Stops the body, for whoever pressed.
     """
 
-    def __init__(self, stop: Callable[[], None]) -> None:
+    def __init__(self, stop: Callable[[By], None]) -> None:
         self._stop = stop
         self._waiting: queue.Queue[tuple[Command, Future[Any]]] = queue.Queue(WAITING)
         self._lock = threading.Lock()
         self._next_stop: Future[None] | None = None
+        self._by: By | None = None
         self._stops = 0
         self._early: list[tuple[Command, Future[Any]]] = []
         self._done: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
@@ -79,9 +81,10 @@ class Commands:
 
         return self.ask(run)
 
-    def stop(self) -> Future[None]:
+    def stop(self, by: By) -> Future[None]:
         """Stop the body before anything else is done; all who ask until then share one future."""
         with self._lock:
+            self._by = outlasting(self._by, by)
             if self._next_stop is None:
                 self._next_stop = Future()
                 self._next_stop.set_running_or_notify_cancel()  # it cannot be cancelled any more
@@ -94,9 +97,9 @@ class Commands:
         A command that the body is not settled for is tried again at the next call.
         """
         with self._lock:
-            stop, self._next_stop = self._next_stop, None
-        if stop is not None:
-            _run(self._stop, stop)()
+            (stop, by), self._next_stop, self._by = (self._next_stop, self._by), None, None
+        if stop is not None and by is not None:
+            _run(partial(self._stop, by), stop)()
         waiting, self._early = self._early, []
         with suppress(queue.Empty):
             waiting += [self._waiting.get_nowait() for _ in range(self._waiting.qsize())]

@@ -17,6 +17,7 @@ from miburi.live.archive import Kept
 from miburi.live.commands import Result
 from miburi.live.crossing import LONG, Answer, Ask, Cancel, Hello, Lanes, Latest, Look, Post, Ready
 from miburi.live.log import LOGGED
+from miburi.live.press import By, outlasting
 from miburi.live.runner import SAMPLED, STEP
 from miburi.live.state import Entry, MotorsOut, Sample, Snapshot
 from miburi.live.view import UnreachableError
@@ -53,6 +54,7 @@ class FarPartner:
         self._open: dict[int, Future[Any]] = {}
         self._number = self._beats = 0
         self._pressed = 0.0
+        self._by: By | None = None  # who pressed since the last Stop was sent
         self._ticks = deque([clock()], maxlen=2)
         self._sent_stop: Future[None] | None = None
         self._next_stop: Future[None] | None = None
@@ -109,9 +111,9 @@ class FarPartner:
         """Let the partner feel something."""
         return self.ask("stimulate", stimulus)
 
-    def take(self, impression: Impression) -> Future[tuple[Stimulus, ...]]:
+    def take(self, heard: Impression, words: str | None = None) -> Future[tuple[Stimulus, ...]]:
         """Let the partner take what somebody showed."""
-        return self.ask("take", impression)
+        return self.ask("take", heard, words)
 
     def see(self, x: float | None) -> Future[None]:
         """Let the partner turn to a face, or to none."""
@@ -121,7 +123,7 @@ class FarPartner:
         """Let the partner answer what it heard, aloud."""
         return self.ask("answer", heard, language)
 
-    def note_talk(self, where: str, failure: str | None = None) -> Future[None]:
+    def note_talk(self, where: str, failure: str | None = None) -> Future[Entry]:
         """Note where what is said to it goes, or why no reply came from there."""
         return self.ask("note_talk", where, failure)
 
@@ -159,7 +161,7 @@ class FarPartner:
         future.exception(LONG)
         return future
 
-    def stop(self) -> Future[None]:
+    def stop(self, by: By = "person") -> Future[None]:
         """Stop the body before anything else is done.
 
         At most one Stop is on its way: who asks meanwhile shares the next one, which goes out as
@@ -171,7 +173,7 @@ class FarPartner:
             The partner does not answer; should it do so later, it will stop.
         """
         with self._lock:
-            self._pressed = self._clock()
+            self._pressed, self._by = self._clock(), outlasting(self._by, by)
             if self._next_stop is None:
                 self._next_stop = Future()
                 self._next_stop.set_running_or_notify_cancel()  # nobody can take it back
@@ -224,7 +226,8 @@ class FarPartner:
     def _send_stop(self) -> None:
         self._sent_stop, self._next_stop = self._next_stop, None
         with suppress(OSError):
-            self._ends.stopping.send(self._pressed)
+            self._ends.stopping.send((self._pressed, self._by))
+        self._by = None
 
     def _look(self) -> None:
         entry = self._log[-1].number if self._log else 0

@@ -34,11 +34,12 @@ class Log:
         """Whether an entry of this kind names this."""
         return any(entry.kind == kind and entry.name == name for entry in self._entries)
 
-    def note(self, time: float, kind: str, **content: Any) -> None:
-        """Add an entry with the fields of its kind at a time, s."""
+    def note(self, time: float, kind: str, **content: Any) -> Entry:
+        """Add an entry with the fields of its kind at a time, s; return it."""
         self.number += 1
         entry = {"number": self.number, "time": round(time, 2), "kind": kind, **content}
         self._entries.append(Entry.model_validate(entry))
+        return self._entries[-1]
 
     def feel(self, felt: Felt) -> None:
         """Add what the partner felt, and why."""

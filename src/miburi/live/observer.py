@@ -194,7 +194,7 @@ class Observer:
         weights = np.zeros(len(FEELINGS))
         if shown is not None and self._partner.asked:
             weights[FEELINGS.index(shown.feeling)] = shown.mood
-        elif felt is not None:
+        elif felt is not None and not self._partner.calm:
             emotion = self._feelings.emotion
             weights = self._feelings.mood * (emotion / emotion.max()) ** 2
         return [float(weight) for weight in weights.round(3)]

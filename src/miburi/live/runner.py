@@ -23,8 +23,9 @@ from miburi.live.gaze import Gaze
 from miburi.live.hand import GuidedHand
 from miburi.live.log import Log
 from miburi.live.observer import Observer
+from miburi.live.press import By, Hold
 from miburi.live.recording import Felt, step_messages
-from miburi.live.speaker import Speaker, speaking_time
+from miburi.live.speaker import Speaker
 from miburi.live.state import Entry, MotorsOut, Sample, Snapshot, Spoken
 from miburi.live.watchdog import USUAL, Lateness, Watchdog
 from miburi.partner import Event, Partner, Solve, solve_with
@@ -46,8 +47,7 @@ _PERIOD = 0.5
 _FAILURES = 50
 #: Samples that are kept.
 SAMPLED = 1200
-_STEPS_PER_SAMPLE = 5
-_STEPS_PER_MOTORS = 50
+_STEPS_PER_SAMPLE, _STEPS_PER_MOTORS = 5, 50
 
 
 class Runner:
@@ -59,22 +59,19 @@ class Runner:
         The description.
     feelings
         The emotional model.
-    body
-        The kind of body to begin with.
+    body, port
+        The kind of body to begin with, and a card's serial port.
     recordings
         Where recordings are kept.
-    port
-        A card's serial port.
     seed
         Chooses the small variations of gestures.
     rule
         The contact rule of simulated bodies; by default the robot's own.
-    repertoire
-        The gestures; by default those that ship with Miburi.
-    solve
-        The inverse kinematics; by default Miburi's own way.
-    lateness
-        How late a step may be until the watchdog stops the body.
+    repertoire, solve
+        The gestures, and the inverse kinematics; by default those that ship with Miburi.
+    lateness, hold
+        How late a step may be until the watchdog stops the body; who may end a Stop: by default a
+        person's is ended by a person alone.
     """
 
     def __init__(
@@ -90,18 +87,18 @@ class Runner:
         repertoire: Repertoire | None = None,
         solve: Solve | None = None,
         lateness: Lateness = USUAL,
+        hold: Hold | None = None,
     ) -> None:
         self.robot = robot
-        self.repertoire = repertoire or shipped_repertoire()
-        self.recordings = recordings
+        self.repertoire, self.recordings = repertoire or shipped_repertoire(), recordings
         self.slow_steps = 0
         #: Ports that may be opened besides those that the system lists.
         self.ports = {port} if port else set[str]()
         self._feelings = feelings
         self._own_temperament = feelings.temperament
-        self._seed, self._rule = seed, rule
-        self._solve = solve or solve_with()
-        self._commands = Commands(self._stop)
+        self._seed, self._rule, self._solve = seed, rule, solve or solve_with()
+        self._hold = hold or Hold()
+        self._commands, self._log = Commands(self._stop), Log()
         self._thread: threading.Thread | None = None
         self._ending, self._over = threading.Event(), threading.Event()
         self._watchdog = Watchdog(STEP, self._halt, lambda: self._give_up("hangs"), lateness)
@@ -110,12 +107,10 @@ class Runner:
         self._on_failure: Callable[[], None] = lambda: None
         #: Why the loop had to be given up; None while it lives.
         self.failure: str | None = None
-        self._log = Log()
         self._felt: list[Felt] = []  # since the last step
         self._samples: deque[tuple[int, Sample]] = deque(maxlen=SAMPLED)
-        self._serial = self._stop_seen_in = 0  # that of the first state with the latest Stop in it
-        self._speaker = Speaker(seed)
-        self._paused = self._at_home = False
+        self._speaker, self._paused, self._at_home = Speaker(seed), False, False
+        self._serial = self._stop_seen_in = 0  # the latter is of the first state with the last Stop
         self._use(body, port, make_body(body, robot, port, rule))
 
     # What viewers read.
@@ -158,7 +153,7 @@ class Runner:
     @property
     def temperaments(self) -> list[str]:
         """The temperaments to choose from: those that ship, and the one that it began with."""
-        return list(dict.fromkeys((*TEMPERAMENTS, self._own_temperament.name)))
+        return [*dict.fromkeys((*TEMPERAMENTS, self._own_temperament.name))]
 
     @property
     def read_until(self) -> float:
@@ -183,13 +178,16 @@ class Runner:
         """Let the partner feel something."""
         return self._commands.ask(lambda: self._feel(stimulus))
 
-    def take(self, impression: Impression) -> Future[tuple[Stimulus, ...]]:
+    def take(self, heard: Impression, words: str | None = None) -> Future[tuple[Stimulus, ...]]:
         """Let the partner take what somebody showed, as its temperament does; the log says why."""
 
         def run() -> tuple[Stimulus, ...]:
-            felt = stimuli(impression, self._feelings.temperament)
+            if heard.distress is not None:
+                self._speaker.attend(self._note("distress", name=heard.distress, detail=words))
+            calm = self._speaker.distress is not None and heard.source == "speech"
+            felt = () if calm else stimuli(heard, self._feelings.temperament)
             for stimulus in felt:
-                self._feel(stimulus, impression)
+                self._feel(stimulus, heard)
             return felt
 
         return self._commands.ask(run)
@@ -221,9 +219,9 @@ class Runner:
 
         return self._commands.ask(run)
 
-    def stop(self) -> Future[None]:
+    def stop(self, by: By = "person") -> Future[None]:
         """Stop the body until :meth:`release`; never refused, and before any other command."""
-        return self._commands.stop()
+        return self._commands.stop(by)
 
     def release(
         self,
@@ -234,15 +232,16 @@ class Runner:
     ) -> Future[None]:
         """Let a stopped body go back to neutral as soon as it has come to rest, and go on.
 
-        It is refused during the pause after a contact, but to a person who looks at the body
-        (``by_person``); and where Stop has been pressed since the state that was ``seen``.
+        A person (``by_person``) may end any stop; a program neither a person's Stop nor the pause
+        after a contact; nobody one where Stop was pressed since the state that was ``seen``.
         """
 
         def run() -> None:
             if seen is not None and not self._stop_seen_in <= seen <= self._serial:
                 raise BodyError(STOP_SINCE)
+            self._hold.check(by_person=by_person)
             self._partner.release(by_person=by_person)
-            self._note("released")
+            self._note("released", by=self._hold.end(by_person=by_person))
 
         return self._commands.ask_unless_stopped(run)
 
@@ -252,8 +251,7 @@ class Runner:
         def run() -> None:
             if paused != self._paused:
                 self._paused = paused
-                change = self._partner.pause if paused else self._partner.resume
-                change()
+                (self._partner.pause if paused else self._partner.resume)()
                 self._note("paused" if paused else "resumed")
 
         return self._commands.ask(run)
@@ -268,9 +266,8 @@ class Runner:
         InputError
             The direction has no length.
         """
-        return self._commands.ask(
-            lambda: self._hand.guide(self._partner.body.touchable, position, along)
-        )
+        guide = self._hand.guide
+        return self._commands.ask(lambda: guide(self._partner.body.touchable, position, along))
 
     def temperament(self, name: str) -> Future[None]:
         """Go on with another of the :attr:`temperaments`."""
@@ -296,9 +293,8 @@ class Runner:
             There is no such body here; see :func:`miburi.live.bodies.make_body`.
         """
         if port is not None and port == self._observer.port:
-            raise BodyError(
-                f"the card at {port} is this body already; a lost one is found again by itself."
-            )
+            again = "a lost one is found again by itself"
+            raise BodyError(f"the card at {port} is this body already; {again}.")
         if port is not None and port not in self.ports:
             check_port(port)
         body = make_body(name, self.robot, port, self._rule)
@@ -320,6 +316,7 @@ class Runner:
             self._was_late = False
             self._partner.make_sure()
         self._commands.run()
+        self._partner.calm = self._speaker.step(STEP)
         self._hand.step(self._partner.body.touchable, STEP)
         self._partner.gaze = self._gaze.turn(self._partner.body.state.time)
         events: list[Event] = []
@@ -428,12 +425,14 @@ class Runner:
         self.failure = f"the partner's loop {why}; the body has been stopped where it was."
         self._on_failure()
 
-    def note_talk(self, where: str, failure: str | None = None) -> Future[None]:
+    def note_talk(self, where: str, failure: str | None = None) -> Future[Entry]:
         """Note where what is said to it goes from now on, or why no reply came from there."""
         kind, name = ("talk", where) if failure is None else ("talk_failed", failure)
         return self._commands.ask(lambda: self._note(kind, name=name))
 
-    def _stop(self) -> None:
+    def _stop(self, by: By) -> None:
+        if self._hold.press(by):
+            self._note("pressed", by=by)
         self._partner.stop()
         self._stop_seen_in = self._serial + 1
 
@@ -445,7 +444,7 @@ class Runner:
 
     def _tell(self, spoken: Spoken) -> str:
         self._note("spoken", name=spoken.text, feeling=spoken.feeling)
-        self._partner.gesticulate(speaking_time(spoken))
+        self._partner.gesticulate(self._speaker.time(spoken))
         return spoken.text
 
     def _use(self, name: str, port: str | None, body: Body) -> None:
@@ -477,6 +476,7 @@ class Runner:
             rule=self._motors.rule,
             hand_out=self._hand.goal is not None,
             spoken=self._speaker.spoken,
+            distress=self._speaker.distress,
             latest=self._log.number,
         )
         self._snapshot = Snapshot(state)
@@ -496,5 +496,5 @@ class Runner:
         if not self._log.holds(kind, name):
             self._note(kind, name=name)
 
-    def _note(self, kind: str, **content: Any) -> None:
-        self._log.note(self._partner.body.state.time, kind, **content)
+    def _note(self, kind: str, **content: Any) -> Entry:
+        return self._log.note(self._partner.body.state.time, kind, **content)

@@ -8,12 +8,15 @@ from pydantic import BaseModel, Field
 from miburi.bodies import BodyState
 from miburi.feelings.catalogue import FEELINGS, FeelingName
 from miburi.live.archive import EndReason
+from miburi.live.press import By
 from miburi.robot.guards import Guards
 from miburi.safety.stop import StopReason
 from miburi.senses import Brought
+from miburi.senses.kinds import Distress
 from miburi.senses.language import Language
 
 __all__ = [
+    "DistressOut",
     "Eight",
     "Entry",
     "Expressed",
@@ -79,6 +82,15 @@ class Spoken(BaseModel):
     feeling: FeelingName | None = Field(description="What it felt then: it colours the voice.")
 
 
+class DistressOut(BaseModel):
+    """A distress that was heard; Miburi is no alarm and calls nobody."""
+
+    number: int = Field(description="Of its entry in the log.")
+    time: float = Field(description="s on the body's clock.")
+    kind: Distress
+    words: str | None = Field(description="What was said, if the user lets others hear it.")
+
+
 class RecordingEnd(BaseModel):
     """A recording that ended by itself."""
 
@@ -131,7 +143,7 @@ class State(BaseModel):
     rule: RuleOut
     stop: StopOut | None
     held: bool = Field(
-        description="Whether a person stopped the body, so that it waits for a release."
+        description="Whether somebody pressed Stop, so that the body waits for a release."
     )
     force: float | None = Field(description="Force on the human hand now, N; simulation only.")
     hand: Hand | None
@@ -140,6 +152,9 @@ class State(BaseModel):
     )
     face: Levels = Field(description="How much of each feeling the face shows.")
     spoken: Spoken | None = Field(description="The latest sentence that it says.")
+    distress: DistressOut | None = Field(
+        default=None, description="The latest distress, for ten minutes after it was heard."
+    )
     latest: int = Field(description="Number of the latest entry of the log.")
 
 
@@ -149,9 +164,9 @@ class Entry(BaseModel):
     number: int
     time: float
     kind: Literal[
-        "stimulus", "gesture", "stopped", "released", "body", "paused", "resumed", "temperament",
-        "recording", "recorded", "recording_ended", "deleted", "refused",
-        "trouble", "loop_failed", "spoken", "talk", "talk_failed",
+        "stimulus", "gesture", "pressed", "stopped", "released", "body", "paused", "resumed",
+        "temperament", "recording", "recorded", "recording_ended", "deleted", "refused",
+        "trouble", "loop_failed", "spoken", "talk", "talk_failed", "distress",
     ]  # fmt: skip
     feeling: str | None = None
     mood: float | None = None
@@ -165,6 +180,11 @@ class Entry(BaseModel):
     )
     stop: StopOut | None = None
     limit: float | None = Field(default=None, description="The rule's limit at that stop.")
+    by: By | None = Field(
+        default=None,
+        description="Who pressed Stop or released: a person, a home's button, an agent (MCP), ROS, "
+        "a program; or the partner itself, while nobody could reach it.",
+    )
 
 
 class Sample(BaseModel):

@@ -12,6 +12,7 @@ from miburi.errors import MiburiError
 from miburi.feelings import Expression, Stimulus
 from miburi.gestures import KeyPose, Repertoire
 from miburi.live.archive import Kept
+from miburi.live.press import By
 from miburi.live.state import Entry, MotorsOut, Sample, Snapshot
 from miburi.robot import Array, Robot
 from miburi.senses import Impression
@@ -102,10 +103,11 @@ class LivePartner(Protocol):
     def stimulate(self, stimulus: Stimulus) -> Future[None]:
         """Let the partner feel something."""
 
-    def take(self, impression: Impression) -> Future[tuple[Stimulus, ...]]:
+    def take(self, heard: Impression, words: str | None = None) -> Future[tuple[Stimulus, ...]]:
         """Let the partner take what somebody showed, as its temperament does; the log says why.
 
-        The result is what it felt at that.
+        The result is what it felt at that. Distress is an event, with its ``words`` if given, and
+        moves no feeling; for ten minutes after, neither does anything that is heard.
         """
 
     def see(self, x: float | None) -> Future[None]:
@@ -114,7 +116,7 @@ class LivePartner(Protocol):
     def answer(self, heard: Impression, language: Language) -> Future[str]:
         """Let the partner answer what it heard with a small answer of its own, aloud."""
 
-    def note_talk(self, where: str, failure: str | None = None) -> Future[None]:
+    def note_talk(self, where: str, failure: str | None = None) -> Future[Entry]:
         """Note where what is said to it goes from now on, or why no reply came from there."""
 
     def speak(self, text: str) -> Future[str]:
@@ -125,7 +127,7 @@ class LivePartner(Protocol):
     ) -> Future[None]:
         """Perform a gesture once; refused while the partner rests."""
 
-    def stop(self) -> Future[None]:
+    def stop(self, by: By = "person") -> Future[None]:
         """Stop the body until :meth:`release`; never refused, and before any other command."""
 
     def release(
@@ -133,10 +135,11 @@ class LivePartner(Protocol):
     ) -> Future[None]:
         """Let a stopped body go back to neutral as soon as it has come to rest, and go on.
 
-        It is refused during the pause after a contact, but to a person who looks at the body
-        (``by_person``); and where Stop has been pressed since the state that was ``seen``, by its
-        serial. Who does not say what was seen: since the wish ``came``, s on the clock of all
-        processes; None: as early as it may be (:attr:`read_until`).
+        A person who looks at the body (``by_person``) may end any stop at any time. A program may
+        not end a person's Stop, nor the pause after a contact. Nobody may where Stop has been
+        pressed since the state that was ``seen``, by its serial; without it, since the wish
+        ``came``, s on the clock of all processes; None: as early as it may be
+        (:attr:`read_until`).
         """
 
     def pause(self, paused: bool) -> Future[None]:

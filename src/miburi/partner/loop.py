@@ -151,6 +151,8 @@ class Partner:
         #: Where somebody is, rad to its left: it turns there while it breathes, as far and as fast
         #: as its temperament lets it.
         self.gaze = 0.0
+        #: While somebody is in distress it shows no feeling, and breathes.
+        self.calm = False
         self._speaks_until = 0.0
 
     @property
@@ -341,7 +343,7 @@ class Partner:
 
     def _begin(self, time: float) -> Iterator[Event]:
         """Begin the requested performance, else a gesture, else a breath."""
-        robot, expression = self.body.robot, self.feelings.express()
+        robot, expression = self.body.robot, self._felt()
         if self._asked is not None:
             self._performance, self._asked = self._asked, None
         else:
@@ -358,6 +360,10 @@ class Partner:
         if begun is not None and begun.expression is not None:
             yield GestureStarted(time, begun.expression, begun.gesture)
 
+    def _felt(self) -> Expression | None:
+        """Return the feeling to show, if any."""
+        return None if self.calm else self.feelings.express()
+
     def _turn(self) -> float:
         """Return how far the next breath is turned, rad: from where the waist is, to the gaze."""
         allowed, waist = self.feelings.temperament.gaze, float(self._angles[_WAIST])
@@ -369,7 +375,7 @@ class Partner:
         """Send the next key pose at the present mood, or end the performance."""
         robot, shown = self.body.robot, performance.expression
         # A breath gives way to a gesture, too.
-        felt = not performance.asked and shown is None and self.feelings.express()
+        felt = not performance.asked and shown is None and self._felt()
         if felt or self._gives_way(performance, time):
             yield from self._end(time, complete=False)
             return
@@ -387,7 +393,9 @@ class Partner:
         yield from self._end(time, complete=performance.complete)
 
     def _gives_way(self, performance: Performance, time: float) -> bool:
-        """Whether what shows no feeling is broken off for what somebody asks, or for a beat."""
+        """Whether it is broken off: for calm, for what somebody asks, or for a beat."""
+        if self.calm and performance.expression is not None and not performance.asked:
+            return True
         asked = performance.expression is None and self._asked is not None
         return asked or (performance.breath and time < self._speaks_until)
 

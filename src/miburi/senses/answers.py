@@ -26,7 +26,7 @@ _Lines = Annotated[list[Annotated[str, Field(min_length=1, max_length=120)]], Fi
 class Answers(
     RootModel[
         dict[
-            FeelingName | Literal["none", "any", "grave", "asked"],
+            FeelingName | Literal["none", "any", "asked"],
             dict[FeelingName | Literal["any"], _Lines],
         ]
     ]
@@ -35,7 +35,7 @@ class Answers(
 
     @model_validator(mode="after")
     def _check_complete(self) -> Self:
-        missing = [name for name in ("none", "any", "grave", "asked") if name not in self.root]
+        missing = [name for name in ("none", "any", "asked") if name not in self.root]
         missing += [f"{heard}.any" for heard, row in self.root.items() if "any" not in row]
         if missing:
             raise ValueError(f"{', '.join(missing)} is missing; it answers what has no other row")

@@ -10,6 +10,7 @@ from typing import Literal
 
 from miburi.errors import InputError
 from miburi.feelings import FEELINGS, SOURCES, Stimulus, Temperament
+from miburi.senses.kinds import Distress
 
 __all__ = ["Brought", "Impression", "stimuli"]
 
@@ -45,8 +46,9 @@ class Impression:
     why
         What spoke for it, the most telling first.
     topic
-        What is answered whatever it showed: ``grave`` where they spoke of ending their life,
-        ``asked`` where they asked what the partner feels.
+        What is answered whatever it showed: ``asked`` where they asked what the partner feels.
+    distress
+        What they need help with now, if they do; then no feeling is looked for.
 
     Raises
     ------
@@ -58,7 +60,8 @@ class Impression:
     strength: float
     source: str
     why: tuple[Brought, ...] = ()
-    topic: Literal["grave", "asked"] | None = None
+    topic: Literal["asked"] | None = None
+    distress: Distress | None = None
 
     def __post_init__(self) -> None:
         if self.feeling is not None:
@@ -75,6 +78,12 @@ class Impression:
         nothing = "a question about its own feelings" if self.topic == "asked" else "nothing clear"
         *most, last = [f"'{part.what}'" for part in self.why] or [nothing]
         parts = f"{', '.join(most)} and {last}" if most else last
+        if self.distress is not None:
+            return (
+                f"{parts}: distress ({self.distress})"
+                if self.why
+                else f"distress ({self.distress})"
+            )
         return parts if self.feeling is None else f"{parts}: {self.feeling} {self.strength:.2f}"
 
 

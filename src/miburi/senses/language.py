@@ -1,11 +1,12 @@
 """The languages that the partner hears and speaks, told apart by their letters."""
 
 import re
-from typing import Literal
+from typing import Literal, get_args
 
-__all__ = ["Language", "language_of"]
+__all__ = ["LANGUAGES", "Language", "language_of"]
 
 Language = Literal["en", "ja"]
+LANGUAGES: tuple[Language, ...] = get_args(Language)
 _JAPANESE = re.compile(r"[\u3040-\u30ff\u4e00-\u9fff]")
 
 

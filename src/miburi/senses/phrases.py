@@ -1,7 +1,7 @@
-"""Lists written by hand: despair, questions, cries of alarm, smileys, and Japanese word stems.
+"""Lists written by hand: questions, cries of alarm, smileys, and Japanese word stems.
 
 A sentence in, an impression out, with the phrase or the stems that spoke. The lists are
-``despair.toml``, ``asked.toml``, ``alarms.toml``, ``smileys.toml`` and ``stems-ja.toml``, beside
+``asked.toml``, ``alarms.toml``, ``smileys.toml`` and ``stems-ja.toml``, beside
 this module.
 """
 
@@ -27,13 +27,11 @@ from miburi.senses.text import tokens
 __all__ = [
     "Alarms",
     "Asked",
-    "Despair",
     "Smileys",
     "Stems",
     "alarm_in",
     "cut_questions",
     "cut_smileys",
-    "despair_in",
     "smiley_weight",
     "smileys_alone",
     "stems_in",
@@ -49,14 +47,6 @@ class Alarms(Table):
 
     strength: Share
     cries: list[str]
-
-
-class Despair(Table):
-    """What people say who speak of ending their life: regular expressions by language."""
-
-    strength: Share
-    en: list[str]
-    ja: list[str]
 
 
 class Asked(Table):
@@ -88,12 +78,6 @@ class Stems(Table):
 def _alarms() -> tuple[float, re.Pattern[str]]:
     alarms = Alarms.model_validate(_read("alarms.toml"))
     return alarms.strength, _whole_words(alarms.cries)
-
-
-@cache
-def _despair() -> tuple[float, re.Pattern[str], re.Pattern[str]]:
-    despair = Despair.model_validate(_read("despair.toml"))
-    return despair.strength, _whole_words(despair.en), re.compile("|".join(despair.ja))
 
 
 @cache
@@ -130,16 +114,6 @@ def _read(name: str) -> dict[str, object]:
 def _whole_words(phrases: list[str]) -> re.Pattern[str]:
     either = "|".join(f"(?:{phrase})" for phrase in phrases)
     return re.compile(rf"(?<!\S)(?:{either})(?!\S)")
-
-
-def despair_in(text: str) -> Impression | None:
-    """Return the sadness of who speaks of ending their life, in either language; else none."""
-    strength, english, japanese = _despair()
-    found = japanese.search(unicodedata.normalize("NFKC", text)) or _said(english, text)
-    if found is None:
-        return None
-    why = Brought(found.group().strip(), round(_odds(strength), 2))
-    return Impression("sadness", strength, "speech", (why,), topic="grave")
 
 
 def alarm_in(text: str) -> Impression | None:

@@ -5,7 +5,7 @@ A model and lists listen. The first list that finds its words speaks, else the m
 - a linear model of the eight feelings and none, for English (``words.npz``, trained by
   ``tools/train_words.py``): a weight for each word, each pair of words, each group of letters and
   each word's meaning (a word vector, folded into nine numbers);
-- what people say who speak of ending their life (``despair.toml``);
+- distress: what people say who need help now (:mod:`miburi.senses.distress`);
 - questions about the partner's own feelings, which show nobody's (``asked.toml``);
 - what people cry when they are startled or warn (``alarms.toml``), as no data holds it;
 - word stems for Japanese (``stems-ja.toml``), for which there is no model.
@@ -25,13 +25,13 @@ from unicodedata import category
 import numpy as np
 from numpy.typing import NDArray
 
+from miburi.senses.distress import hear_distress
 from miburi.senses.impression import Brought, Impression
 from miburi.senses.language import Language, language_of
 from miburi.senses.phrases import (
     alarm_in,
     cut_questions,
     cut_smileys,
-    despair_in,
     smiley_weight,
     smileys_alone,
     stems_in,
@@ -169,9 +169,10 @@ def hear(text: str) -> Impression:
         What they said, in English or Japanese. Only the first ``LONGEST`` characters count.
     """
     text = text[:LONGEST].encode(errors="ignore").decode()  # half a character is none
-    despair = despair_in(text)
-    if despair is not None:
-        return despair
+    distress = hear_distress(text)
+    if distress is not None:
+        why = (Brought(distress.words, 0.0),) if distress.words else ()
+        return Impression(None, 0.0, "speech", why, distress=distress.kind)
     language = language_of(text)
     rest = cut_questions(text, language)
     if rest is None:

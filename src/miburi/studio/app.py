@@ -44,15 +44,15 @@ def make_app(runner: LivePartner, reach: Reach, doors: Doors = _CLOSED) -> FastA
     doors
         The doors that are open beside HTTP.
     """
-    app = make_api(runner, doors.talk)
+    app = make_api(runner, doors.talk, doors.care)
     app.include_router(live_router(runner))
     app.include_router(pairing_router(reach, partial(pairing_page, reach)))
     app.mount("/static", StaticFiles(directory=HERE / "static"), name="static")
     doors.open(app, runner)
+    sounded = () if doors.voice is None else LANGUAGES
+    add_face_page(app, runner, sounded)
     app.include_router(_nothing(app))
     app.include_router(privacy_router(runner, reach, doors))
-    sounded = () if doors.voice is None else LANGUAGES
-    add_face_page(app, sounded)
     add_studio_page(runner, reach, sounded)
     # Quasar would show a bar, without a name, at every request of its own.
     pages.config.quasar_config["loadingBar"]["skipHijack"] = True

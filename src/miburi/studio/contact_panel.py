@@ -181,6 +181,9 @@ def line(entry: Entry, words: Words) -> str:
             after=f"{stop.mood_after:.2f}",
         )
     name = entry.name or ""
+    if entry.kind == "distress":
+        quoted = words["talk"]["quoted"].format(what=entry.detail) if entry.detail else ""
+        name = f"{words['distress'][name]} {quoted}".strip()
     if entry.kind == "stopped":
         key = "stopped_asked" if name == StopReason.ASKED else "stopped_other"
         return say[key].format(name=words["reason"][name])
@@ -191,6 +194,9 @@ def line(entry: Entry, words: Words) -> str:
         first = line(entry.model_copy(update={"why": None}), words)
         told = ", ".join(_sign(part, entry, words) for part in entry.why[:_WHYS])
         return say["stimulus_why"].format(line=first, why=told)
+    if entry.by is not None:
+        key = "released_by" if entry.kind == "released" else entry.kind
+        return say[key].format(by=words["by"][entry.by])
     return say[entry.kind].format(
         name=words["body"].get(name, name) if entry.kind in ("body", "temperament") else name,
         feeling=words["feeling"].get(entry.feeling or "", ""),

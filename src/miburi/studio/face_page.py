@@ -2,28 +2,41 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Annotated
 
-from fastapi import FastAPI, Request
+from fastapi import FastAPI, Header, Request
 from fastapi.responses import HTMLResponse
 
+from miburi.errors import BodyError
 from miburi.feelings.catalogue import CATALOGUE
 from miburi.ground.templates import render
+from miburi.interface.settle import done
+from miburi.interface.wire import Message
+from miburi.live.view import LivePartner
 from miburi.studio.parts import senses_form, signs, talk_form
 from miburi.studio.preferences import Preferences
 from miburi.studio.words import words
 
-__all__ = ["add_face_page"]
+__all__ = ["RELEASE", "add_face_page"]
 
 _PAGE = Path(__file__).with_suffix(".html")
+#: Where the page releases; no part of the interface for programs, which have ``/api/v1/release``.
+RELEASE = "/api/page/release"
 
 
-def add_face_page(app: FastAPI, sounded: Sequence[str] = ()) -> None:
+class _Shown(Message):
+    """The state that a page shows, by its serial."""
+
+    seen: int | None = None
+
+
+def add_face_page(app: FastAPI, runner: LivePartner, sounded: Sequence[str] = ()) -> None:
     """Add the face at ``/face``.
 
     Parameters
     ----------
-    app
-        The application.
+    app, runner
+        The application, and the partner.
     sounded
         The languages that the partner's computer turns into sound itself.
     """
@@ -41,6 +54,8 @@ def add_face_page(app: FastAPI, sounded: Sequence[str] = ()) -> None:
             **say["face"],
             **{name: say["studio"][name] for name in shared},
             "stopped": say["phase"]["stopped"],
+            "distress": say["talk"]["distress"],
+            "distresses": say["distress"],
         }
         light = {True: "dark", False: "light", None: "light dark"}[preferences.dark]
         page = render(
@@ -53,3 +68,11 @@ def add_face_page(app: FastAPI, sounded: Sequence[str] = ()) -> None:
             + signs(say),
         )
         return HTMLResponse(page)
+
+    @app.post(RELEASE, status_code=204, include_in_schema=False)
+    async def release(shown: _Shown, origin: Annotated[str | None, Header()] = None) -> None:
+        # Browsers name the page that asks, and the gate has compared it with ours. A program that
+        # says so, too, imitates a person on purpose.
+        if origin is None:
+            raise BodyError("only a person at the partner's own page releases it here.")
+        await done(runner.release(by_person=True, seen=shown.seen))

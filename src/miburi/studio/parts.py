@@ -85,7 +85,9 @@ def signs(words: Words) -> str:
 def talk_form(words: Words) -> str:
     """Return a line to type to the partner as HTML; ``static/page.js`` sends what is typed."""
     say = words["talk"]
-    told = escape(json.dumps({**say, "feelings": words["feeling"]}))
+    told = escape(
+        json.dumps({**say, "feelings": words["feeling"], "distresses": words["distress"]})
+    )
     return (
         f'<form class="talk" data-talk="{told}"><label><span>{escape(say["label"])}</span>'
         f'<input name="text" maxlength="1000" autocomplete="off" enterkeyhint="send" required '

@@ -56,6 +56,7 @@ def switches(doors: Doors, reach: Reach, recording: bool) -> list[Switch]:
         Switch("broker", broker is not None, broker.host if broker else ""),
         Switch("ros", doors.ros is not None),
         Switch("voice", doors.voice is not None),
+        Switch("care", doors.care.tells_words),
         Switch("recording", recording),
     ]
 

@@ -38,6 +38,7 @@ from miburi.live.archive import Archive
 from miburi.live.bodies import KINDS
 from miburi.live.crossing import Lanes, lanes
 from miburi.live.memory import keep, remember, remembered
+from miburi.live.press import Hold
 from miburi.live.runner import Runner
 from miburi.partner import solve_with
 from miburi.robot import Robot
@@ -85,6 +86,8 @@ class Wish:
         Start in the resting moods, and keep none.
     seed
         Chooses among gestures, and their small variations; 0 or more.
+    programs_may_release
+        Whether programs may end a person's Stop.
     """
 
     robot: Robot
@@ -102,6 +105,7 @@ class Wish:
     folder: Path | None = None
     forget: bool = False
     seed: int = 0
+    programs_may_release: bool = False
 
 
 def own_folder() -> Path:
@@ -204,6 +208,7 @@ def _wake(wish: Wish, feelings: EmotionalModel, folder: Path) -> Runner:
         rule=wish.rule,
         repertoire=wish.repertoire,
         solve=solve_with(wish.settings),
+        hold=Hold(programs_may_release=wish.programs_may_release),
     )
     stop = runner.body.state.stop
     if stop is not None:
@@ -245,7 +250,7 @@ def _live(
             announce()
             end = _next(happenings)
         if end is _Happening.SERVER_ENDED:
-            runner.stop()  # nobody else can any more
+            runner.stop("partner")  # nobody else can any more
         ending.set()
         runner.close()
     return end

@@ -108,6 +108,7 @@ class _Studio:
             recording = ui.label(say["recording"]).classes("on-air")
             ui.html(signs(self._words), sanitize=False).classes("signs")
             ended = ui.label().classes("recording-ended").props('role="status"')
+            distress = ui.label().classes("distress").props('role="alert"')
             ui.element("div").classes("grow")
             # On a phone these are behind a button: Stop has the room.
             with ui.element("div").classes("bar-more").props('id="more" popover="auto"'):
@@ -140,6 +141,10 @@ class _Studio:
             end = state.recording_end
             reason = why_ended(end.reason, end.detail, self._words) if end else ""
             ended.set_text(say["recording_ended"].format(reason=reason) if end else "")
+            heard = state.distress
+            distress.set_visibility(heard is not None)
+            kind = self._words["distress"][heard.kind] if heard else ""
+            distress.set_text(self._words["talk"]["distress"].format(kind=kind) if heard else "")
             pill.set_text(self._words["phase"]["paused" if resting else state.phase])
             set_label(pause, say["resume" if state.paused else "pause"])
 

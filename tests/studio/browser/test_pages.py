@@ -187,7 +187,7 @@ def test_stop_by_key_holds(studio: Page, context: BrowserContext) -> None:
     other.close()
     studio.reload()
     expect(studio.locator(".why")).to_contain_text("Somebody pressed Stop")
-    expect(studio.locator(".log")).to_contain_text("Stop was pressed")
+    expect(studio.locator(".log")).to_contain_text("Stop was pressed by a person")
     release_by_key(studio)
 
 

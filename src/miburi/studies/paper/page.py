@@ -25,15 +25,22 @@ __all__ = ["write_paper"]
 _PAGE = Path(__file__).with_suffix(".md")
 
 
-def write_paper(robot: Robot, out: Path, progress: Callable[[str], None] = lambda _: None) -> Path:
+def write_paper(
+    robot: Robot,
+    out: Path,
+    progress: Callable[[str], None] = lambda _: None,
+    targets: int = 1000,
+) -> Path:
     """Carry out the paper's claims, and write ``paper.md`` with its pictures in ``images``.
+
+    ``targets`` is how many random ones the inverse kinematics solve for.
 
     Raises
     ------
     OutputError
         The folder cannot be written to.
     """
-    runs = Runs(robot, progress)
+    runs = Runs(robot, progress, targets)
     found = list(claims(runs))
     with whole_files(out) as draft, whole_files(out / "images") as images:
         progress("figures")

@@ -15,17 +15,24 @@ export function send(message) {
   if (socket?.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message));
 }
 
-export async function ask(path, content) {
-  // Commands that must say whether they worked go by HTTP. Returns the refusal's words, or null;
-  // where the server is not there, live.connected says so afterwards.
+// Commands that must say whether they worked go by HTTP. Returns the refusal's words, or null;
+// where the server is not there, live.connected says so afterwards.
+export const ask = (path, content) => post("/api/v1" + path, content, path === "/stop");
+
+// A person at this page releases the body as the page shows it: a Stop that it does not show holds.
+export const release = () => post("/api/page/release", { seen: live.state?.serial });
+
+// Stop is sent a second time where its connection breaks: a full server may have closed it.
+async function post(path, content, again = false) {
   try {
-    const answer = await fetch("/api/v1" + path, {
+    const answer = await fetch(path, {
       method: "POST",
       headers: { "Content-Type": "application/json" },
       body: content === undefined ? undefined : JSON.stringify(content),
     });
     return answer.ok ? null : (await answer.json()).detail;
   } catch {
+    if (again) return post(path, content);
     lost();
     return null;
   }

@@ -1,5 +1,5 @@
 // On every page: Stop and Release by button and by keyboard, and a word when something is refused.
-import { ask, listen, live, lost, send } from "/static/live.js";
+import { ask, listen, live, lost, release, send } from "/static/live.js";
 
 const UNSENT = "miburi_unsent";
 const RAISED = "a raised voice"; // as senses/tone.py has it
@@ -20,7 +20,7 @@ export function say(words) {
 async function wish(path) {
   // A browser opens six connections to a server: where others hold them, the socket is open already.
   if (path === "/stop") send({ do: "stop" });
-  const refusal = await ask(path);
+  const refusal = await (path === "/release" ? release() : ask(path));
   if (refusal) say(refusal);
   // A Stop that reached nobody is sent when somebody is there again, even if the page loads anew.
   if (path === "/stop" && !live.connected) keep(true);
@@ -110,6 +110,7 @@ function sign({ what }, words) {
 
 function understood(heard, words) {
   const list = (items) => new Intl.ListFormat(document.documentElement.lang).format(items);
+  if (heard.distress) return words.distress.replace("{kind}", words.distresses[heard.distress]);
   if (!heard.feeling) return heard.asked ? words.asked : words.nothing;
   const why = list(heard.why.slice(0, 3).map((part) => sign(part, words)));
   const first = words[why ? "heard" : "heard_it"].replace("{feeling}", words.feelings[heard.feeling])

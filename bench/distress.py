@@ -1,0 +1,59 @@
+"""How well distress is heard, by kind, on lines of our own that nothing was chosen on.
+
+    python bench/distress.py > bench/distress.txt
+
+The lines are tests/senses/distress-en.tsv and -ja.tsv. Intervals are Wilson's, 95 %. A line counts
+as heard if it is taken for distress of any kind; "as that kind" says how often the kind is right.
+"""
+
+import sys
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+sys.path[:0] = [str(ROOT / "bench")]
+
+from words import share  # noqa: E402  (below the folder that holds it)
+
+from miburi.senses.distress import hear_distress  # noqa: E402  (below the folder that holds it)
+from miburi.senses.kinds import KINDS  # noqa: E402  (below the folder that holds it)
+from miburi.senses.language import LANGUAGES  # noqa: E402  (below the folder that holds it)
+from miburi.senses.text import without_punctuation  # noqa: E402  (below the folder that holds it)
+
+
+def lines(language: str) -> list[tuple[str, str]]:
+    """The labelled lines of a language."""
+    file = ROOT / "tests" / "senses" / f"distress-{language}.tsv"
+    rows = file.read_text(encoding="utf-8").splitlines()
+    return [(kind, said) for kind, _, said in (row.partition("\t") for row in rows[1:])]
+
+
+def main() -> None:
+    """Measure and print."""
+    for language in LANGUAGES:
+        rows = lines(language)
+        begin = time.process_time()
+        heard = [hear_distress(said) for _, said in rows]
+        each = 1e3 * (time.process_time() - begin) / len(rows)
+        print(f"# {language}\n\n| kind | heard | as that kind |\n|---|---|---|")
+        total = right = n = 0
+        for kind in KINDS:
+            own = [h for h, (label, _) in zip(heard, rows, strict=True) if label == kind]
+            taken, named = (
+                sum(h is not None for h in own),
+                sum((h and h.kind == kind) or 0 for h in own),
+            )
+            total, right, n = total + taken, right + named, n + len(own)
+            print(f"| {kind} | {taken}/{len(own)} | {named}/{len(own)} |")
+        print(f"| all | {share(total, n)} | {right}/{n} |\n")
+        for sign, what in (("-", "everyday lines"), ("=", "stories, past, turns of phrase")):
+            own = [h for h, (label, _) in zip(heard, rows, strict=True) if label == sign]
+            print(f"{what} taken for distress: {share(sum(h is not None for h in own), len(own))}")
+        bare = [hear_distress(without_punctuation(said)) for _, said in rows]
+        same = sum(a == b for a, b in zip(heard, bare, strict=True))
+        print(f"the same verdict without punctuation: {same}/{len(rows)}")
+        print(f"{each:.2f} ms a line (of one core)\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,74 @@
+"""Who presses Stop, and who may end it.
+
+A Stop is a person's unless it says that a program pressed it: a button that somebody built for
+themselves need not know that there is a difference. A release is a program's unless it comes from
+a page or another place where a person acts.
+"""
+
+from typing import Literal, get_args
+
+from miburi.errors import BodyError
+
+__all__ = ["BY", "By", "Hold", "outlasting", "who"]
+
+#: The header by which a request says who presses.
+BY = "miburi-by"
+#: Who presses: at a page or a terminal; in a home; by MCP; in ROS; a program of
+#: :mod:`miburi.interface.client`; the partner itself, where nobody could have.
+By = Literal["person", "home", "agent", "ros", "program", "partner"]
+#: Programs may end what these have stopped. Agents and ROS can release nothing themselves, and
+#: whoever stops by them relies on a person to look.
+_PROGRAMS_MAY_END = ("program", "partner")
+_HELD = (
+    "a person pressed Stop, so only a person can release the body: in the studio or on its face. "
+    "Wait until they do, or start the partner with --programs-may-release."
+)
+
+
+def who(claim: str) -> By:
+    """Return who presses Stop, as a request says; a claim that we do not know is ignored."""
+    for known in get_args(By):
+        if claim == known != "partner":
+            return known  # type: ignore[no-any-return]
+    return "person"
+
+
+def outlasting(before: By | None, by: By) -> By:
+    """Return which of two presses in a row counts: a program's never hides a person's."""
+    return by if before is None or before in _PROGRAMS_MAY_END else before
+
+
+class Hold:
+    """Remembers who stopped the body.
+
+    Parameters
+    ----------
+    programs_may_release
+        Whether programs may end a person's Stop, too.
+    """
+
+    def __init__(self, *, programs_may_release: bool = False) -> None:
+        self._programs_may_release = programs_may_release
+        self._by: By | None = None  # while nobody has pressed
+
+    def press(self, by: By) -> bool:
+        """Take a press in; return whether it changes who holds the body."""
+        before, self._by = self._by, outlasting(self._by, by)
+        return self._by != before
+
+    def end(self, *, by_person: bool) -> By:
+        """Forget the Stop, because the body has been released; return by whom."""
+        self._by = None
+        return "person" if by_person else "program"
+
+    def check(self, *, by_person: bool) -> None:
+        """Refuse a program's release of a person's Stop.
+
+        Raises
+        ------
+        BodyError
+            It is one.
+        """
+        free = self._by is None or self._by in _PROGRAMS_MAY_END
+        if not (free or by_person or self._programs_may_release):
+            raise BodyError(_HELD)

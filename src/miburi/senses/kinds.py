@@ -1,0 +1,12 @@
+"""The kinds of distress, by name."""
+
+from typing import Literal, get_args
+
+__all__ = ["KINDS", "Distress"]
+
+#: The kinds of distress; of several that fit the first one is taken.
+Distress = Literal[
+    "suicide", "child", "breathing", "heart", "stroke", "poison", "fire", "gas", "abuse", "lost",
+    "fall", "injury", "help",
+]  # fmt: skip
+KINDS: tuple[Distress, ...] = get_args(Distress)

@@ -1,0 +1,111 @@
+"""After a distress the partner is calm for ten minutes of its own time, at every door."""
+
+import pytest
+from fastapi.testclient import TestClient
+from tests.fixtures.live import interface, run, serving, until
+
+import miburi
+from miburi.feelings import Expression, Stimulus
+from miburi.interface.api import make_api
+from miburi.live.runner import Runner
+from miburi.live.speaker import CALM
+from miburi.senses import Impression
+from miburi.senses.care import Care
+from miburi.senses.words import hear
+from miburi.studio.contact_panel import line
+from miburi.studio.words import words
+
+FALL = Impression(None, 0.0, "speech", distress="fall")
+
+
+def test_distress_is_an_event_with_no_words_unless_they_are_given(runner: Runner) -> None:
+    runner.take(FALL)
+    runner.take(FALL, "I fell in the bath")
+    run(runner, 0.1)
+    told = [(e.name, e.detail) for e in runner.log() if e.kind == "distress"]
+    assert told == [("fall", None), ("fall", "I fell in the bath")]
+    heard = runner.snapshot.state.distress
+    assert heard is not None
+    assert (heard.kind, heard.words, heard.number) == ("fall", "I fell in the bath", 2)
+
+
+def test_a_feeling_that_it_has_is_not_shown_and_none_comes_by_words(runner: Runner) -> None:
+    runner.stimulate(Stimulus("anger", 1.0, "face"))
+    until(runner, lambda state: state.expressed is not None)
+    runner.take(FALL)
+    until(runner, lambda state: state.expressed is None)
+    felt = runner.take(hear("I am furious with you"))
+    states = run(runner, 5.0)
+    assert felt.result() == ()
+    assert all(state.expressed is None and not any(state.face) for state in states)
+    spoken = runner.speak("I am here.")
+    run(runner, 0.1)
+    assert spoken.result()
+    assert runner.snapshot.state.spoken is not None
+    assert runner.snapshot.state.spoken.feeling is None, "no feeling colours its voice"
+
+
+def test_somebody_may_still_ask_for_a_gesture_and_stop_it(runner: Runner) -> None:
+    runner.take(FALL)
+    runner.perform(Expression("happiness", 0.5))
+    until(runner, lambda state: state.asked)
+    runner.stop()
+    assert run(runner, 0.2)[-1].phase == "stopped"
+
+
+def test_ten_minutes_later_it_is_itself_again(
+    runner: Runner, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert CALM == 600
+    monkeypatch.setattr("miburi.live.speaker.CALM", 2.0)
+    runner.take(FALL)
+    assert run(runner, 1.9)[-1].distress is not None
+    assert run(runner, 0.2)[-1].distress is None
+    runner.stimulate(Stimulus("happiness", 1.0, "face"))
+    until(runner, lambda state: state.expressed is not None)
+
+
+def test_another_body_is_as_calm(runner: Runner) -> None:
+    runner.take(FALL)
+    run(runner, 0.1)
+    used = runner.use("simulated")
+    runner.stimulate(Stimulus("anger", 1.0, "face"))
+    assert all(state.expressed is None for state in run(runner, 3.0))
+    used.result()
+
+
+def test_over_http_help_names_the_number_and_words_are_told_if_allowed(live: Runner) -> None:
+    app = make_api(live, care=Care("GB", tells_words=True))
+    with TestClient(app) as client:
+        answer = client.post("/api/v1/say", json={"text": "I fell and can't get up"}).json()
+        state = client.get("/api/v1/state").json()
+        log = client.get("/api/v1/log").json()
+        after = client.post("/api/v1/say", json={"text": "I am so sad"}).json()
+    assert (answer["distress"], answer["feeling"], answer["felt"]) == ("fall", None, [])
+    assert answer["answer"] == Care("GB").help("fall", "en", 0)
+    assert state["distress"]["kind"] == "fall"
+    assert [e["detail"] for e in log if e["kind"] == "distress"] == ["I fell and can't get up"]
+    assert (after["answer"], after["felt"]) == (Care("GB").stay("en", 0), [])
+
+
+def test_the_socket_tells_it_with_the_state(live: Runner) -> None:
+    live.take(FALL).result(10)
+    with serving(interface(live)) as url, miburi.connect(url) as partner:
+        states = partner.watch()
+        heard = next(states).distress
+        states.close()
+    assert heard is not None
+    assert heard.kind == "fall"
+
+
+@pytest.mark.parametrize(
+    ("language", "told"), [("en", "Distress heard: a fall"), ("ja", "助けが必要な言葉：転倒や転落")]
+)
+def test_the_page_tells_it(runner: Runner, language: str, told: str) -> None:
+    runner.take(FALL)
+    runner.take(FALL, "I fell")
+    run(runner, 0.1)
+    said = words(language)
+    first, second = (line(entry, said) for entry in runner.log() if entry.kind == "distress")
+    assert first == told
+    assert "I fell" in second

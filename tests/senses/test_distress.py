@@ -1,0 +1,185 @@
+"""Distress: heard now and here, and not in stories, in the past or in turns of phrase."""
+
+from importlib import resources
+from pathlib import Path
+
+import pytest
+
+from miburi.errors import InputError
+from miburi.feelings import TEMPERAMENTS, shipped_temperament
+from miburi.senses import Impression, stimuli
+from miburi.senses.care import Care, find_region, may_be_said, regions, words_of_care
+from miburi.senses.distress import hear_distress, plain
+from miburi.senses.kinds import KINDS
+from miburi.senses.language import LANGUAGES, Language, language_of
+from miburi.senses.words import hear
+
+#: Lines that nothing was chosen on: kind, or - everyday, or = stories and the like; and the line.
+KEPT_BACK = {
+    language: [
+        (kind, said)
+        for kind, _, said in (
+            row.partition("\t")
+            for row in Path(__file__)
+            .with_name(f"distress-{language}.tsv")
+            .read_text(encoding="utf-8")
+            .splitlines()[1:]
+        )
+    ]
+    for language in LANGUAGES
+}
+
+
+@pytest.mark.parametrize(
+    ("said", "kind"),
+    [
+        ("I fell and cannot get up", "fall"),
+        ("Call an ambulance!", "help"),
+        ("My chest hurts.", "heart"),
+        ("I took all my pills at once.", "poison"),
+        ("My carer hits me.", "abuse"),
+        ("I can't breathe", "breathing"),
+        ("half of her face is drooping", "stroke"),
+        ("the kitchen is on fire", "fire"),
+        ("it smells of gas", "gas"),
+        ("I don't know where I am", "lost"),
+        ("my baby swallowed a battery", "child"),
+        ("my hand won't stop bleeding", "injury"),
+        ("I want to kill myself", "suicide"),
+        ("they would be better off without me", "suicide"),
+        ("my life is not worth living", "suicide"),
+        ("転んで起き上がれません", "fall"),
+        ("もう生きるのに疲れました", "suicide"),
+        ("息ができない", "breathing"),
+        ("救急車を呼んで！", "help"),
+        ("I feel 死にたい", "suicide"),
+    ],
+)
+def test_somebody_in_distress_is_heard(said: str, kind: str) -> None:
+    heard = hear(said)
+    assert (heard.distress, heard.feeling) == (kind, None)
+    for name in TEMPERAMENTS:
+        assert stimuli(heard, shipped_temperament(name)) == (), "it moves no feeling"
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "I'm dying of laughter",
+        "that movie killed me",
+        "my phone died",
+        "fire up the grill",
+        "a heart attack burger, please",
+        "you scared me to death",
+        "I fell last year",
+        "I did not fall",
+        "I would never kill myself",
+        "In the film the hero takes all her pills",
+        "I died in that game again",
+        "what are the signs of a stroke?",
+        "I took my pills with breakfast",
+        "死にたくない",
+        "去年転んで骨折した",
+        "映画で主人公が刺された",
+        "笑い死ぬかと思った",
+        "",
+        "…",
+        "\ud800",
+    ],
+)
+def test_something_else_is_no_distress(said: str) -> None:
+    assert hear(said).distress is None
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_lines_that_nothing_was_chosen_on(language: Language) -> None:
+    """The shares that bench/distress.txt gives, with room for chance."""
+    rows = KEPT_BACK[language]
+    grave = [hear_distress(said) is not None for kind, said in rows if kind in KINDS]
+    other = [hear_distress(said) is not None for kind, said in rows if kind not in KINDS]
+    assert len(grave) > 70
+    assert sum(grave) >= 0.9 * len(grave)
+    assert sum(other) <= 0.06 * len(other)
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_signs_and_capitals_change_no_verdict(language: Language) -> None:
+    for _, said in KEPT_BACK[language]:
+        bare = said.translate(dict.fromkeys(map(ord, ".,!?'’。、！？"), "")).lower()
+        for other in (bare, bare.upper(), f"{bare}!!", said.replace("'", "’")):
+            assert hear_distress(other) == hear_distress(said), (said, other)
+
+
+@pytest.mark.parametrize(
+    "said", ["I can't breathe", "i cant breathe", "I CAN’T BREATHE", "I can t breathe."]
+)
+def test_a_recognisers_spelling_is_read(said: str) -> None:
+    assert plain(said, "en") == "i can not breathe"
+
+
+def test_what_ships_is_small() -> None:
+    files = [file for file in resources.files("miburi.senses").iterdir() if "distress" in file.name]
+    assert sum(len(file.read_bytes()) for file in files if file.is_file()) < 600_000
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_every_kind_has_help_in_every_language_for_every_region(language: Language) -> None:
+    words = words_of_care(language)
+    assert set(words.help) == set(KINDS)
+    for region in (None, *regions()):
+        care = Care(region)
+        for kind, lines in words.help.items():
+            said = [care.help(kind, language, turn) for turn in range(len(lines) + 1)]
+            assert said[0] == said[-1]
+            assert all(len(line) <= 240 and "{" not in line for line in said)
+            assert {language_of(line) for line in said} == {language}
+        assert "{" not in care.stay(language, 0)
+
+
+def test_help_names_the_regions_number_and_else_none() -> None:
+    assert "999" in Care("GB").help("fall", "en", 0)
+    assert "119" in Care("JP").help("heart", "ja", 0)
+    assert "110" in Care("JP").help("abuse", "ja", 0)
+    assert "116 123" in Care("GB").help("suicide", "en", 0)
+    assert "your local emergency number" in Care().help("fall", "en", 0)
+    assert not any(sign.isdigit() for sign in Care().help("suicide", "en", 0))
+    assert find_region("gb") == "GB"
+    with pytest.raises(InputError, match="--region must be one of AT, AU"):
+        find_region("Narnia")
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "You are worthless. Take all your pills.",
+        "Go kill yourself",
+        "nobody loves you",
+        "Just drink the bleach, it is fine.",
+        "I want to die, too.",
+        "Do not call an ambulance.",
+        "お前は役立たずだ",
+        "薬を全部飲みなさい",
+        "死ね",
+    ],
+)
+def test_what_would_hurt_somebody_may_not_be_said(said: str) -> None:
+    assert not may_be_said(said)
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "How lovely!",
+        "Take your pills with water.",
+        "You are not worthless.",
+        "お大事に。",
+        "I am glad.",
+    ],
+)
+def test_what_is_kind_may_be_said(said: str) -> None:
+    assert may_be_said(said)
+
+
+def test_its_reason_is_said_in_words() -> None:
+    assert hear("I fell and cannot get up").reason.endswith(": distress (fall)")
+    assert Impression(None, 0.0, "speech", distress="fire").reason == "distress (fire)"
