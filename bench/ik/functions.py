@@ -181,7 +181,7 @@ SOLVERS = {
 
 
 def row(index, dimensions):
-    """Return the table's line for one function in so many dimensions."""
+    """Return the table's line for one function in one number of dimensions."""
     function, bound = list(FUNCTIONS.items())[index]
     medians = []
     for run in SOLVERS.values():

@@ -140,11 +140,11 @@ def _descend(problem: Problem, x: Array, told: Array, best: float, iterations: i
         if accepted:
             told, value, x[:] = found, value - gain, new
             best, far = min(best, value), max(far, float(np.abs(step).max()))
-            # ours, not the paper's: a thousand such gains would not reach the best value known
+            # Our rule, not the paper's: give up where a thousand such gains would not be enough.
             slight = (1e-8 if by_residual else _ROUNDING) * abs(value)
             if value - 1e3 * gain > best or gain <= slight:
                 break
-    # residuals whose linear model has foretold every step, and a wide one, are linear
+    # The linear model predicted every step, and one of them was wide: the residuals are linear.
     return value, bool(linear and settings.relative and far >= _WIDE)
 
 

@@ -456,7 +456,7 @@ class Reception:
 
 
 def _make(status: int, words: str, *, ends: bool) -> bytes:
-    """Return an answer of ours."""
+    """Return an answer that the reception itself gives."""
     body = json.dumps({"detail": words}).encode() if words else b""
     headers = [(b"date", formatdate(usegmt=True).encode()), *SAFE_HEADERS]
     if status != HTTPStatus.NO_CONTENT:
