@@ -3,6 +3,8 @@
 
 PYTHON ?= python3
 BIN := .venv/bin
+# With it each start of the command would compile all of its modules again.
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: help run experiment test lint screenshots firmware firmware-proof clean
 help: ## this list
@@ -16,11 +18,22 @@ run: .venv/run.stamp ## the main job: the live partner and its studio (Ctrl-C en
 experiment: .venv/run.stamp ## the paper's experiment, written to out/experiment
 	$(BIN)/miburi experiment --seed 1 --seconds 30 --out out/experiment
 
-# The tests in a browser come last, two files at a time: without a graphics card each takes a core.
+# A worker more than there are cores: some tests wait.
+TESTS := $(BIN)/python -m pytest -n $$(($$(nproc) + 1))
 PAGES := tests/studio/browser
-test: .venv/test.stamp ## all tests
-	$(BIN)/python -m pytest -n auto --ignore $(PAGES)
-	$(BIN)/python -m pytest -n 2 --dist loadfile $(PAGES)
+test: .venv/test.stamp ## all tests (5 minutes on two cores)
+	$(TESTS)
+
+# The three parts of `make test`, for machines that work side by side.
+.PHONY: test-quick test-pages test-firmware test-rest
+test-quick: .venv/test.stamp ## what takes less than a second each (a minute)
+	$(TESTS) -m "not slow" --ignore $(PAGES) --ignore tests/firmware
+test-pages: .venv/test.stamp ## the tests in a browser
+	$(TESTS) $(PAGES)
+test-firmware: .venv/test.stamp ## the tests of the card
+	$(TESTS) tests/firmware
+test-rest: .venv/test.stamp ## all other tests
+	$(TESTS) --ignore $(PAGES) --ignore tests/firmware
 
 screenshots: .venv/test.stamp ## pictures of the studio and the face, in out/screenshots
 	tools/debian-packages fonts-noto-cjk

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 from hypothesis import settings
+from xdist.remote import Producer
+from xdist.scheduler import LoadScopeScheduling
 
 from miburi.robot import Robot, iphonoid
 
@@ -33,6 +35,29 @@ def pytest_collection_finish() -> None:
     """Let no collection of garbage look through all that was loaded: parsers' tests took 10 s."""
     gc.collect()
     gc.freeze()
+
+
+#: Tests that share what takes long to make; one worker runs all of a line.
+TOGETHER = (
+    "tests/studio/browser/",
+    "tests/firmware/test_fuzz.py",
+    "tests/studies/experiment/",
+    "tests/studies/paper/",
+    "tests/studies/study/test_report.py",
+    "tests/studies/trials/test_workshop.py",
+    "tests/feelings/test_ninth.py",
+)
+
+
+class Together(LoadScopeScheduling):
+    """Gives each test to the next free worker, and those of :data:`TOGETHER` to one."""
+
+    def _split_scope(self, nodeid: str) -> str:
+        return next((start for start in TOGETHER if nodeid.startswith(start)), nodeid)
+
+
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> Together:
+    return Together(config, log)
 
 
 pytest_plugins = [

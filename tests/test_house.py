@@ -61,6 +61,17 @@ def imports(tree: ast.Module) -> list[tuple[str, str]]:
     return found
 
 
+def libraries(tree: ast.Module) -> set[str]:
+    """Return the first names of all that a module imports."""
+    whole = {
+        name.name for node in ast.walk(tree) if isinstance(node, ast.Import) for name in node.names
+    }
+    parts = {
+        node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module
+    }
+    return {name.split(".")[0] for name in whole | parts}
+
+
 def test_imports_point_down() -> None:
     wrong = [
         f"{path.relative_to(HOUSE)}: {target}"
@@ -79,6 +90,18 @@ def test_no_room_reaches_into_the_private_names_of_another() -> None:
         if target != room_of(path) and name.startswith("_") and not name.startswith("__")
     ]
     assert private == []
+
+
+def test_what_an_extra_brings_is_needed_in_its_rooms_alone() -> None:
+    """So no other command can fail without it; what ``bma`` gives to SciPy comes from SciPy."""
+    extras = {"scipy": {"studies", "bma"}, "pyarrow": {"studies"}, "ray": {"studies"}}
+    wrong = [
+        f"{path.relative_to(HOUSE)}: {name}"
+        for path, tree in MODULES.items()
+        for name in libraries(tree) & extras.keys()
+        if room_of(path) not in extras[name]
+    ]
+    assert wrong == []
 
 
 def test_modules_fit_in_one_reading() -> None:

@@ -1,6 +1,8 @@
 """A card with eight emulated servos, the host's body on it, and the controller's Python twin."""
 
 import copy
+import os
+import pickle
 import struct
 from collections.abc import Callable
 from dataclasses import replace
@@ -8,6 +10,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+from tests.firmware.toolchain import BUILD, building
 
 from miburi.calibration.guards import granted
 from miburi.card.card import Card
@@ -252,7 +255,23 @@ def calibrated(firmware: Path) -> CardSettings:
     """What the card is to know of these servos, which carry loads and turn at every speed.
 
     The description's guards are the simulated body's: these servos are calibrated as a card's.
+    It takes some seconds, so the processes of one test run share it.
     """
+    run = os.environ.get("PYTEST_XDIST_TESTRUNUID")
+    if run is None:
+        return calibrate(firmware)
+    kept = BUILD / f"calibrated-{run}"
+    with building():
+        if not kept.exists():
+            for old in BUILD.glob("calibrated-*"):
+                old.unlink()
+            kept.write_bytes(pickle.dumps(calibrate(firmware)))
+        settings: CardSettings = pickle.loads(kept.read_bytes())
+    return settings
+
+
+def calibrate(firmware: Path) -> CardSettings:
+    """Calibrate a card of such servos."""
     settings = following(weightless())
     rig = Rig(firmware, 1000, twin=False, settings=settings.generous)
     traces = []

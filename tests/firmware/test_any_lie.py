@@ -1,6 +1,6 @@
 """Whatever one servo says, and whenever: no arm is thrown, all come to rest, and it is named.
 
-Twenty lies of every kind on the real binary; MIBURI_LIES asks for more.
+A few lies on the real binary; `make firmware-proof` tells 300.
 """
 
 import os
@@ -40,7 +40,7 @@ def lying(kind: str, size: int, frozen: int, every: int) -> Callable[[int], int]
 
 
 @settings(
-    max_examples=int(os.environ.get("MIBURI_LIES", "10")),
+    max_examples=int(os.environ.get("MIBURI_LIES", "6")),
     deadline=None,
     derandomize=True,
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],

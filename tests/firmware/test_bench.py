@@ -1,5 +1,6 @@
 """`miburi card measure` from end to end: a script is the person, the real binary the card."""
 
+import os
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
@@ -45,9 +46,12 @@ def test_the_seven_measurements_find_what_is_true(
 ) -> None:
     """Skipped, stopped and taken up again; then everything is in the report.
 
-    Of the free moves it makes the quick ones: those tell most, and are stopped first.
+    Of the free moves it makes the quickest ones of two joints and of all: those tell most, and
+    are stopped first. `make firmware-proof` makes them all.
     """
-    moves = [(name, move) for name, move in free_moves(real) if move.speeds.max() > 1.0]
+    some = ("waist", "right_elbow", "all joints")
+    quickest = [one for one in free_moves(real) if one[0] in some and one[1].speeds.max() > 5.0]
+    moves = [*free_moves(real)] if "MIBURI_MOVES" in os.environ else quickest
     monkeypatch.setattr("miburi.card.bench.free_moves", lambda _: moves)
     emulation = EmulatedRobot(real, CardSettings.of(real))
     monkeypatch.setattr("miburi.card.card.SerialLine", lambda _: emulation)
@@ -57,7 +61,7 @@ def test_the_seven_measurements_find_what_is_true(
     out = tmp_path / "measured.toml"
 
     def measure(*answers: str) -> str:
-        command = ["measure", "card", "--out", str(out), "--gestures", "2"]
+        command = ["measure", "card", "--out", str(out), "--gestures", "1"]
         done = CliRunner().invoke(app, command, input="\n".join(answers) + "\n")
         assert done.exit_code == 0, done.output
         return done.output
@@ -80,7 +84,7 @@ def test_the_seven_measurements_find_what_is_true(
     assert constants["motor"]["resistance"] == pytest.approx(servo.motor.resistance, rel=0.1)
     assert len(measured["friction"]["friction_warm"]) == 8
     assert measured["false_stops"]["stops"] == []
-    assert measured["false_stops"]["moves"] > len(moves) > 30
+    assert measured["false_stops"]["moves"] > len(moves) >= 8
     # Nothing of it stays on the card.
     assert Card(lambda: emulation, real).settings == CardSettings.of(real)
 

@@ -40,7 +40,7 @@ def test_the_papers_experiment_with_the_real_firmware_in_the_loop(firmware: Path
         assert stop["mood_after"] == pytest.approx(0.8 * stop["mood_before"], abs=0.01)
 
 
-@pytest.mark.parametrize("seed", [2, 3])
+@pytest.mark.parametrize("seed", [2, 3] if "MIBURI_MOVES" in os.environ else [2])
 def test_the_experiment_with_the_identified_servo_on_the_card(firmware: Path, seed: int) -> None:
     """The servo's own gains, its ceiling for each move, and the rule against the free servo."""
     robot = iphonoid().with_servo(load_servo("xl330-m288-t"))

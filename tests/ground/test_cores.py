@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -13,6 +14,19 @@ import os
 from miburi.ground.cores import come_first
 come_first(apart=True)
 print(os.getpriority(os.PRIO_PROCESS, 0), os.getsid(0) == os.getpid())
+"""
+
+
+MEANWHILE = """
+import os
+from pathlib import Path
+from miburi.ground.cores import coming_first
+own = Path("/proc/self/autogroup")
+os.setsid()
+before = own.read_text()
+with coming_first():
+    print(own.read_text().split()[-1])
+print(own.read_text() == before)
 """
 
 
@@ -37,6 +51,15 @@ def test_a_process_comes_first_where_it_may() -> None:
     usual = os.getpriority(os.PRIO_PROCESS, 0)
     assert int(nice) == (min(usual, -10) if may() else usual)
     assert apart == "True"
+
+
+@pytest.mark.skipif(
+    not Path("/proc/self/autogroup").exists(), reason="this kernel shares no time among sessions"
+)
+def test_the_terminals_session_comes_first_meanwhile() -> None:
+    run = [sys.executable, "-c", MEANWHILE]
+    nice, back = subprocess.run(run, capture_output=True, text=True, check=True).stdout.split()
+    assert (int(nice), back) == (-10 if may() else 0, "True")
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="sessions and priorities are Linux's")

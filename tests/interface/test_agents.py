@@ -160,6 +160,8 @@ def test_what_is_not_allowed_is_an_error_that_says_what_is(door: Server) -> None
         ("think", {}, "Field required"),
         ("say", {"words": "x" * 301}, "at most 300"),
         ("events", {"since": -1}, "greater than or equal to 0"),
+        ("feel", {"feeling": "fear", "strenght": 0.1}, "feel takes feeling, strength"),
+        ("stop", {"now": True}, "stop takes no arguments"),
         ("release", {}, "release"),
     ]
 
@@ -167,18 +169,43 @@ def test_what_is_not_allowed_is_an_error_that_says_what_is(door: Server) -> None
         for tool, arguments, words in cases:
             answer = await agent.client.call_tool(tool, arguments)
             assert answer.is_error, (tool, arguments)
-            assert words in answer.content[0].text  # type: ignore[union-attr]
+            said = answer.content[0].text  # type: ignore[union-attr]
+            assert words in said
+            assert "://" not in said  # no links to the pages of a library
+
+    run(over_http(door.url), work)
+
+
+def test_tools_say_what_a_client_may_expect_of_them(door: Server) -> None:
+    async def work(agent: Agent) -> None:
+        tools = {tool.name: tool for tool in (await agent.client.list_tools()).tools}
+        assert all(tool.title for tool in tools.values())
+        hints = {name: tool.annotations for name, tool in tools.items()}
+        reading = {name for name, one in hints.items() if one and one.read_only_hint}
+        assert reading == {"state", "events"}
+        assert not any(one is None or one.destructive_hint for one in hints.values())
+        assert tools["state"].output_schema
+        answer = await agent.client.call_tool("state", {})
+        assert answer.structured_content is not None
+        assert answer.structured_content["body"] in ("idle", "moving")
 
     run(over_http(door.url), work)
 
 
 def test_all_that_an_agent_must_read_is_short(door: Server) -> None:
-    """A piece is at most four letters or one sign: no tokenizer in use makes more of English."""
+    """A piece is at most four letters or one sign: no tokenizer in use makes more of English.
+
+    A model is given names, descriptions and arguments; the rest is for its client.
+    """
+    given = {"name", "description", "input_schema"}
 
     async def work(agent: Agent) -> None:
         tools = (await agent.client.list_tools()).tools
-        text = json.dumps([tool.model_dump(exclude_none=True, by_alias=True) for tool in tools])
-        assert len(re.findall(r"\w{1,4}|[^\w\s]", text)) <= 1500
+        for parts, most in ((given, 1300), (None, 1800)):
+            dumps = [
+                tool.model_dump(exclude_none=True, by_alias=True, include=parts) for tool in tools
+            ]
+            assert len(re.findall(r"\w{1,4}|[^\w\s]", json.dumps(dumps))) <= most
 
     run(over_http(door.url), work)
 
@@ -306,13 +333,17 @@ def test_hundreds_of_calls_in_a_row_are_answered(door: Server) -> None:
     run(over_http(door.url), work)
 
 
-def test_a_body_that_cannot_be_reached_is_an_answer(door: Server) -> None:
+def test_a_partner_that_cannot_be_reached_is_an_error_in_words() -> None:
     """The bridge starts without a partner: the assistant itself says what to start."""
 
     async def work(agent: Agent) -> None:
-        assert await agent.call("feel", feeling="fear") == (
-            "Nothing was done: http://127.0.0.1:9 does not answer; is `miburi run` running there?"
-        )
+        for tool, arguments in (("feel", {"feeling": "fear"}), ("stop", {}), ("state", {})):
+            answer = await agent.client.call_tool(tool, arguments)
+            assert answer.is_error, tool
+            assert answer.content[0].text.endswith(  # type: ignore[union-attr]
+                "Nothing was done: http://127.0.0.1:9 does not answer; is `miburi run` running "
+                "there?"
+            )
 
     run(over_stdio("http://127.0.0.1:9"), work)
 
@@ -332,6 +363,7 @@ def test_the_gate_stands_before_agents_too(live: Runner) -> None:
         for headers, status in cases:
             answer = post(url + AGENTS, json=INITIALIZE, headers=accept | headers)
             assert answer.status_code == status
+            assert (status == 401) == ("www-authenticate" in answer.headers)
             if status == 200:
                 assert answer.json()["result"]["serverInfo"]["name"] == "miburi"
 

@@ -96,6 +96,10 @@ def main() -> None:
             raise
         print("miburi: interrupted.", file=sys.stderr)
         sys.exit(128 + _Interrupted.signum)
+    finally:
+        # Nothing catches an exception from now on; a second signal just ends the process.
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, signal.SIG_DFL)
 
 
 def _interrupt(signum: int, _frame: FrameType | None) -> None:

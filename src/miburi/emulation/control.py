@@ -66,7 +66,8 @@ class Control:
     ) -> float:
         """Return the PWM of the position control, at most ``most`` to both sides.
 
-        ``error`` is in steps, ``speed`` and the trajectory's, ``wanted``, in steps/s.
+        ``error`` is in steps; ``speed`` and ``wanted``, the trajectory's, are in steps/s. Without
+        feed-forward gains ``wanted`` does not matter.
         """
         rate = self._rate
         ahead = gains.first * wanted + gains.second * (wanted - self._before)

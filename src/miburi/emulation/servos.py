@@ -25,6 +25,7 @@ _FAILED, INSTRUCTION_ERROR, _ALERT = 0x01, 0x02, 0x80
 #: Operating modes that drive the motor here; in those of current and speed it gets no duty.
 _POSITION, _EXTENDED, _CURRENT_AND_POSITION, _PWM = 3, 4, 5, 16
 _POSITIONS = (_POSITION, _EXTENDED, _CURRENT_AND_POSITION)
+_NO_GAINS = PidGains(0, 0, 0, 0, 0)
 _GAINS_BYTES, _GAINS_AT = Struct("<3H2x2H"), REGISTERS[GAINS[0]].address
 #: What one unit of the servo's speed and acceleration is, in steps/s and steps/s².
 SPEED_UNIT = 0.229 * 4096 / 60
@@ -119,6 +120,7 @@ class Servo:
     _heard: float = 0.0
     _registered: tuple[int, bytes] | None = None
     _turns: int = 0  # whole turns that it does not count, in steps
+    _gains: PidGains = _NO_GAINS  # as last read
 
     def __post_init__(self) -> None:
         self.control = Control(self.table.model)
@@ -176,19 +178,25 @@ class Servo:
         if goal is None or self.segment is None:
             self.control.rest()
             return None
-        model, mode, ceiling = self.table.model, self.get("operating_mode"), self.get("goal_pwm")
-        most: float = min(abs(ceiling), self.get("pwm_limit"))
+        get, model = self.table.get, self.table.model
+        mode, ceiling = get("operating_mode"), get("goal_pwm")
+        most: float = min(abs(ceiling), get("pwm_limit"))
         pwm = 0.0
         if mode == _PWM:
             pwm = min(max(ceiling, -most), most) * self._sign
         elif mode in _POSITIONS:
             if mode == _CURRENT_AND_POSITION:
-                share = abs(self.get("goal_current")) / 1e3 / model.data_sheet.stall_current
+                share = abs(get("goal_current")) / 1e3 / model.data_sheet.stall_current
                 most = min(most, share * FULL)
-            gains = PidGains(*_GAINS_BYTES.unpack_from(self.table.data, _GAINS_AT))
-            wanted = self.segment.speed_at(time, 1e6 / model.loop.rate)
+            gains = self._gains
+            written = _GAINS_BYTES.unpack_from(self.table.data, _GAINS_AT)
+            if written != gains:
+                gains = self._gains = PidGains(*written)
+            wanted = 0.0
+            if gains.first or gains.second:
+                wanted = self.segment.speed_at(time, 1e6 / model.loop.rate)
             pwm = self.control.follow(gains, goal - round(place), speed, wanted, most)
-        return self.control.set_pwm(pwm, self.get("pwm_slope"))
+        return self.control.set_pwm(pwm, get("pwm_slope"))
 
     def setpoint(self, time: float) -> float | None:
         """Where the servo wants its shaft at ``time``, in steps; None with torque off."""
@@ -197,8 +205,10 @@ class Servo:
         return None if segment is None else segment.at(time)
 
     def _under_way(self, time: float) -> Segment | None:
-        late = self.segment is not None and self.before is not None and time < self.segment.began
-        return self.before if late else self.segment
+        segment = self.segment
+        if segment is None or time >= segment.began or self.before is None:
+            return segment
+        return self.before
 
     def _go(self, time: float) -> None:
         if self.segment is None:
@@ -231,7 +241,7 @@ class Servo:
             self.before = Segment(time - 1e6, place, place, 0.0, 0.0)
 
     def _check_watchdog(self, time: float) -> None:
-        patience = self.get("bus_watchdog") * 20_000
+        patience = self.table.get("bus_watchdog") * 20_000
         if patience > 0 and time - self._heard > patience:
             self.set("bus_watchdog", -1)
             if self.segment is not None:
@@ -337,7 +347,7 @@ class Servo:
         if torque in written:
             self._set_torque(bool(data[written.index(torque)]), time)
         for at, byte in zip(written, data, strict=True):
-            self.table.data[at] = byte
+            self.table.set_byte(at, byte)
         if self.get("operating_mode") != mode:
             self.table.change_mode()
             if self.get("operating_mode") == _POSITION:

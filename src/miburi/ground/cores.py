@@ -1,13 +1,17 @@
 """What a program may take of its computer: count the cores, and come before others."""
 
 import os
-from contextlib import suppress
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
-__all__ = ["available_cores", "come_first"]
+__all__ = ["available_cores", "come_first", "coming_first"]
 
 #: How nice a live partner is to other programs; 0 is usual, -20 the least (ours).
 _NICE = -10
+#: Linux shares its time among sessions first, each with a nice of its own.
+_AUTOGROUP = Path("/proc/self/autogroup")
 
 
 def available_cores() -> int:
@@ -27,8 +31,8 @@ def come_first(*, apart: bool = False) -> None:
     Parameters
     ----------
     apart
-        Leave the terminal's session. Linux shares its time among sessions first, so a process in
-        one of its own gets as much as all programs of another together, whoever started it.
+        Leave the terminal's session. A process in one of its own gets as much as all programs of
+        another together, whoever started it.
     """
     with suppress(OSError, AttributeError):  # not allowed; not a Unix
         if apart:
@@ -36,4 +40,24 @@ def come_first(*, apart: bool = False) -> None:
         usual = os.getpriority(os.PRIO_PROCESS, 0)
         os.setpriority(os.PRIO_PROCESS, 0, min(usual, _NICE))
         if apart:
-            Path("/proc/self/autogroup").write_text(str(_NICE), encoding="ascii")
+            _AUTOGROUP.write_text(str(_NICE), encoding="ascii")
+
+
+@contextmanager
+def coming_first() -> Iterator[None]:
+    """Let this process and its terminal's session come first meanwhile.
+
+    A process that hears Ctrl-C cannot leave its session, so the whole session comes first with it,
+    and is as it was afterwards.
+    """
+    come_first()
+    nice = None
+    with suppress(OSError):
+        nice = re.search(r"nice (-?\d+)", _AUTOGROUP.read_text(encoding="ascii"))
+        _AUTOGROUP.write_text(str(_NICE), encoding="ascii")
+    try:
+        yield
+    finally:
+        with suppress(OSError):
+            if nice is not None:
+                _AUTOGROUP.write_text(nice[1], encoding="ascii")

@@ -16,10 +16,10 @@ import time
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
 from functools import wraps
-from typing import Annotated, Literal, ParamSpec
+from typing import Annotated, Any, Literal, ParamSpec, TypeVar
 
 from fastapi import FastAPI
-from pydantic import Field
+from pydantic import BaseModel, Field, ValidationError
 
 from miburi.errors import BodyError, InputError, MiburiError, needs_extra
 from miburi.feelings.catalogue import FeelingName
@@ -35,7 +35,9 @@ from miburi.version import __version__
 try:
     from mcp.server import MCPServer
     from mcp.server.mcpserver.exceptions import ToolError
+    from mcp.server.mcpserver.tools import Tool
     from mcp.server.transport_security import TransportSecuritySettings
+    from mcp.types import ToolAnnotations
 except ModuleNotFoundError as error:
     raise needs_extra("mcp", error) from error
 
@@ -63,22 +65,102 @@ _REPLACED = "It did not begin: a newer wish has taken its place."
 _PASSING = (StopReason.CONTACT, StopReason.LOOP_LATE)
 
 Parameters = ParamSpec("Parameters")
+Answer = TypeVar("Answer")
 Strength = Annotated[Share, Field(description="0 to 1")]
+#: What a client may show of each tool, and expect of a call: nothing is destroyed. Hints that say
+#: no more than MCP's defaults are left out, as each word of them is read by a model.
+_READS, _ACTS = {"read_only_hint": True}, {"destructive_hint": False}
+_HINTS: dict[str, tuple[str, dict[str, bool]]] = {
+    "feel": ("Feel", _ACTS),
+    "say": ("Say", _ACTS),
+    "gesture": ("Gesture", _ACTS),
+    "look": ("Look", _ACTS),
+    "think": ("Think", _ACTS),
+    "stop": ("Stop", _ACTS),
+    "state": ("State", _READS),
+    "events": ("Events", _READS),
+}
+
+
+class _Shown(BaseModel):
+    """A feeling, and the mood with which it shows, 0 to 1."""
+
+    feeling: str
+    mood: float
+
+
+class _Now(BaseModel):
+    """How the partner is, for an agent."""
+
+    feels: _Shown | None
+    shows: _Shown | None
+    asked: bool = Field(description="Whether somebody asked for what it shows")
+    said: str | None
+    distress: str | None = Field(description="One that it has heard")
+    body: str = Field(description="idle, moving, stopped or returning")
+    paused: bool
+    stopped: str | None = Field(description="Why, and how that ends")
+    latest_event: int
+
+
+class _StrictTool(Tool):
+    """A tool that refuses arguments it does not know, in words without a link."""
+
+    @classmethod
+    def of(cls, work: Callable[..., Awaitable[object]]) -> Tool:
+        """Return the tool of a method."""
+        title, hints = _HINTS[work.__name__]
+        tool = cls.from_function(
+            work,
+            title=title,
+            annotations=ToolAnnotations.model_validate(hints),
+            structured_output=work.__name__ == "state",
+        )
+        arguments = tool.fn_metadata.arg_model
+        arguments.model_config["extra"] = "forbid"
+        arguments.model_rebuild(force=True)
+        tool.parameters = _plain(arguments.model_json_schema())
+        if tool.fn_metadata.output_schema is not None:
+            tool.fn_metadata.output_schema = _plain(tool.fn_metadata.output_schema)
+        return tool
+
+    async def run(self, arguments: dict[str, Any], *args: Any, **kwargs: Any) -> Any:
+        """Carry out a call."""
+        try:
+            self.fn_metadata.validate_arguments(arguments)
+        except ValidationError as error:
+            known = ", ".join(self.fn_metadata.arg_model.model_fields) or "no arguments"
+            wrong = "; ".join(
+                f"{'.'.join(str(part) for part in one['loc'])}: {one['msg']}"
+                for one in error.errors(include_url=False)
+            )
+            raise ToolError(f"{wrong}. {self.name} takes {known}.") from error
+        return await super().run(arguments, *args, **kwargs)
+
+
+def _plain(schema: Any) -> Any:
+    """Return a schema without the titles that Pydantic makes of names."""
+    if isinstance(schema, dict):
+        return {name: _plain(part) for name, part in schema.items() if name != "title"}
+    return [_plain(part) for part in schema] if isinstance(schema, list) else schema
 
 
 def make_agents(partner: Asker, clock: Callable[[], float] = time.monotonic) -> MCPServer:
     """Return the tools and resources for agents, on no transport yet; ``clock`` gives s."""
-    server = MCPServer(
-        "miburi", instructions=_INSTRUCTIONS, version=__version__, log_level="CRITICAL"
-    )
     tools = _Tools(partner, Allowance(RATE, BURST, clock))
-    for tool in (
-        *(tools.feel, tools.say, tools.gesture, tools.look, tools.think),
-        *(tools.stop, tools.state, tools.events),
-    ):
-        server.add_tool(tool, structured_output=False)
+    server = MCPServer(
+        "miburi",
+        instructions=_INSTRUCTIONS,
+        version=__version__,
+        log_level="CRITICAL",
+        tools=[_StrictTool.of(getattr(tools, name)) for name in _HINTS],
+    )
+
+    async def state() -> str:
+        return (await tools.state()).model_dump_json()
+
     json_text = "application/json"
-    server.resource("miburi://state", name="state", mime_type=json_text)(tools.state)
+    server.resource("miburi://state", name="state", mime_type=json_text)(state)
     server.resource("miburi://gestures", name="gestures", mime_type=json_text)(tools.gestures)
     return server
 
@@ -104,22 +186,35 @@ def add_agents(app: FastAPI, clock: Callable[[], float] = time.monotonic) -> Non
 
 
 def _in_words(
+    work: Callable[Parameters, Awaitable[Answer]],
+) -> Callable[Parameters, Awaitable[Answer]]:
+    """Turn the errors of a partner that cannot be asked, or of a wrong value, into the tool's."""
+
+    @wraps(work)
+    async def answer(*args: Parameters.args, **kwargs: Parameters.kwargs) -> Answer:
+        try:
+            return await work(*args, **kwargs)
+        except InputError as error:
+            raise ToolError(str(error)) from error
+        except MiburiError as error:
+            raise ToolError(f"Nothing was done: {error}") from error
+
+    return answer
+
+
+def _wish(
     work: Callable[Parameters, Awaitable[str]],
 ) -> Callable[Parameters, Awaitable[str]]:
-    """Let what cannot be done now be an answer; only a value that is not allowed is an error."""
+    """Let what the body cannot do now be an answer, too; it is no error of the agent's."""
 
     @wraps(work)
     async def answer(*args: Parameters.args, **kwargs: Parameters.kwargs) -> str:
         try:
             return await work(*args, **kwargs)
-        except InputError as error:
-            raise ToolError(str(error)) from error
         except BodyError as error:
             return f"Nothing was done: {error} Only a person can."
-        except MiburiError as error:
-            return f"Nothing was done: {error}"
 
-    return answer
+    return _in_words(answer)
 
 
 class _Tools:
@@ -128,7 +223,7 @@ class _Tools:
     def __init__(self, partner: Asker, wishes: Allowance) -> None:
         self._partner, self._wishes = partner, wishes
 
-    @_in_words
+    @_wish
     async def feel(self, feeling: FeelingName, strength: Strength = 0.7) -> str:
         """Let the partner feel something; its temperament decides how much it shows."""
         if not self._wishes.take("all"):
@@ -137,7 +232,7 @@ class _Tools:
         state = await self._partner.state()
         return f"It feels {feeling}.{_hindrance(state)}"
 
-    @_in_words
+    @_wish
     async def gesture(self, feeling: FeelingName, intensity: Strength = 0.7) -> str:
         """Show a feeling's gesture once and wait for its end; tells why if the body stopped."""
         if not self._wishes.take("all"):
@@ -148,7 +243,7 @@ class _Tools:
             return f"{_why(before, before.stop)} Your gesture waits; a newer wish replaces it."
         return await self._follow(before.latest, feeling, intensity)
 
-    @_in_words
+    @_wish
     async def say(self, words: Annotated[str, Field(min_length=1, max_length=300)]) -> str:
         """Let the partner say something; it is shown, and heard where a page has its voice on."""
         if not self._wishes.take("all"):
@@ -158,40 +253,39 @@ class _Tools:
         await self._partner.tell("/speak", SpeakIn(text=words))
         return "It says so."
 
-    @_in_words
+    @_wish
     async def look(self, at: Literal["user", "left", "right", "up", "down"]) -> str:
         """Let the partner look somewhere for two seconds; `user` is straight ahead."""
         return await self._look(at, 2.0, f"It looks {'ahead' if at == 'user' else at}.")
 
-    @_in_words
+    @_wish
     async def think(self, on: bool) -> str:
         """Show people that you are thinking, until your next wish, or for 30 s; or end it."""
         if on:
             return await self._look("aside", 30.0, "It looks thoughtful.")
         return await self._look("user", 0.0, "It looks ahead.")
 
-    @_in_words
+    @_wish
     async def stop(self) -> str:
         """Stop all motors at once. Only a person can release them."""
         await self._partner.tell("/stop")
         return "It is stopped. Only a person can release it."
 
     @_in_words
-    async def state(self) -> str:
+    async def state(self) -> _Now:
         """Tell what it feels and shows, and whether and why it is paused or stopped."""
         state = await self._partner.state()
-        now = {
-            "feels": _expressed(state.felt),
-            "shows": _expressed(state.expressed),
-            "asked": state.asked,
-            "said": None if state.spoken is None else state.spoken.text,
-            "distress": None if state.distress is None else state.distress.kind,
-            "body": state.phase,
-            "paused": state.paused,
-            "stopped": None if state.stop is None else _why(state, state.stop),
-            "latest_event": state.latest,
-        }
-        return json.dumps(now)
+        return _Now(
+            feels=_expressed(state.felt),
+            shows=_expressed(state.expressed),
+            asked=state.asked,
+            said=None if state.spoken is None else state.spoken.text,
+            distress=None if state.distress is None else state.distress.kind,
+            body=state.phase,
+            paused=state.paused,
+            stopped=None if state.stop is None else _why(state, state.stop),
+            latest_event=state.latest,
+        )
 
     @_in_words
     async def events(self, since: Annotated[int, Field(ge=0, le=10**9)] = 0) -> str:
@@ -253,8 +347,8 @@ def _performed(feeling: str) -> str:
     return f"It has shown {feeling}."
 
 
-def _expressed(shown: Expressed | None) -> dict[str, object] | None:
-    return None if shown is None else {"feeling": shown.feeling, "mood": round(shown.mood, 2)}
+def _expressed(shown: Expressed | None) -> _Shown | None:
+    return None if shown is None else _Shown(feeling=shown.feeling, mood=round(shown.mood, 2))
 
 
 def _passes(state: State, stop: StopOut) -> bool:

@@ -187,8 +187,8 @@ def write_film(
         command = [
             program, "-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24",
             "-s", f"{first.shape[1]}x{first.shape[0]}", "-r", str(rate), "-i", "-",
-            "-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "23", "-movflags", "+faststart",
-            str(film),
+            "-c:v", "libx264", "-preset", "veryfast", "-pix_fmt", "yuv420p", "-crf", "23",
+            "-movflags", "+faststart", str(film),
         ]  # fmt: skip
         with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:  # noqa: S603  (no shell)
             stdin, stderr = process.stdin, process.stderr

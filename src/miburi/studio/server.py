@@ -27,7 +27,7 @@ from miburi.bma.settings import Settings
 from miburi.errors import BodyError, InputError, OutputError, need
 from miburi.feelings import EmotionalModel, Stimulus, Temperament
 from miburi.gestures import Repertoire
-from miburi.ground.cores import come_first
+from miburi.ground.cores import coming_first
 from miburi.interface.doors import Doors
 from miburi.interface.endpoint import Endpoint
 from miburi.interface.passing import CAN_PASS
@@ -136,7 +136,11 @@ def serve(wish: Wish, meanwhile: Callable[[], None] = lambda: None) -> None:
         The body cannot be reached, or the loop or the server has failed; the body was stopped.
     """
     _check(wish)
-    come_first()  # a Stop must not wait for other programs
+    with coming_first():  # a Stop must not wait for other programs
+        _serve(wish, meanwhile)
+
+
+def _serve(wish: Wish, meanwhile: Callable[[], None]) -> None:
     folder = wish.folder or own_folder()
     memory = None if wish.forget else folder / "feelings.json"
     listen = listening_twice if wish.https else listening_plainly

@@ -25,7 +25,7 @@ class RealBody(Simulated):
         return None
 
 
-@pytest.fixture(scope="module", params=[1, 2, 3])
+@pytest.fixture(scope="module", params=[1, 2])
 def result(request: pytest.FixtureRequest, robot: Robot) -> experiment.Experiment:
     return experiment.conduct(Simulated(robot), experiment.Setup(seed=request.param))
 
@@ -86,20 +86,19 @@ def test_the_same_seed_gives_the_same_report(robot: Robot) -> None:
 
 @pytest.mark.parametrize("feeling", FEELINGS)
 def test_without_a_hand_nothing_stops(robot: Robot, feeling: str) -> None:
-    """Every feeling at three moods, without a stop and without touching itself."""
-    for mood in (0.2, 0.5, 0.9):
-        body, feelings = Simulated(robot), EmotionalModel()
-        feelings.set_state(emotion={feeling: 1.0}, mood={feeling: mood}, hold=True)
-        partner = Partner(body, feelings)
-        sent = 0
-        for _ in range(round(8.0 / 0.02)):
-            for event in partner.step(0.02):
-                assert not isinstance(event, Stopped), event
-                if isinstance(event, MoveSent):
-                    sent += 1
-                    assert event.solution.error.max() < 1e-3
-            assert body.touch.itself is None
-        assert sent > 2
+    """Without a stop and without touching itself; tests of gestures do so at every mood."""
+    body, feelings = Simulated(robot), EmotionalModel()
+    feelings.set_state(emotion={feeling: 1.0}, mood={feeling: 0.9}, hold=True)
+    partner = Partner(body, feelings)
+    sent = 0
+    for _ in range(round(8.0 / 0.02)):
+        for event in partner.step(0.02):
+            assert not isinstance(event, Stopped), event
+            if isinstance(event, MoveSent):
+                sent += 1
+                assert event.solution.error.max() < 1e-3
+        assert body.touch.itself is None
+    assert sent > 2
 
 
 @pytest.mark.parametrize(

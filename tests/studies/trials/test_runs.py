@@ -1,15 +1,15 @@
 """Runs: the same file however they are carried out, and nothing repeated or lost."""
 
 import json
-import os
 import signal
 import socket
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from tests.fixtures.command import miburi
+from tests.fixtures.program import Program
+from tests.fixtures.waiting import until
 
 from miburi.errors import InputError, MiburiError, OutputError
 from miburi.robot import Robot
@@ -131,24 +131,17 @@ def test_an_unwritable_place_is_said(plan: Plan, tmp_path: Path) -> None:
 
 
 def test_a_killed_command_resumes_to_the_same_file(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "miburi", "trials", "--free", "60", "--blocked", "0"]
-    command += ["--seed", "9", "--json", "--out"]
+    command = ["trials", "--free", "51", "--blocked", "0", "--seed", "9", "--json"]
     out, again = tmp_path / "a.parquet", tmp_path / "b.parquet"
-    running = subprocess.Popen(
-        [*command, out, "--workers", "2"], stdout=subprocess.PIPE, stderr=subprocess.PIPE
-    )
+    running = Program(*command, "--out", out, "--workers", "1")
     journal = tmp_path / ".a.parquet.journal"
-    while running.poll() is None and not (
-        journal.exists() and journal.read_bytes().count(b"\n") > 1
-    ):
-        os.sched_yield()
-    running.send_signal(signal.SIGKILL)
-    running.communicate()
+    until(lambda: journal.exists() and journal.read_bytes().count(b"\n") > 1)
+    running.end(signal.SIGKILL)
     known = journal.read_bytes().count(b"\n")
     assert 1 < known <= 3
     for path in (out, again):
-        done = subprocess.run([*command, path], check=True, capture_output=True)
-        assert json.loads(done.stdout)["free"] == 60
+        done = miburi(*command, "--out", path, "--workers", "1")
+        assert json.loads(done.stdout)["free"] == 51
     assert out.read_bytes() == again.read_bytes()
     assert not journal.exists()
 

@@ -56,10 +56,14 @@ OVERHEAR = """
 def test_a_clap_frightens_it_but_not_while_it_speaks_itself(
     browser: Browser, url: str, tmp_path: Path
 ) -> None:
-    """Nothing but the clap's strength leaves the page. What it says itself closes its ears."""
+    """Nothing but the clap's strength leaves the page. What it says itself closes its ears.
+
+    The clap comes again every few seconds: a busy computer may open the microphone too late for
+    the first.
+    """
     clap = claps(np.random.default_rng(1))[round(1.7 * RATE) :]  # it comes at 2.5 s
     write_sound(tmp_path / "clap.wav", clap)
-    flag = f"--use-file-for-fake-audio-capture={tmp_path / 'clap.wav'}%noloop"
+    flag = f"--use-file-for-fake-audio-capture={tmp_path / 'clap.wav'}"
     with fake_media(browser, flag) as page:
         sent = posts(page, "/sense")
         page.add_init_script(OVERHEAR)
@@ -67,17 +71,19 @@ def test_a_clap_frightens_it_but_not_while_it_speaks_itself(
         page.locator(".senses summary").click()
         switch(page, "Ears", "Listening")
         expect(page.locator("#now")).to_have_text("fright")
-        (startle,) = sent
-        assert startle.keys() == {"kind", "clearness"}
-        assert startle["kind"] == "startle"
-        assert 0.5 <= startle["clearness"] <= 1
         switch(page, "Ears", "Listening", on=False)
+        assert sent
+        for startle in sent:
+            assert startle.keys() == {"kind", "clearness"}
+            assert startle["kind"] == "startle"
+            assert 0.5 <= startle["clearness"] <= 1
+        heard = len(sent)
         page.evaluate("import('/static/face.js').then(({ lips }) => { lips.open = () => 0.5; })")
         before = page.evaluate("window.heard.length")
         switch(page, "Ears", "Listening")
         page.wait_for_function(f"window.heard.length > {before}")
         switch(page, "Ears", "Listening", on=False)
-        assert sent == [startle]
+        assert len(sent) == heard
 
 
 def test_a_microphone_that_is_granted_after_it_was_switched_off_stays_off(
