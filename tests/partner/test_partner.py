@@ -11,11 +11,13 @@ from miburi.bodies.simulated import Simulated
 from miburi.errors import InputError
 from miburi.feelings import FEELINGS, EmotionalModel, Expression, Stimulus
 from miburi.partner import (
+    LAPSES,
     Event,
     GestureEnded,
     GestureStarted,
     MoveSent,
     Partner,
+    WishLapsed,
 )
 from miburi.robot import Robot, forward, load_robot
 from miburi.safety.move import Move
@@ -180,6 +182,23 @@ def test_what_is_asked_for_comes_next_and_once(robot: Robot) -> None:
     assert started.expression == Expression("surprise", 0.8)
     assert of(MoveSent, events)
     assert not partner.asked
+
+
+@pytest.mark.parametrize(("stopped", "performed"), [(LAPSES - 1, True), (LAPSES + 1, False)])
+def test_a_wish_lapses_where_the_body_stays_stopped(
+    robot: Robot, stopped: float, performed: bool
+) -> None:
+    """Whoever releases the body much later does not expect the gesture any more."""
+    partner = Partner(PaperBody(robot), EmotionalModel())
+    run(partner, 0.1)
+    partner.stop()
+    partner.perform(Expression("surprise", 0.8))
+    waited = run(partner, stopped)
+    partner.release(by_person=True)
+    released = run(partner, 10.0)
+    assert bool(of(GestureStarted, released)) is performed
+    lapsed = [event.expression for event in of(WishLapsed, waited + released)]
+    assert lapsed == ([] if performed else [Expression("surprise", 0.8)])
 
 
 def test_a_look_turns_the_head_shows_no_feeling_and_ends_at_neutral(robot: Robot) -> None:

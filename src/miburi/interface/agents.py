@@ -28,6 +28,7 @@ from miburi.interface.access import AGENTS, Allowance
 from miburi.interface.asker import Asker, beside
 from miburi.interface.wire import ExpressIn, LookIn, SpeakIn, StimulusIn
 from miburi.live.state import Entry, Expressed, Share, State, StopOut
+from miburi.partner import LAPSES
 from miburi.safety.stop import StopReason
 from miburi.senses.care import may_be_said
 from miburi.version import __version__
@@ -59,6 +60,12 @@ nobody, so tell people if you can, and keep calm for ten minutes. Do not hurry i
 few seconds."""
 _TOO_FAST = "Nothing was done: too many wishes at once. Wait a second, then ask again."
 _UNSAID = "It does not say that: it could hurt somebody, or sounds as if somebody needed help."
+_WAITS = f"waits for {LAPSES:g} s; a newer wish replaces it."
+#: What keeps a gesture from beginning, by the kind of the log's entry.
+_KEPT_BACK = {
+    "lapsed": "It lapsed: the body was stopped for too long.",
+    "paused": "A person has paused it; your gesture waits until a person resumes it.",
+}
 _REPLACED = "It did not begin: a newer wish has taken its place."
 
 #: After these it goes on by itself, unless somebody holds it.
@@ -240,7 +247,7 @@ class _Tools:
         before = await self._partner.state()
         await self._partner.tell("/express", ExpressIn(feeling=feeling, mood=intensity))
         if before.stop is not None and not _passes(before, before.stop):
-            return f"{_why(before, before.stop)} Your gesture waits; a newer wish replaces it."
+            return f"{_why(before, before.stop)} Your gesture {_WAITS}"
         return await self._follow(before.latest, feeling, intensity)
 
     @_wish
@@ -307,7 +314,7 @@ class _Tools:
         await self._partner.tell("/look", LookIn(at=at, seconds=seconds))
         state = await self._partner.state()
         if state.stop is not None:
-            return f"{_why(state, state.stop)} The look waits; a newer wish replaces it."
+            return f"{_why(state, state.stop)} The look {_WAITS}"
         return told
 
     async def _follow(self, since: int, feeling: str, intensity: float) -> str:
@@ -321,8 +328,8 @@ class _Tools:
                 since = entry.number
                 if entry.kind == "stopped" and entry.stop is not None:
                     return f"{_why(state, entry.stop)} Your gesture {_left(entry.stop, begun)}."
-                if entry.kind == "paused":
-                    return "A person has paused it; your gesture waits until a person resumes it."
+                if entry.kind in _KEPT_BACK:
+                    return _KEPT_BACK[entry.kind]
                 if entry.kind == "gesture":
                     if begun:
                         return _performed(feeling)

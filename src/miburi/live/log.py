@@ -5,7 +5,7 @@ from typing import Any
 
 from miburi.live.recording import Felt
 from miburi.live.state import Entry, StopOut
-from miburi.partner import Event, GestureStarted, Released, Stopped
+from miburi.partner import Event, GestureStarted, Released, Stopped, WishLapsed
 
 __all__ = ["LOGGED", "Log"]
 
@@ -72,5 +72,7 @@ class Log:
                 self.note(time, "stopped", stop=stopped, name=stop.reason, limit=limit)
             case Released():
                 self.note(time, "released")
+            case WishLapsed(_, expression):
+                self.note(time, "lapsed", feeling=expression and expression.feeling)
             case _:
                 pass

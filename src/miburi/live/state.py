@@ -167,6 +167,7 @@ class Entry(BaseModel):
         "stimulus", "gesture", "pressed", "stopped", "released", "body", "paused", "resumed",
         "temperament", "recording", "recorded", "recording_ended", "deleted", "refused",
         "trouble", "loop_failed", "spoken", "talk", "talk_failed", "distress",
+        "lapsed",
     ]  # fmt: skip
     feeling: str | None = None
     mood: float | None = None

@@ -1,6 +1,7 @@
 """The partner: a loop that lets feelings move a body, one deterministic ``step`` at a time."""
 
 from miburi.partner.loop import (
+    LAPSES,
     Event,
     GestureEnded,
     GestureStarted,
@@ -9,11 +10,13 @@ from miburi.partner.loop import (
     Released,
     Solve,
     Stopped,
+    WishLapsed,
     solve_with,
 )
 from miburi.partner.recovery import UnsettledError
 
 __all__ = [
+    "LAPSES",
     "Event",
     "GestureEnded",
     "GestureStarted",
@@ -23,5 +26,6 @@ __all__ = [
     "Solve",
     "Stopped",
     "UnsettledError",
+    "WishLapsed",
     "solve_with",
 ]

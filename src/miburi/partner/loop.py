@@ -29,6 +29,7 @@ from miburi.safety.stop import Phase, Stop, StopReason
 
 __all__ = [
     "HOMECOMING",
+    "LAPSES",
     "Event",
     "GestureEnded",
     "GestureStarted",
@@ -37,11 +38,15 @@ __all__ = [
     "Released",
     "Solve",
     "Stopped",
+    "WishLapsed",
     "solve_with",
 ]
 
 #: The shortest time of the last move, back to neutral, s (ours).
 HOMECOMING = 1.5
+#: A wish that a stopped body has kept waiting for so many s is dropped: whoever releases the body
+#: later does not expect it any more. A contact's pause is shorter (ours).
+LAPSES = 8.0
 #: The choice among gestures draws from its own stream of random numbers.
 _CHOICES = 1
 _WAIST = JOINTS.index("waist")
@@ -97,7 +102,15 @@ class Released:
     time: float
 
 
-Event = GestureStarted | MoveSent | GestureEnded | Stopped | Released
+@dataclass(frozen=True)
+class WishLapsed:
+    """What was asked for was dropped, because the body was stopped for too long."""
+
+    time: float
+    expression: Expression | None
+
+
+Event = GestureStarted | MoveSent | GestureEnded | Stopped | Released | WishLapsed
 
 
 class Partner:
@@ -144,6 +157,7 @@ class Partner:
         self._choices = np.random.default_rng([life or 0, _CHOICES])
         self._performance: Performance | None = None
         self._asked: Performance | None = None
+        self._asked_at = 0.0
         self._recovery = Recovery()
         self._angles = np.array(body.robot.neutral)
         self._resting = False
@@ -206,7 +220,8 @@ class Partner:
     ) -> None:
         """Perform a gesture once, as soon as the body is at rest, whatever the feelings are.
 
-        Of several wishes that wait, the latest counts.
+        Of several wishes that wait, the latest counts. A wish that has waited :data:`LAPSES` s for
+        a stopped body is dropped.
 
         Parameters
         ----------
@@ -230,6 +245,7 @@ class Partner:
             poses = gestures.key_poses(self.body.robot, function, expression.mood)
         given = list(poses)
         self._asked = Performance(lambda _mood: given, expression, name, asked=True)
+        self._asked_at = self.body.state.time
 
     def stop(self) -> None:
         """Stop the body because a person asks; it stays stopped until :meth:`release`.
@@ -301,6 +317,9 @@ class Partner:
     def _while_stopped(self, state: BodyState) -> Iterator[Event]:
         if state.stop is not None and self._recovery.notice(state.stop):
             yield from self._take_in(state.stop, state.time)
+        if self._asked is not None and state.time - self._asked_at > LAPSES:
+            lapsed, self._asked = self._asked, None
+            yield WishLapsed(state.time, lapsed.expression)
         self._recovery.look(state)
         if self._recovery.is_due(state.time):
             try:
