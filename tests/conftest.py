@@ -38,22 +38,23 @@ def pytest_collection_finish() -> None:
 
 
 #: Tests that share what takes long to make; one worker runs all of a line.
-TOGETHER = (
-    "tests/studio/browser/",
-    "tests/firmware/test_fuzz.py",
-    "tests/studies/experiment/",
-    "tests/studies/paper/",
-    "tests/studies/study/test_report.py",
-    "tests/studies/trials/test_workshop.py",
-    "tests/feelings/test_ninth.py",
-)
+TOGETHER: list[tuple[str, ...]] = [
+    tuple(f"tests/studio/browser/test_{letter}" for letter in "aceks"),
+    ("tests/studio/browser/",),
+    ("tests/firmware/test_fuzz.py",),
+    ("tests/studies/experiment/",),
+    ("tests/studies/paper/",),
+    ("tests/studies/study/test_report.py",),
+    ("tests/studies/trials/test_workshop.py",),
+    ("tests/feelings/test_ninth.py",),
+]
 
 
 class Together(LoadScopeScheduling):
-    """Gives each test to the next free worker, and those of :data:`TOGETHER` to one."""
+    """Gives each test to the next free worker, and those of a line of :data:`TOGETHER` to one."""
 
     def _split_scope(self, nodeid: str) -> str:
-        return next((start for start in TOGETHER if nodeid.startswith(start)), nodeid)
+        return next((line[0] for line in TOGETHER if nodeid.startswith(line)), nodeid)
 
 
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> Together:

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.firmware.rig import Rig
+from tests.firmware.toolchain import proof
 
 from miburi.calibration.file import Calibration, read_calibration, write_calibration
 from miburi.card import calibration
@@ -125,6 +126,7 @@ def weaken(servo: Servo, share: float) -> None:
     servo.drive = weak  # type: ignore[method-assign]
 
 
+@proof
 @pytest.mark.usefixtures("not_slowest")
 def test_servos_with_more_friction_or_less_torque_are_named_in_words(
     emulation: EmulatedRobot, real: Robot

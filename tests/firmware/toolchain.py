@@ -18,6 +18,10 @@ NATIVE = ["g++", "-std=gnu++11", f"-I{SKETCH}", f"-I{HERE}", "-Wall", "-Wextra",
 SANITIZED = ["-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 
 
+#: What is run by `make firmware-proof` alone, as it takes half a minute.
+proof = pytest.mark.skipif("MIBURI_MOVES" not in os.environ, reason="make firmware-proof runs it")
+
+
 def need(tool: str, package: str) -> None:
     """Skip, or fail in CI, when a tool is missing."""
     if shutil.which(tool) or Path(tool).exists():

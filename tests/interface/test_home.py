@@ -1,5 +1,7 @@
 """The door for homes, at a real Mosquitto, heard by Paho's client."""
 
+import asyncio
+import itertools
 import json
 import re
 import subprocess
@@ -12,10 +14,11 @@ from tests.fixtures.broker import Listener, Mosquitto, at_home, start_broker
 from tests.fixtures.live import block_the_right_arm, stays_stopped
 from tests.fixtures.waiting import until
 
+from miburi.errors import InputError
 from miburi.feelings import FEELINGS
 from miburi.interface.broker import find_broker
 from miburi.interface.client import RemotePartner, connect
-from miburi.interface.home import BIRTH, BURST, discovery, discovery_topic
+from miburi.interface.home import BIRTH, BURST, check_free, discovery, discovery_topic
 from miburi.interface.report import ALL, DistressNews, HomeReport, StopNews, Topics
 from miburi.live.runner import Runner
 from miburi.robot import JOINTS
@@ -164,6 +167,53 @@ def test_too_many_wishes_are_refused_and_stop_is_not(
         listener.say(TOPICS.stop)
         hear_report(listener, lambda report: report.stopped is StopReason.ASKED)
     assert sum(entry.kind == "stimulus" for entry in live.log()) == BURST
+
+
+def test_refusals_are_told_no_faster_than_a_person_reads(
+    live: Runner, broker: Mosquitto, listener: Listener
+) -> None:
+    seconds = itertools.count()
+    with at_home(live, find_broker(f"127.0.0.1:{broker.port}"), lambda: next(seconds) / 1000):
+        listener.hear(TOPICS.available, lambda text: text == "online")
+        for _ in range(500):
+            listener.say(TOPICS.feel, "nonsense")
+        listener.say(TOPICS.stop)
+        hear_report(listener, lambda report: report.stopped is StopReason.ASKED)
+        told = 0
+        while topic_and_text := listener.heard_already():
+            told += topic_and_text[0] == TOPICS.refused
+        assert 0 < told < 30
+
+
+def test_a_name_that_is_taken_is_refused_and_a_free_one_proposed(
+    home: RemotePartner,
+    broker: Mosquitto,
+    listener: Listener,
+    live: Runner,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Two with one name threw each other out for ever, and Stop reached one of them."""
+    here = find_broker(f"127.0.0.1:{broker.port}")
+    with pytest.raises(InputError, match="'kitchen' at .* such as --name kitchen-2"):
+        asyncio.run(check_free(here, "kitchen"))
+    asyncio.run(check_free(here, "hall"))
+    asyncio.run(check_free(find_broker("127.0.0.1:9"), "kitchen"))  # nobody to ask is no hindrance
+    with at_home(live, here):  # another door of the same name
+        until(lambda: "has taken the name 'kitchen'" in capsys.readouterr().err)
+        for _ in range(10):
+            listener.say(TOPICS.stop)
+            hear_report(listener, lambda report: report.stopped is StopReason.ASKED)
+            live.release(by_person=True).result(60)
+            hear_report(listener, lambda report: report.stopped is None)
+
+
+def test_what_others_say_of_its_being_there_is_put_right(
+    home: RemotePartner, listener: Listener
+) -> None:
+    for _ in range(3):
+        listener.say(TOPICS.available, "offline", retain=True)
+        listener.hear(TOPICS.available, lambda text: text == "offline")
+        listener.hear(TOPICS.available, lambda text: text == "online")
 
 
 def test_a_wish_of_another_day_is_left_out(live: Runner, broker: Mosquitto) -> None:

@@ -52,6 +52,19 @@ def test_a_late_beat_is_told_once_and_a_beat_ends_it() -> None:
     assert told == ["late", "late", "dead"]
 
 
+@pytest.mark.parametrize(("apart", "blamed"), [(True, []), (False, ["late"])])
+def test_who_slept_itself_blames_no_other_process(apart: bool, blamed: list[str]) -> None:
+    """A closed laptop: the server answers as soon as both are awake."""
+    clock, told = Clock(), list[str]()
+    dog = Watchdog(3.0, lambda: told.append("late"), lambda: None, clock=clock, apart=apart)
+    for clock.now in (1.0, 2.0, 600.0):
+        dog.look()
+    assert told == blamed
+    for clock.now in (601.0, 602.0, 603.5):  # now it is late
+        dog.look()
+    assert told == ["late"]
+
+
 def test_while_the_loop_hangs_the_body_is_stopped_and_everybody_sees_it(
     robot: Robot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -304,9 +304,15 @@ def test_who_asks_it_twice_to_end_leaves_nobody_behind(tmp_path: Path) -> None:
         nobody_left(program.process.pid, helpers)
 
 
-@pytest.mark.parametrize(("which", "how"), [(SERVER, signal.SIGTERM), (RECEPTION, signal.SIGKILL)])
-def test_if_the_server_ends_the_body_is_stopped_and_the_program_ends_with_a_word(
-    tmp_path: Path, which: int, how: signal.Signals
+@pytest.mark.parametrize(
+    ("which", "how", "words"),
+    [
+        (SERVER, signal.SIGTERM, "the server has ended"),
+        (RECEPTION, signal.SIGKILL, "the process that receives Stop has ended"),
+    ],
+)
+def test_if_a_helper_ends_the_body_is_stopped_and_the_program_says_which(
+    tmp_path: Path, which: int, how: signal.Signals, words: str
 ) -> None:
     with running(tmp_path) as program:
         program.out.next()
@@ -315,8 +321,10 @@ def test_if_the_server_ends_the_body_is_stopped_and_the_program_ends_with_a_word
         code, said, errors = program.end(None)
         nobody_left(program.process.pid, helpers)
     assert (code, said) == (1, "")
-    assert "the server has ended" in errors
+    assert words in errors
     assert "stopped where it was" in errors
+    # Nobody else on this computer reads what it feels.
+    assert (tmp_path / "feelings.json").stat().st_mode & 0o077 == 0
     assert remembered(tmp_path / "feelings.json", shipped_temperament("playful")) is not None
 
 

@@ -1,5 +1,6 @@
 """``miburi run``: parse the arguments and start the live partner."""
 
+import asyncio
 import re
 import socket
 from dataclasses import replace
@@ -137,6 +138,11 @@ def run(
         voice=None if voice is None else find_synthesizer(voice),
         care=Care(None if region is None else find_region(region), tell_words),
     )
+    if doors.broker is not None:
+        doors.need()
+        from miburi.interface.home import check_free
+
+        asyncio.run(check_free(doors.broker, doors.name))
     description, rule = calibrated(robot_of(robot, servo), calibration)
     repertoire = load_gestures(description, gestures)
     serve(

@@ -110,8 +110,9 @@ async def stay_at(
     identifier: str | None,
     live: Callable[["aiomqtt.Client"], Awaitable[None]],
     will: "aiomqtt.Will | None" = None,
+    admit: Callable[[], Awaitable[None]] | None = None,
 ) -> None:
-    """Live at a broker until cancelled; say why a connection has ended, and make it anew.
+    """Live at a broker until cancelled; say why a connection has ended, and connect again.
 
     Parameters
     ----------
@@ -123,10 +124,14 @@ async def stay_at(
         What to do with each connection.
     will
         What the broker says when we are gone without a word.
+    admit
+        Called before each connection; raises an error where there must be none.
     """
     pause = _FIRST_PAUSE
     while True:
         try:
+            if admit is not None:
+                await admit()
             async with broker.client(identifier, will) as client:
                 pause = _FIRST_PAUSE
                 await live(client)

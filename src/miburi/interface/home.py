@@ -10,6 +10,7 @@ This module needs the extra ``mqtt``; nothing loads it before somebody wants it.
 
 import asyncio
 import json
+import secrets
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -19,7 +20,7 @@ from typing import Any
 from fastapi import FastAPI
 from pydantic import ValidationError
 
-from miburi.errors import MiburiError, needs_extra
+from miburi.errors import InputError, MiburiError, needs_extra
 from miburi.feelings import FEELINGS
 from miburi.feelings.catalogue import CATALOGUE
 from miburi.interface.access import Allowance
@@ -45,7 +46,17 @@ try:
 except ModuleNotFoundError as error:
     raise needs_extra("mqtt", error) from error
 
-__all__ = ["BIRTH", "BURST", "RATE", "add_home", "discovery", "discovery_topic", "live_at_home"]
+__all__ = [
+    "BIRTH",
+    "BURST",
+    "RATE",
+    "add_home",
+    "check_free",
+    "discovery",
+    "discovery_topic",
+    "is_taken",
+    "live_at_home",
+]
 
 #: Where Home Assistant says that it has come back.
 BIRTH = "homeassistant/status"
@@ -56,6 +67,10 @@ _LONGEST = 4_000
 #: s between two looks at the partner (ours).
 _PERIOD = 0.25
 _ONLINE, _OFFLINE = "online", "offline"
+#: Refusals a second and at once that are told: no more than a person can read (ours).
+_TOLD_RATE, _TOLD_BURST = 1.0, 10.0
+#: s in which a partner that lives under a name has said so (ours).
+_ANSWER = 1.5
 
 
 def add_home(
@@ -85,19 +100,78 @@ async def live_at_home(
     clock, today
         Give s, for the rate of wishes, and the day whose stops are counted.
     """
-    home = _Home(partner, name, Allowance(RATE, BURST, clock), today)
-    await stay_at(broker, f"miburi-{name}", home.live, home.will)
+    home = _Home(partner, name, clock, today)
+
+    async def admit() -> None:
+        # Two with one name would throw each other out for ever, and Stop would reach one of them.
+        if await is_taken(broker, name, home.instance):
+            raise InputError(
+                f"another partner has taken the name {name!r} there, so this one is not at home, "
+                "and the home's Stop does not reach it. Start it with another --name."
+            )
+
+    await stay_at(broker, f"miburi-{name}", home.live, home.will, admit)
+
+
+async def check_free(broker: Broker, name: str) -> None:
+    """Check that no other partner lives under a name; a broker that is away is no hindrance.
+
+    Raises
+    ------
+    InputError
+        One does; the message proposes a name that is free.
+    """
+    others = [f"{name[:37]}-{number}" for number in range(2, 6)]
+    try:
+        first, *rest = await asyncio.gather(*(is_taken(broker, one) for one in (name, *others)))
+    except (MqttError, OSError):
+        return
+    if first:
+        free = [one for one, is_gone in zip(others, rest, strict=True) if not is_gone]
+        proposed = f", such as --name {free[0]}" if free else ""
+        raise InputError(
+            f"another partner has taken the name {name!r} at {broker.host}:{broker.port}. Start "
+            f"this one with another name{proposed}."
+        )
+
+
+async def is_taken(broker: Broker, name: str, instance: str = "") -> bool:
+    """Whether a partner that is awake lives under a name; ``instance`` does not count.
+
+    Raises
+    ------
+    MqttError
+        The broker cannot be reached.
+    """
+    topics = Topics(name)
+    async with broker.client(None) as client:
+        await client.subscribe(topics.here, qos=1)
+        await client.publish(topics.who, qos=1)
+        with suppress(TimeoutError):
+            async with asyncio.timeout(_ANSWER):
+                async for message in client.messages:
+                    if _bytes(message.payload).decode(errors="replace") != instance:
+                        return True
+    return False
 
 
 class _Home:
     """One partner at one broker, however often the connection is made anew."""
 
     def __init__(
-        self, partner: Asker, name: str, wishes: Allowance, today: Callable[[], date]
+        self,
+        partner: Asker,
+        name: str,
+        clock: Callable[[], float],
+        today: Callable[[], date],
     ) -> None:
         self._partner, self._name = partner, name
-        self._wishes, self._today = wishes, today
+        self._wishes, self._today = Allowance(RATE, BURST, clock), today
+        self._refusals, self._unsaid = Allowance(_TOLD_RATE, _TOLD_BURST, clock), 0
         self._topics = Topics(name)
+        #: Tells it from another partner of the same name.
+        self.instance = secrets.token_hex(8)
+        self._contradicted = False  # whether somebody else has said whether it is there
         self._told: int | None = None  # the last number of the log that the broker knows
         self._day, self._stops = today(), 0
         self._stopping: asyncio.Task[None] | None = None
@@ -111,10 +185,11 @@ class _Home:
         return Will(self._topics.available, _OFFLINE, qos=1, retain=True)
 
     async def live(self, client: Client) -> None:
-        """HomeReport and obey until the connection ends."""
+        """Report and obey until the connection ends."""
         self._online, self._reported, self._announced = False, None, None
         topics = self._topics
-        for topic in (topics.feel, topics.say, topics.stop, Topics(ALL).stop, BIRTH):
+        heard = (topics.feel, topics.say, topics.stop, topics.who, topics.available)
+        for topic in (*heard, Topics(ALL).stop, BIRTH):
             await client.subscribe(topic, qos=1)
         try:
             async with asyncio.TaskGroup() as tasks:
@@ -148,8 +223,8 @@ class _Home:
             self._announced = [*report_of.temperatures]
             message = json.dumps(discovery(self._name, self._announced))
             await client.publish(discovery_topic(self._name), message, qos=1, retain=True)
-        if not self._online:
-            self._online = True
+        if not self._online or self._contradicted:
+            self._online, self._contradicted = True, False
             await self._say_whether(client, _ONLINE)
         for entry in entries:
             await self._tell(client, entry)
@@ -179,6 +254,10 @@ class _Home:
             if topic == BIRTH:
                 if message.payload == _ONLINE.encode():
                     self._announced = self._reported = None
+            elif topic == self._topics.who:
+                tasks.create_task(client.publish(self._topics.here, self.instance, qos=1))
+            elif topic == self._topics.available:
+                self._contradicted |= message.payload != _ONLINE.encode()
             elif message.retain:
                 pass  # a wish of another day
             elif topic in (self._topics.stop, Topics(ALL).stop):
@@ -206,7 +285,11 @@ class _Home:
             await self._refuse(client, topic, str(error))
 
     async def _refuse(self, client: Client, topic: str, why: str) -> None:
-        await client.publish(self._topics.refused, json.dumps({"topic": topic, "why": why}))
+        if not self._refusals.take("all"):
+            self._unsaid += 1
+            return
+        told, self._unsaid = {"topic": topic, "why": why, "unsaid": self._unsaid}, 0
+        await client.publish(self._topics.refused, json.dumps(told))
 
 
 def _bytes(payload: object) -> bytes:

@@ -32,6 +32,8 @@ class Topics:
         self.stops, self.refused = f"{base}/stops", f"{base}/refused"
         self.distress = f"{base}/distress"
         self.feel, self.say, self.stop = f"{base}/feel", f"{base}/say", f"{base}/stop"
+        #: Here somebody asks who lives under this name, and there the partner says so.
+        self.who, self.here = f"{base}/who", f"{base}/here"
 
 
 class HomeReport(BaseModel):

@@ -70,7 +70,7 @@ class _Answering:
         self._runner, self._ends, self._on_ready = runner, ends, on_ready
         self._awaited, self._arriving = awaited, threading.Lock()
         self._on_hang = on_hang
-        self._watchdog = Watchdog(UNSERVED, partial(self._stop, "server"), on_hang)
+        self._watchdog = Watchdog(UNSERVED, partial(self._stop, "server"), on_hang, apart=True)
         self._beats = 0
         self._over = threading.Event()
         self._pressed = -math.inf
@@ -127,7 +127,8 @@ class _Answering:
                     continue
                 tell()
                 if watchdog is None:
-                    watchdog = Watchdog(UNSERVED, partial(self._stop, "reception"), self._on_hang)
+                    late = partial(self._stop, "reception")
+                    watchdog = Watchdog(UNSERVED, late, self._on_hang, apart=True)
                     self._watch("reception", watchdog)
 
     def _watch(self, who: str, watchdog: Watchdog) -> None:

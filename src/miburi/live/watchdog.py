@@ -12,6 +12,8 @@ from typing import NamedTuple
 __all__ = ["USUAL", "Lateness", "Watchdog"]
 
 _LOOK = 0.05
+#: s between two looks after which the watchdog's own process was asleep (ours).
+_ASLEEP = 1.0
 
 
 class Lateness(NamedTuple):
@@ -40,6 +42,9 @@ class Watchdog:
         How much is too late.
     clock
         Gives s.
+    apart
+        Whether the beats come from another process. While our own sleeps, as on a closed laptop, we
+        hear none: that is not the other's fault.
     """
 
     def __init__(
@@ -49,10 +54,13 @@ class Watchdog:
         dead: Callable[[], None],
         lateness: Lateness = USUAL,
         clock: Callable[[], float] = time.monotonic,
+        *,
+        apart: bool = False,
     ) -> None:
         self._period, self._late, self._dead, self._clock = period, late, dead, clock
         self._lateness = lateness
-        self._beat = clock()
+        self._beat = self._looked = clock()
+        self._apart = apart
         self._is_late = self._is_dead = False
 
     def beat(self) -> None:
@@ -62,7 +70,11 @@ class Watchdog:
 
     def look(self) -> None:
         """See how late the loop is."""
-        behind = self._clock() - self._beat - self._period
+        now = self._clock()
+        slept, self._looked = now - self._looked, now
+        if self._apart and slept > _ASLEEP:
+            self._beat += slept
+        behind = now - self._beat - self._period
         if behind > self._lateness.stop and not self._is_late:
             self._is_late = True
             self._late()

@@ -143,6 +143,7 @@ def serve(wish: Wish, meanwhile: Callable[[], None] = lambda: None) -> None:
 def _serve(wish: Wish, meanwhile: Callable[[], None]) -> None:
     folder = wish.folder or own_folder()
     memory = None if wish.forget else folder / "feelings.json"
+    _keep_private(folder)
     listen = listening_twice if wish.https else listening_plainly
     with listen(wish.host, wish.port) as listeners:
         reach, certificate = reach_of(listeners, folder, datetime.now(UTC))
@@ -165,12 +166,20 @@ def _serve(wish: Wish, meanwhile: Callable[[], None]) -> None:
     kept = memory is not None and _keep(memory, feelings)
     if runner.failure is not None:
         raise BodyError(runner.failure)
-    if end is _Happening.SERVER_ENDED:
+    if end in _LEFT_ALONE:
         raise BodyError(
-            "the server has ended, and nobody could have stopped the body any more: it was stopped "
+            f"{_LEFT_ALONE[end]}, and nobody could have stopped the body any more: it was stopped "
             "where it was. Start Miburi again."
         )
     _say_good_bye(runner, folder, kept=kept)
+
+
+def _keep_private(folder: Path) -> None:
+    """Let nobody but this user read what the partner writes, from now on and of earlier times."""
+    os.umask(0o077)  # in the helpers, too: they begin with ours
+    for one in (folder / "feelings.json", folder / "recordings", *folder.glob("recordings/*.mcap")):
+        with suppress(OSError):  # it is not there, or somebody else's
+            one.chmod(0o700 if one.is_dir() else 0o600)
 
 
 def _check(wish: Wish) -> None:
@@ -232,8 +241,8 @@ def _live(
     runner.start(on_failure=lambda: happenings.put(_Happening.LOOP_GAVE_UP))
     ending = threading.Event()
     threads = [
-        threading.Thread(target=_watch, args=(process, happenings), daemon=True)
-        for process in helpers.processes
+        threading.Thread(target=_watch, args=(process, happening, happenings), daemon=True)
+        for process, happening in zip(helpers.processes, _LEFT_ALONE, strict=False)
     ]
     if memory is not None:
         arguments = (memory, runner.feelings, ending.wait)
@@ -246,14 +255,14 @@ def _live(
             runner,
             helpers.server,
             on_ready=lambda: happenings.put(_Happening.LISTENS),
-            on_hang=lambda: happenings.put(_Happening.SERVER_ENDED),
+            on_hang=lambda: happenings.put(_Happening.HELPER_HANGS),
             reception=helpers.reception,
         )
         end = _next(happenings)
         if end is _Happening.LISTENS:
             announce()
             end = _next(happenings)
-        if end is _Happening.SERVER_ENDED:
+        if end in _LEFT_ALONE:
             runner.stop("partner")  # nobody else can any more
         ending.set()
         runner.close()
@@ -265,8 +274,19 @@ class _Happening(Enum):
 
     LISTENS = auto()
     SERVER_ENDED = auto()
+    RECEPTION_ENDED = auto()
+    HELPER_HANGS = auto()
     LOOP_GAVE_UP = auto()
     SIGNAL = auto()
+
+
+#: What leaves a partner without anybody who could press Stop, and how that is said; the first two
+#: in the order of the processes.
+_LEFT_ALONE = {
+    _Happening.SERVER_ENDED: "the server has ended",
+    _Happening.RECEPTION_ENDED: "the process that receives Stop has ended",
+    _Happening.HELPER_HANGS: "the server, or the process that receives Stop, hangs",
+}
 
 
 def _next(happenings: "SimpleQueue[_Happening]") -> _Happening:
@@ -325,9 +345,11 @@ def _spawn(work: Callable[..., None], *arguments: object) -> BaseProcess:
     return process
 
 
-def _watch(process: BaseProcess, happenings: "SimpleQueue[_Happening]") -> None:
+def _watch(
+    process: BaseProcess, ended: "_Happening", happenings: "SimpleQueue[_Happening]"
+) -> None:
     process.join()
-    happenings.put(_Happening.SERVER_ENDED)
+    happenings.put(ended)
 
 
 @contextmanager

@@ -125,14 +125,6 @@ def test_the_rule_of_a_calibrated_robot_lets_its_own_moves_pass(
             assert watch.look(positions, time) is None
 
 
-def test_a_robot_with_the_other_divisor_ends_with_a_gain_that_fits(robot: Robot) -> None:
-    done = calibrate_servos(robot, 1, varied(robot, stiffness=3.0))
-    assert 4.0 <= true_stiffness(robot, done.robot.servo.model.drive.gain, 3.0) <= 6.0
-    assert np.abs(np.log(done.found.stiffness)).max() < np.log(1.4)
-    assert done.seconds <= 180
-    assert done.words[0].startswith("the P gain is ")
-
-
 def test_worn_servos_pass_freely_when_they_are_cold_and_the_supply_is_low(robot: Robot) -> None:
     """Gears take half of the motors' torque; each of these trials brings a fifth more friction."""
     rubbing = robot.with_servo(robot.servo.model.varied(friction=1.9))

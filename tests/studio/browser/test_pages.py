@@ -18,6 +18,7 @@ from tests.fixtures.browser import (
     open_studio,
     press_above,
     release_by_key,
+    settled_on_screen,
     state,
     until,
     visiting,
@@ -133,7 +134,7 @@ def test_a_dragged_hand_stops_the_robot_and_release_lets_it_go_on(scene: Page) -
     until(scene, lambda now: now["hand_out"])
     before = until(scene, lambda now: now["hand"]["position"][0] < 0.06)
     origin = urljoin(scene.url, "/").rstrip("/")
-    scene.mouse.move(*on_screen(scene, before["hand"]["position"]))
+    scene.mouse.move(*settled_on_screen(scene, before["hand"]["position"]))
     scene.mouse.down()
     scene.mouse.move(*on_screen(scene, [0.05, -0.17, 0.17]), steps=6)
     until(scene, lambda now: now["hand"]["position"][1] > -0.20)
