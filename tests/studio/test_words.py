@@ -1,6 +1,10 @@
+import json
 import re
+from importlib import resources
+from pathlib import Path
 
 import pytest
+from fontTools.ttLib import TTFont
 
 from miburi.errors import InputError
 from miburi.feelings import FEELINGS, SOURCES, TEMPERAMENTS
@@ -9,6 +13,7 @@ from miburi.live.archive import EndReason
 from miburi.live.bodies import KINDS
 from miburi.robot import JOINTS
 from miburi.safety.stop import StopReason
+from miburi.senses.answers import shipped_answers
 from miburi.senses.happenings import happenings
 from miburi.senses.kinds import KINDS as DISTRESSES
 from miburi.studio.words import LANGUAGES, own_name, preferred, words
@@ -66,3 +71,14 @@ def test_a_visitors_wish_is_met_where_it_can_be(wishes: tuple[str], language: st
 def test_an_unknown_language_is_refused() -> None:
     with pytest.raises(InputError, match="en, ja"):
         words("tlh")
+
+
+def test_the_font_for_computers_without_one_has_every_character_of_the_pages() -> None:
+    """``tools/subset-font`` makes it; Debian without Japanese fonts showed Stop as boxes."""
+    house = Path(str(resources.files("miburi")))
+    file = house / "studio/static/fonts/japanese.woff"
+    assert file.stat().st_size < 400_000
+    texts = [words("ja"), own_name("ja"), shipped_answers("ja").model_dump()]
+    said = json.dumps(texts, ensure_ascii=False) + "身振り"
+    needed = {char for char in said if "\u2e80" <= char <= "\uffff"}
+    assert needed - {*map(chr, TTFont(file).getBestCmap())} == set()

@@ -5,7 +5,7 @@ No model has a field for any part of the contact rule, so no request can change 
 
 from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 
 from miburi.feelings.catalogue import FeelingName
 from miburi.feelings.temperament import Source
@@ -64,7 +64,7 @@ class StimulusIn(Message):
 class SayIn(Message):
     """What somebody says to the partner, in English or Japanese."""
 
-    text: Annotated[str, Field(min_length=1, max_length=1000)]
+    text: Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=1000)]
     tone: Tone = Field(default="plain", description="How it was said; weighs what the words say.")
 
 
@@ -92,7 +92,7 @@ class SayOut(BaseModel):
 class SpeakIn(Message):
     """What the partner shall say aloud; English and Japanese are told apart by their letters."""
 
-    text: Annotated[str, Field(min_length=1, max_length=300)]
+    text: Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=300)]
 
 
 class SenseIn(Message):

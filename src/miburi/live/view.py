@@ -24,7 +24,11 @@ __all__ = ["LivePartner", "Recordings", "UnreachableError"]
 class UnreachableError(MiburiError):
     """The partner's loop has ended, or its process does not answer."""
 
-    def __init__(self, words: str = "the robot cannot be reached; look at the terminal.") -> None:
+    def __init__(
+        self,
+        words: str = "the partner does not answer now. If that lasts, look at the robot, and start "
+        "`miburi run` again.",
+    ) -> None:
         super().__init__(words)
 
 
