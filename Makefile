@@ -18,22 +18,20 @@ run: .venv/run.stamp ## the main job: the live partner and its studio (Ctrl-C en
 experiment: .venv/run.stamp ## the paper's experiment, written to out/experiment
 	$(BIN)/miburi experiment --seed 1 --seconds 30 --out out/experiment
 
-# A worker more than there are cores: some tests wait.
+# A worker more than there are cores, as some tests wait. Pages come last: a browser beside other
+# tests takes longer than after them.
 TESTS := $(BIN)/python -m pytest -n $$(($$(nproc) + 1))
 PAGES := tests/studio/browser
-test: .venv/test.stamp ## all tests (5 minutes on two cores)
-	$(TESTS)
+test: test-rest test-pages ## all tests (8 minutes on two cores)
 
-# The three parts of `make test`, for machines that work side by side.
-.PHONY: test-quick test-pages test-firmware test-rest
-test-quick: .venv/test.stamp ## what takes less than a second each (a minute)
-	$(TESTS) -m "not slow" --ignore $(PAGES) --ignore tests/firmware
+# Its two parts, for machines that work side by side; and what a developer runs every few minutes.
+.PHONY: test-rest test-pages test-quick
+test-rest: .venv/test.stamp ## all tests but those in a browser
+	$(TESTS) --ignore $(PAGES)
 test-pages: .venv/test.stamp ## the tests in a browser
 	$(TESTS) $(PAGES)
-test-firmware: .venv/test.stamp ## the tests of the card
-	$(TESTS) tests/firmware
-test-rest: .venv/test.stamp ## all other tests
-	$(TESTS) --ignore $(PAGES) --ignore tests/firmware
+test-quick: .venv/test.stamp ## what takes less than a second each (a minute)
+	$(TESTS) --ignore $(PAGES) --ignore tests/firmware -m "not slow"
 
 screenshots: .venv/test.stamp ## pictures of the studio and the face, in out/screenshots
 	tools/debian-packages fonts-noto-cjk

@@ -1,6 +1,7 @@
-"""How often a drag of the studio's hand towards a moving arm stops the robot, in a real browser.
+"""How often a drag of the studio's hand towards a moving arm meets that arm, in a real browser.
 
     python bench/studio/reach.py --drags 20 --seed 1 > bench/studio/reach.txt
+    python bench/studio/reach.py --drags 20 --seed 2 --arm left >> bench/studio/reach.txt
 
 Each drag looks from a random side, takes the hand where it is seen, and goes in half a second to
 where a random arm is seen, give or take 10 pixels, corrected once on the way as people do. It
@@ -23,6 +24,7 @@ from miburi.robot import forward, iphonoid
 
 FLAGS = ["--no-sandbox", "--disable-gpu", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 GESTURES = ("happiness", "thrill", "surprise")
+ARMS = ("right", "left")
 LOOK = """([azimuth, height]) => {
   const view = document.querySelector('.robot-view').view;
   const [x, y] = [0.68 * Math.cos(azimuth), 0.68 * Math.sin(azimuth)];
@@ -50,6 +52,7 @@ def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("--drags", type=int, default=20)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--arm", choices=ARMS, help="by default either")
     wish = parser.parse_args()
     rng = np.random.default_rng(wish.seed)
     with partner() as url, sync_playwright() as playwright:
@@ -59,12 +62,12 @@ def main() -> None:
         page.wait_for_function(
             "window.did_handshake && document.querySelector('.robot-view')?.view?.ready"
         )
-        met = [drag(page, url, rng, number) for number in range(1, wish.drags + 1)]
+        met = [drag(page, url, rng, number, wish.arm) for number in range(1, wish.drags + 1)]
         browser.close()
-    print(f"{sum(met)} of {len(met)} drags stopped the robot (seed {wish.seed})")
+    print(f"{sum(met)} of {len(met)} drags met the arm that they aimed at (seed {wish.seed})")
 
 
-def drag(page: Page, url: str, rng: np.random.Generator, number: int) -> bool:
+def drag(page: Page, url: str, rng: np.random.Generator, number: int, only: str | None) -> bool:
     def post(path: str, **content: object) -> None:
         headers = {"Miburi-By": "program"}  # what it stops it releases
         page.request.post(f"{url}/api/v1{path}", data=content or None, headers=headers)
@@ -77,6 +80,7 @@ def drag(page: Page, url: str, rng: np.random.Generator, number: int) -> bool:
         return on_screen(page, hands[3 * arm : 3 * arm + 3].tolist())
 
     gesture, arm = str(rng.choice(GESTURES)), int(rng.integers(2))
+    arm = arm if only is None else ARMS.index(only)
     side, height, error = rng.uniform(-0.9, 0.3), rng.uniform(0.12, 0.34), rng.uniform(-10, 10, 2)
     for _ in range(300):  # until it is free, and wide in a gesture
         now = state()
@@ -112,12 +116,11 @@ def drag(page: Page, url: str, rng: np.random.Generator, number: int) -> bool:
         if not now["asked"]:
             post("/express", feeling=gesture, mood=1.0)
         page.wait_for_timeout(50)
-    met = bool(stop) and stop["reason"] == "contact"
+    part = (stop or {}).get("part") or "-"
     page.mouse.up()
     post("/hand", position=None)
-    arm_name, motor = ("right", "left")[arm], stop["motor"] if stop else None
-    print(f"{number:2}  {gesture:9}  {arm_name:5}  side {side:+.2f}  {motor or '-'}", flush=True)
-    return met
+    print(f"{number:2}  {gesture:9}  {ARMS[arm]:5}  side {side:+.2f}  {part}", flush=True)
+    return part.startswith(ARMS[arm])
 
 
 def on_screen(page: Page, point: object) -> tuple[float, float]:

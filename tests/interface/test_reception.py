@@ -14,7 +14,7 @@ from starlette.types import Receive, Scope, Send
 
 from miburi.interface.access import CONNECTIONS, HEADER_TIME, HEADERS, Gate
 from miburi.interface.passing import ENCRYPTED, PLAIN, Passed, taken_in
-from miburi.interface.reception import BEAT, GRACE, SILENCE, Reception
+from miburi.interface.reception import BEAT, GRACE, HANDSHAKES, SILENCE, Reception
 
 STOP = b"POST /api/v1/stop HTTP/1.1\r\nHost: localhost\r\n"
 LOOK = b"GET /api/v1/state HTTP/1.1\r\nHost: localhost\r\n\r\n"
@@ -338,6 +338,19 @@ def test_the_address_with_the_most_connections_gives_way_first() -> None:
         at.time[0] += GRACE + 0.1
         at.until(lambda: sum(map(at.ended, crowd)) == 11)
         at.stop(alone)
+
+
+def test_only_so_many_handshakes_are_under_way_whoever_begins_them() -> None:
+    """Each half-open one keeps 0.33 MB of the server; the limit of an address is higher."""
+    with desk(most=500) as at:
+        for number in range(HANDSHAKES + 40):
+            home = f"127.0.0.{2 + number % 20}"
+            stranger = socket.create_connection(at.encrypted.getsockname(), 10, (home, 0))
+            at.guests.append(stranger)
+            stranger.sendall(b"\x16")
+            at.turn()
+        at.until(lambda: sum(map(at.ended, at.guests)) == 40)
+        at.stop(at.come())
 
 
 def test_a_half_closed_connection_costs_nothing(at: Desk) -> None:

@@ -3,10 +3,11 @@
 from collections.abc import Callable
 
 from fastapi import APIRouter, Request, Response
-from fastapi.responses import HTMLResponse, JSONResponse, RedirectResponse
+from fastapi.responses import JSONResponse, RedirectResponse
 from pydantic import Field
 
 from miburi.interface.access import AUTHORITY, COOKIE, PAIRING, Allowance, same
+from miburi.interface.policy import own_page
 from miburi.interface.reach import Reach
 from miburi.interface.wire import Message
 
@@ -39,7 +40,7 @@ def pairing_router(reach: Reach, content: Callable[[Request], str]) -> APIRouter
 
     @router.get(PAIRING)
     async def page(request: Request) -> Response:
-        return RedirectResponse("/") if token is None else HTMLResponse(content(request))
+        return RedirectResponse("/") if token is None else own_page(content(request))
 
     @router.post(PAIRING)
     async def pair(wish: PairIn, request: Request) -> Response:

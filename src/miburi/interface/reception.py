@@ -45,12 +45,15 @@ from miburi.interface.passing import ENCRYPTED, PLAIN, Note, pass_on
 from miburi.interface.relay import Guest
 from miburi.live.press import BY, By, outlasting, who
 
-__all__ = ["BEAT", "GRACE", "SILENCE", "Reception", "receive"]
+__all__ = ["BEAT", "GRACE", "HANDSHAKES", "SILENCE", "Reception", "receive"]
 
 #: s between two signs of life, and s after which a Stop is said to have reached nobody (ours).
 BEAT, SILENCE = 1.0, 1.0
 #: s in which a new connection does not have to give way to newer ones (ours).
 GRACE = 0.5
+#: Connections by https, from all addresses, whose handshakes may be under way: each takes 0.33 MB
+#: of the server (ours).
+HANDSHAKES = 100
 #: Files of its process that are no connections.
 _OWN_FILES = 64
 #: Connections that are taken in, and passed on, before others are looked at: one may be a Stop.
@@ -123,6 +126,7 @@ class Reception:
         self._passage, self._stopping, self._gate, self._clock = passage, stopping, gate, clock
         self._crowds: defaultdict[str, dict[Guest, None]] = defaultdict(dict)
         self._sockets: dict[Guest, None] = {}
+        self._shaking: dict[Guest, None] = {}  # their hands
         self._files, self._most = 0, most
         self._waiting: deque[Guest] = deque()  # for the server
         self._full = False  # whether it takes nothing now
@@ -199,6 +203,10 @@ class Reception:
             guest = Guest(line, (address[0], address[1]), kind, self._clock())
             if len(self._crowds[address[0]]) >= CONNECTIONS:
                 self._make_room(self._crowds[address[0]])
+            if kind == ENCRYPTED:
+                if len(self._shaking) >= HANDSHAKES:
+                    self._make_room(self._shaking)
+                self._shaking[guest] = None
             self._crowds[address[0]][guest] = None
             self._take_files(1)
             self._hear(guest, selectors.EVENT_READ)  # what has come with it keeps its place
@@ -241,6 +249,7 @@ class Reception:
                 self._forget(one)
         guest.close()
         self._sockets.pop(guest, None)
+        self._shaking.pop(guest, None)
         self._leave_crowd(guest)
 
     def _leave_crowd(self, guest: Guest) -> None:
@@ -280,6 +289,8 @@ class Reception:
 
     def _go_on(self, guest: Guest, *, gone: bool) -> None:
         """Close a connection that is at its end, or wait for what is next."""
+        if not guest.silent:
+            self._shaking.pop(guest, None)
         if gone or (guest.ends and guest.resting):
             self._close(guest)
             return

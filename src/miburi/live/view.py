@@ -26,8 +26,8 @@ class UnreachableError(MiburiError):
 
     def __init__(
         self,
-        words: str = "the partner does not answer now. If that lasts, look at the robot, and start "
-        "`miburi run` again.",
+        words: str = "the partner cannot be reached now. If that lasts, look at the robot, and "
+        "start `miburi run` again.",
     ) -> None:
         super().__init__(words)
 

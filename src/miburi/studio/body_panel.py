@@ -4,6 +4,7 @@ import asyncio
 from collections.abc import Callable
 from functools import partial
 from html import escape
+from math import degrees
 from typing import Any
 
 from nicegui import ui
@@ -223,7 +224,7 @@ def _table(state: State, motors: MotorsOut, words: Words) -> str:
 
 
 def _cells(motor: MotorOut, angle: float, motors: MotorsOut, say: dict[str, str]) -> str:
-    cells = [f"{angle:+.2f} rad".replace("-", "−")]
+    cells = [f"{degrees(angle):+.0f}°".replace("-", "−")]
     if motors.hottest is not None:
         if not motor.answers:
             cells += [escape(say["silent"]), ""]
@@ -231,7 +232,7 @@ def _cells(motor: MotorOut, angle: float, motors: MotorsOut, say: dict[str, str]
             cells += ["", ""]
         else:
             cells += [f"{motor.temperature:.0f} °C", f"{motor.voltage:.1f} V"]
-    cells += [f"{1000 * motor.guards.lag:.0f} ms", f"{1000 * motor.guards.slack:.0f} mrad"]
+    cells += [f"{1000 * motor.guards.lag:.0f} ms", f"{degrees(motor.guards.slack):.1f}°"]
     return "".join(f"<td>{cell}</td>" for cell in cells)
 
 

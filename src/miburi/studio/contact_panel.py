@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from html import escape
+from math import degrees
 
 from nicegui import ui
 
@@ -110,8 +111,8 @@ def measurements(stop: StopOut, limit: float | None, words: Words) -> str:
     rows = []
     if stop.measured is not None and stop.expected is not None:
         rows += [
-            (say["measured"], f"{stop.measured:.2f} rad/s"),
-            (say["expected"], f"{stop.expected:.2f} rad/s"),
+            (say["measured"], f"{degrees(stop.measured):.0f} °/s"),
+            (say["expected"], f"{degrees(stop.expected):.0f} °/s"),
         ]
     if stop.sign != "speed" or stop.measured is None:
         rows += _travel(stop, say)
@@ -133,7 +134,10 @@ def measurements(stop: StopOut, limit: float | None, words: Words) -> str:
 def _travel(stop: StopOut, say: dict[str, str]) -> list[tuple[str, str]]:
     if stop.moved is None or stop.due is None:
         return []
-    return [(say["moved"], f"{stop.moved:.3f} rad"), (say["due"], f"{stop.due:.3f} rad")]
+    return [
+        (say["moved"], f"{degrees(stop.moved):.1f}°"),
+        (say["due"], f"{degrees(stop.due):.1f}°"),
+    ]
 
 
 def _log(entries: list[Entry], words: Words) -> str:

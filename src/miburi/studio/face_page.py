@@ -10,6 +10,7 @@ from fastapi.responses import HTMLResponse
 from miburi.errors import BodyError
 from miburi.feelings.catalogue import CATALOGUE
 from miburi.ground.templates import render
+from miburi.interface.policy import own_page
 from miburi.interface.settle import done
 from miburi.interface.wire import Message
 from miburi.live.view import LivePartner
@@ -67,7 +68,7 @@ def add_face_page(app: FastAPI, runner: LivePartner, sounded: Sequence[str] = ()
             senses=senses_form(say, "voice", "speech", "motion", "ears", "eyes", sounded=sounded)
             + signs(say),
         )
-        return HTMLResponse(page)
+        return own_page(page)
 
     @app.post(RELEASE, status_code=204, include_in_schema=False)
     async def release(shown: _Shown, origin: Annotated[str | None, Header()] = None) -> None:

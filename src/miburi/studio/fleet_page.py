@@ -14,6 +14,7 @@ from miburi.interface.access import STOP
 from miburi.interface.api import refuse_in_words
 from miburi.interface.asker import beside
 from miburi.interface.fleet import Fleet, FleetOut, listening_to
+from miburi.interface.policy import own_page
 from miburi.interface.report import ALL
 from miburi.interface.wire import Message
 from miburi.studio.preferences import Preferences
@@ -47,7 +48,7 @@ def make_fleet_app(fleet: Fleet) -> FastAPI:
         language = Preferences.of(request).language
         say = words(language)
         content = {name: say[name] for name in ("fleet", "feeling", "phase", "reason", "joint")}
-        return HTMLResponse(render(_PAGE, language=language, words=content))
+        return own_page(render(_PAGE, language=language, words=content))
 
     @app.get("/api/v1/fleet")
     async def news() -> FleetOut:

@@ -6,6 +6,7 @@ from fastapi import Request
 from fastapi.responses import HTMLResponse
 
 from miburi.ground.templates import render
+from miburi.interface.policy import own_page
 from miburi.studio.preferences import Preferences
 from miburi.studio.words import words
 
@@ -25,4 +26,4 @@ async def missing_page(request: Request, _error: Exception) -> HTMLResponse:
         scheme=preferences.scheme,
         words={**say["missing"], **back},
     )
-    return HTMLResponse(page, 404)
+    return own_page(page, 404)

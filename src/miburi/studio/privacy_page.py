@@ -14,6 +14,7 @@ from fastapi.responses import HTMLResponse
 from miburi.ground.templates import render
 from miburi.interface.access import PRIVACY
 from miburi.interface.doors import Doors
+from miburi.interface.policy import own_page
 from miburi.interface.reach import Reach
 from miburi.live.view import LivePartner
 from miburi.studio.preferences import Preferences
@@ -69,7 +70,7 @@ def privacy_router(runner: LivePartner, reach: Reach, doors: Doors) -> APIRouter
     async def privacy(request: Request) -> HTMLResponse:
         preferences = Preferences.of(request)
         recording = runner.snapshot.state.recording is not None
-        return HTMLResponse(_page(preferences, switches(doors, reach, recording)))
+        return own_page(_page(preferences, switches(doors, reach, recording)))
 
     return router
 

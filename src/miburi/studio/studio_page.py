@@ -33,8 +33,8 @@ __all__ = ["HAND_START", "add_studio_page"]
 
 #: Seconds between two updates of what changes slowly.
 _LOOK = 0.25
-#: Where the hand appears, m: in front of the robot, beside the right arm.
-HAND_START = (0.05, -0.24, 0.16)
+#: Where the hand appears, m: low in front of the robot, in the way of neither arm.
+HAND_START = (0.22, 0.0, 0.05)
 _TOGGLE_DARK = f"""() => {{
     const dark = !document.body.classList.contains("body--dark");
     Quasar.Dark.set(dark);
@@ -119,7 +119,7 @@ class _Studio:
                 face.on("click", self._pairing().open)
                 self._languages()
                 # The element is told, too: it sets its own value again whenever the page changes.
-                dark = button("◐", say["dark"])
+                dark = button(say["dark"], "")
                 dark.on(
                     "click", lambda event: self._dark.set_value(event.args), js_handler=_TOGGLE_DARK
                 )
@@ -145,7 +145,9 @@ class _Studio:
             distress.set_visibility(heard is not None)
             kind = self._words["distress"][heard.kind] if heard else ""
             distress.set_text(self._words["talk"]["distress"].format(kind=kind) if heard else "")
-            pill.set_text(self._words["phase"]["paused" if resting else state.phase])
+            breathing = state.phase == "moving" and state.expressed is None and not state.asked
+            shown = "paused" if resting else "idle" if breathing else state.phase
+            pill.set_text(self._words["phase"][shown])
             set_label(pause, say["resume" if state.paused else "pause"])
 
         self._updates.append(update)

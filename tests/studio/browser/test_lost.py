@@ -45,6 +45,7 @@ def test_the_pages_say_once_that_stop_reaches_nobody_and_send_it_later(
             expect(page.get_by_role("alert").filter(has_text=ALONE[language])).to_be_visible()
         page.wait_for_timeout(2500)  # NiceGUI's own message would have come
         for language, page in studios.items():
+            expect(page.locator(".studio")).to_have_attribute("inert", "")  # no face, no Say
             text = shown(page)
             assert not ALIVE[language].search(text)
             assert text.count(ALONE[language]) == 1
@@ -56,3 +57,4 @@ def test_the_pages_say_once_that_stop_reaches_nobody_and_send_it_later(
             for page in studios.values():
                 expect(page.locator(".stop-button .reached")).to_be_visible()
                 expect(page.locator(".unsent")).to_be_hidden()
+                expect(page.locator(".studio")).not_to_have_attribute("inert", "")

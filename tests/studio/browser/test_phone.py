@@ -7,10 +7,11 @@ from playwright.sync_api import Browser, Page, expect
 from tests.fixtures.browser import (
     PHONE,
     ask,
+    hand_has_come,
     needs_browser,
-    on_screen,
     press_above,
     release,
+    settled_on_screen,
     until,
     visiting,
 )
@@ -71,8 +72,8 @@ def test_a_finger_scrolls_past_the_robot_and_still_drags_the_hand(phone: Page) -
     phone.wait_for_function("scrollY > 100")
     phone.evaluate("scrollTo(0, 0)")
     phone.get_by_role("button", name="Reach in").tap()
-    out = until(phone, lambda now: now["hand_out"] and now["hand"]["position"][0] < 0.06)
-    swipe(phone, *on_screen(phone, out["hand"]["position"]), -80)
+    out = until(phone, hand_has_come)
+    swipe(phone, *settled_on_screen(phone, out["hand"]["position"]), -80)
     until(phone, lambda now: now["hand"]["position"][2] > out["hand"]["position"][2] + 0.02)
     assert phone.evaluate("scrollY") == 0
     ask(phone, "/hand", position=None)

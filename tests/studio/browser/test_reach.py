@@ -5,7 +5,15 @@ from typing import Any
 import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
-from tests.fixtures.browser import ask, needs_browser, on_screen, state, until
+from tests.fixtures.browser import (
+    ask,
+    hand_has_come,
+    needs_browser,
+    on_screen,
+    settled_on_screen,
+    state,
+    until,
+)
 
 from miburi.robot import forward, iphonoid
 from miburi.robot.mjcf import HAND_SIZE
@@ -23,7 +31,7 @@ def arm(now: dict[str, Any]) -> np.ndarray:
 def reach_in(page: Page) -> dict[str, Any]:
     page.get_by_role("button", name="Got it").click()  # else the hint moves the low scene down
     page.get_by_role("button", name="Reach in").click()
-    return until(page, lambda now: now["hand_out"] and now["hand"]["position"][0] < 0.06)
+    return until(page, hand_has_come)
 
 
 @pytest.mark.parametrize("side", SIDES)
@@ -37,7 +45,7 @@ def test_the_hand_is_dragged_to_the_arm_that_is_pointed_at(scene: Page, side: st
     )
     out = reach_in(scene)
     start, goal = out["hand"]["position"], arm(state(scene))
-    scene.mouse.move(*on_screen(scene, start))
+    scene.mouse.move(*settled_on_screen(scene, start))
     scene.mouse.down()
     scene.mouse.move(*on_screen(scene, goal.tolist()), steps=8)
     # It touches, where the arm was when it was pointed at; a soft arm gives way.
@@ -59,9 +67,12 @@ def test_the_arrow_keys_work_at_once(scene: Page) -> None:
     scene.keyboard.press("Enter")
     until(scene, lambda now: now["hand_out"])
     expect(scene.locator(".robot-view canvas")).to_be_focused()
-    for _ in range(4):
+    scene.keyboard.press("ArrowUp")  # now it is as deep as the arms
+    low = until(scene, lambda now: 0 < now["hand"]["position"][0] < 0.15)["hand"]["position"]
+    for _ in range(6):
         scene.keyboard.press("ArrowUp")
-    raised = until(scene, lambda now: now["hand"]["position"][2] > 0.195)["hand"]["position"]
+    raised = until(scene, lambda now: now["hand"]["position"][2] > low[2] + 0.03)
+    raised = raised["hand"]["position"]
     for _ in range(4):
         scene.keyboard.press("Shift+ArrowDown")  # towards who looks
     until(scene, lambda now: now["hand"]["position"][0] > raised[0] + 0.02)

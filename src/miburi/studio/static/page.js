@@ -49,6 +49,8 @@ document.addEventListener("keydown", (event) => {
 listen((state, connected) => {
   const root = document.documentElement;
   root.dataset.connected = connected;
+  // What would reach nobody cannot be pressed; Stop can, and is sent as soon as somebody is there.
+  for (const one of document.querySelectorAll(".studio, .bar-more, .talk, .senses")) one.inert = connected === false;
   if (connected && sessionStorage.getItem(UNSENT)) {
     send({ do: "stop" });
     keep(false);

@@ -1,11 +1,15 @@
 // The switches of the partner's voice and senses. Each is a module that is loaded when it is first
 // switched on; its start() returns what switches it off again, or throws the name of a refusal.
+import { listen, live } from "/static/live.js";
+
 const MODULES = {
   voice: "/static/voice.js", motion: "/static/motion.js", ears: "/static/ears.js", eyes: "/static/eyes.js",
   speech: "/static/speech.js",
 };
 const SECURE = ["motion", "ears", "eyes", "speech"]; // browsers give these to secure pages alone
-const KEPT = ["voice"]; // what a reload leaves on; microphone and camera are off after each
+const KEPT = ["voice"]; // what a reload leaves on; microphone and camera are off after it
+const AGAIN = "miburi_again", LONG = 30_000; // but not where a page that has lost its partner loads itself again, within ms
+let lost = -Infinity;
 const running = new Map(), wishes = new Map();
 
 const kept = (name) => `miburi_${name} ${location.pathname}`;
@@ -36,6 +40,14 @@ document.addEventListener("change", (event) => {
   if (name) set(event.target.closest("[data-senses]"), name, event.target.checked);
 });
 
+listen((_state, connected) => {
+  if (!connected) lost = performance.now();
+});
+addEventListener("pagehide", () => {
+  if (live.connected === false || performance.now() - lost < LONG)
+    sessionStorage.setItem(AGAIN, JSON.stringify([...running.keys()].filter((name) => !KEPT.includes(name))));
+});
+
 // What was on comes back with the first touch: before, no browser lets a page sound.
 function restore() {
   const form = document.querySelector("[data-senses]");
@@ -46,6 +58,9 @@ function restore() {
     box.disabled = true;
     document.getElementById(box.getAttribute("aria-describedby")).textContent = JSON.parse(form.dataset.senses).refused.insecure;
   }
+  const again = JSON.parse(sessionStorage.getItem(AGAIN) ?? "[]");
+  sessionStorage.removeItem(AGAIN);
+  for (const name of again) if (form.querySelector(`[data-sense="${name}"]`)) set(form, name, true);
   for (const name of KEPT.filter((name) => localStorage.getItem(kept(name)) === "on")) {
     form.querySelector(`[data-sense="${name}"]`).checked = true;
     const wake = () => {

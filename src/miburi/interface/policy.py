@@ -1,0 +1,45 @@
+"""What a browser may do with our pages: their content security policy.
+
+The studio is NiceGUI's page, which needs inline scripts and ``eval`` (Vue compiles its templates in
+the browser). Every other page is our own: it may run the scripts that stand in it, known by their
+hashes, and those of our folder, and nothing else.
+"""
+
+import re
+from base64 import b64encode
+from hashlib import sha256
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:  # the reception needs no web library
+    from fastapi.responses import HTMLResponse
+
+__all__ = ["NICEGUI", "POLICY", "own_page"]
+
+POLICY = b"content-security-policy"
+_SHARED = (
+    "default-src 'self'; object-src 'none'; {scripts}; {styles}; img-src 'self' data: blob:; "
+    "font-src 'self' data:; connect-src 'self'; frame-ancestors 'none'; base-uri 'self'; "
+    "form-action 'self'"
+)
+#: For whatever does not bring a policy of its own.
+NICEGUI = _SHARED.format(
+    scripts="script-src 'self' 'unsafe-inline' 'unsafe-eval' blob:",
+    styles="style-src 'self' 'unsafe-inline'",
+).encode()
+_INLINE = re.compile(r"<(script|style)(?: type=\"module\")?>(.*?)</\1>", re.DOTALL)
+
+
+def own_page(html: str, status: int = 200) -> "HTMLResponse":
+    """Return a page of ours with a policy that knows its inline scripts and styles."""
+    from fastapi.responses import HTMLResponse
+
+    known: dict[str, list[str]] = {"script": [], "style": []}
+    for kind, text in _INLINE.findall(html):
+        digest = b64encode(sha256(text.encode()).digest()).decode()
+        known[kind].append(f"'sha256-{digest}'")
+    policy = _SHARED.format(
+        # The eyes' neural networks are WebAssembly, and run in a worker that they make themselves.
+        scripts=" ".join(["script-src 'self' 'wasm-unsafe-eval' blob:", *known["script"]]),
+        styles=" ".join(["style-src 'self'", *known["style"]]),
+    )
+    return HTMLResponse(html, status, {POLICY.decode(): policy})
