@@ -22,16 +22,21 @@ experiment: .venv/run.stamp ## the paper's experiment, written to out/experiment
 # tests takes longer than after them.
 TESTS := $(BIN)/python -m pytest -n $$(($$(nproc) + 1))
 PAGES := tests/studio/browser
-test: test-rest test-pages ## all tests (8 minutes on two cores)
-
-# Its two parts, for machines that work side by side; and what a developer runs every few minutes.
-.PHONY: test-rest test-pages test-quick
-test-rest: .venv/test.stamp ## all tests but those in a browser
+test: .venv/test.stamp ## all tests (8 minutes on two cores)
 	$(TESTS) --ignore $(PAGES)
+	$(TESTS) $(PAGES)
+
+# What a developer runs every few minutes; and the three parts of `make test`, for machines that
+# work side by side.
+.PHONY: test-quick test-rest test-firmware test-pages
+test-quick: .venv/test.stamp ## what is quick: no program, broker, film, study or card (a minute)
+	$(TESTS) --ignore $(PAGES) --ignore tests/firmware -m "not slow"
+test-rest: .venv/test.stamp ## all tests but those of the card and those in a browser
+	$(TESTS) --ignore $(PAGES) --ignore tests/firmware
+test-firmware: .venv/test.stamp ## the tests of the card
+	$(TESTS) tests/firmware
 test-pages: .venv/test.stamp ## the tests in a browser
 	$(TESTS) $(PAGES)
-test-quick: .venv/test.stamp ## what takes less than a second each (a minute)
-	$(TESTS) --ignore $(PAGES) --ignore tests/firmware -m "not slow"
 
 screenshots: .venv/test.stamp ## pictures of the studio and the face, in out/screenshots
 	tools/debian-packages fonts-noto-cjk

@@ -1,8 +1,9 @@
-"""How well distress is heard, by kind, on lines of our own that nothing was chosen on.
+"""How well distress is heard: by kind, on lines of our own, and on lines by strangers.
 
     python bench/distress.py > bench/distress.txt
 
-The lines are tests/senses/distress-en.tsv and -ja.tsv. Intervals are Wilson's, 95 %. A line counts
+Our own lines are tests/senses/distress-en.tsv and -ja.tsv; nothing was chosen on them. Those of
+strangers are in bench/distress-lines. Intervals are Wilson's, 95 %. A line counts
 as heard if it is taken for distress of any kind; "as that kind" says how often the kind is right.
 """
 
@@ -19,6 +20,9 @@ from miburi.senses.distress import hear_distress  # noqa: E402  (below the folde
 from miburi.senses.kinds import KINDS  # noqa: E402  (below the folder that holds it)
 from miburi.senses.language import LANGUAGES  # noqa: E402  (below the folder that holds it)
 from miburi.senses.text import without_punctuation  # noqa: E402  (below the folder that holds it)
+
+#: Kinds that the strangers call otherwise.
+THEIRS = {"breath": "breathing", "chest": "heart"}
 
 
 def lines(language: str) -> list[tuple[str, str]]:
@@ -53,6 +57,31 @@ def main() -> None:
         same = sum(a == b for a, b in zip(heard, bare, strict=True))
         print(f"the same verdict without punctuation: {same}/{len(rows)}")
         print(f"{each:.2f} ms a line (of one core)\n")
+        for writer in ("first", "second"):
+            print(f"## by strangers, the {writer}\n")
+            count_strangers(writer, language)
+
+
+def count_strangers(writer: str, language: str) -> None:
+    """Print how many of a stranger's lines are taken for distress, and how many should be."""
+    folder = ROOT / "bench" / "distress-lines" / writer
+    for name, what in (
+        ("grave", "distress heard"),
+        ("household", "everyday lines taken for distress"),
+        ("stories", "stories, past, what-ifs taken for distress"),
+    ):
+        rows = (folder / f"{name}-{language}.tsv").read_text(encoding="utf-8").splitlines()
+        said = [row.split("\t")[-1] for row in rows]
+        heard = [hear_distress(one) for one in said]
+        bare = [hear_distress(without_punctuation(one)) for one in said]
+        same = sum(a == b for a, b in zip(heard, bare, strict=True))
+        print(f"{what}: {share(sum(h is not None for h in heard), len(said))}")
+        if name == "grave":
+            kinds = [THEIRS.get(kind, kind) for kind in (row.split("\t")[0] for row in rows)]
+            right = sum(h is not None and h.kind == k for h, k in zip(heard, kinds, strict=True))
+            print(f"as that kind: {right}/{len(said)}")
+        print(f"the same verdict without punctuation: {same}/{len(said)}")
+    print()
 
 
 if __name__ == "__main__":

@@ -39,7 +39,8 @@ def pytest_collection_finish() -> None:
 
 #: Tests that share what takes long to make; one worker runs all of a line.
 TOGETHER: list[tuple[str, ...]] = [
-    tuple(f"tests/studio/browser/test_{letter}" for letter in "aceks"),
+    tuple(f"tests/studio/browser/test_{name}" for name in ("pa", "re", "cl", "ea", "lo")),
+    tuple(f"tests/studio/browser/test_{name}" for name in ("st", "ax", "ey", "sp", "ta")),
     ("tests/studio/browser/",),
     ("tests/firmware/test_fuzz.py",),
     ("tests/studies/experiment/",),

@@ -3,7 +3,8 @@
     python tools/train_distress.py [--out src/miburi/senses/distress.npz]
 
 Needs SciPy (the extra ``studies``). The sentences are drawn from ``distress-lessons.toml`` beside
-this script, all written by one of Miburi's authors. The model is a multinomial logistic regression
+this script, all written by one of Miburi's authors, and from ``bench/distress-lines/first``, which
+a stranger wrote. The model is a multinomial logistic regression
 on groups of words and letters (:func:`miburi.senses.distress.features`), its weights rounded to
 eight bits. The same sentences give the same verdicts; the file's last bits depend on the versions
 of NumPy and SciPy.
@@ -24,6 +25,9 @@ from miburi.senses.language import Language
 
 ROOT = Path(__file__).parents[1]
 LESSONS = Path(__file__).with_name("distress-lessons.toml")
+STRANGERS = ROOT / "bench" / "distress-lines" / "first"
+#: Kinds that they call otherwise.
+THEIRS = {"breath": "breathing", "chest": "heart"}
 DRAWN = 24  # sentences from a line, at most
 SEED = 31
 AT_LEAST = 2  # sentences that a group must stand in
@@ -53,7 +57,20 @@ def sentences(language: Language) -> list[tuple[int, str]]:
     if language == "en":
         for text in everyday():
             rows.setdefault(plain(text, language), len(KINDS))
+    for label, text in strangers(language):
+        rows[plain(text, language)] = label
     return [(label, text) for text, label in rows.items()]
+
+
+def strangers(language: Language) -> list[tuple[int, str]]:
+    """Return the lines of the first stranger, by label."""
+    read = {
+        name: (STRANGERS / f"{name}-{language}.tsv").read_text(encoding="utf-8").splitlines()
+        for name in ("grave", "household", "stories")
+    }
+    grave = [row.split("\t") for row in read["grave"]]
+    rest = [(len(KINDS), text) for text in read["household"] + read["stories"]]
+    return [(KINDS.index(THEIRS.get(kind, kind)), text) for kind, text in grave] + rest
 
 
 def everyday() -> list[str]:

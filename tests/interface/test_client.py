@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from fastapi import FastAPI
 from tests.fixtures.live import Server, interface, serving
+from tests.fixtures.waiting import until
 
 import miburi
 from miburi.errors import BodyError, InputError, OutputError
@@ -152,8 +153,8 @@ def test_by_https_it_takes_the_home_authority(live: Runner, certificates: Certif
         miburi.connect(url, token, certificates.authority) as friend,
     ):
         assert next(iter(friend.watch())).body == "simulated"
-        friend.stop()
-        assert friend.state.phase == "stopped"
+        friend.stop()  # answered as soon as it is done, a step before the state shows it
+        until(lambda: friend.state.phase, "stopped".__eq__)
 
 
 def test_without_the_authority_it_says_what_to_do(live: Runner, certificates: Certificates) -> None:

@@ -9,6 +9,7 @@ import httpx
 import pytest
 from fastapi import FastAPI
 from tests.fixtures.live import Server, interface, run, serving
+from tests.fixtures.waiting import until
 from websockets.sync.client import connect
 
 import miburi
@@ -33,11 +34,9 @@ def page(live: Runner) -> Iterator[Server]:
 
 def held(page: Server) -> bool:
     """Whether the body is stopped, and stays so when it has come to rest."""
-    while not page.runner.snapshot.state.held:
-        pass
+    until(lambda: page.runner.snapshot.state.held)
     then = page.runner.snapshot.state.time
-    while page.runner.snapshot.state.time < then + 0.5:
-        pass
+    until(lambda: page.runner.snapshot.state.time >= then + 0.5)
     return page.runner.snapshot.state.phase == "stopped"
 
 
