@@ -71,6 +71,8 @@ _ONLINE, _OFFLINE = "online", "offline"
 _TOLD_RATE, _TOLD_BURST = 1.0, 10.0
 #: s in which a partner that lives under a name has said so (ours).
 _ANSWER = 1.5
+#: s that a start waits for a broker that is away (ours).
+_PATIENCE = 4.0
 
 
 def add_home(
@@ -123,8 +125,9 @@ async def check_free(broker: Broker, name: str) -> None:
     """
     others = [f"{name[:37]}-{number}" for number in range(2, 6)]
     try:
-        first, *rest = await asyncio.gather(*(is_taken(broker, one) for one in (name, *others)))
-    except (MqttError, OSError):
+        async with asyncio.timeout(_PATIENCE):
+            first, *rest = await asyncio.gather(*(is_taken(broker, one) for one in (name, *others)))
+    except (MqttError, OSError, TimeoutError):
         return
     if first:
         free = [one for one, is_gone in zip(others, rest, strict=True) if not is_gone]
