@@ -18,7 +18,7 @@ NATIVE = ["g++", "-std=gnu++11", f"-I{SKETCH}", f"-I{HERE}", "-Wall", "-Wextra",
 SANITIZED = ["-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 
 
-#: What is run by `make firmware-proof` alone, as it takes half a minute.
+#: Marks a test that takes half a minute; only `make firmware-proof` runs it.
 proof = pytest.mark.skipif("MIBURI_MOVES" not in os.environ, reason="make firmware-proof runs it")
 
 

@@ -61,7 +61,7 @@ few seconds."""
 _TOO_FAST = "Nothing was done: too many wishes at once. Wait a second, then ask again."
 _UNSAID = "It does not say that: it could hurt somebody, or sounds as if somebody needed help."
 _WAITS = f"waits for {LAPSES:g} s; a newer wish replaces it."
-#: What keeps a gesture from beginning, by the kind of the log's entry.
+#: Log entries that keep a gesture from beginning, and the answer to each.
 _KEPT_BACK = {
     "lapsed": "It lapsed: the body was stopped for too long.",
     "paused": "A person has paused it; your gesture waits until a person resumes it.",
@@ -74,8 +74,8 @@ _PASSING = (StopReason.CONTACT, StopReason.LOOP_LATE)
 Parameters = ParamSpec("Parameters")
 Answer = TypeVar("Answer")
 Strength = Annotated[Share, Field(description="0 to 1")]
-#: What a client may show of each tool, and expect of a call: nothing is destroyed. Hints that say
-#: no more than MCP's defaults are left out, as each word of them is read by a model.
+#: The title and the hints of each tool. Hints that repeat MCP's defaults are left out, because a
+#: model may read every word of them.
 _READS, _ACTS = {"read_only_hint": True}, {"destructive_hint": False}
 _HINTS: dict[str, tuple[str, dict[str, bool]]] = {
     "feel": ("Feel", _ACTS),

@@ -1,4 +1,4 @@
-"""What a browser may do with our pages: their content security policy.
+"""The content security policy of our pages.
 
 The studio is NiceGUI's page, which needs inline scripts and ``eval`` (Vue compiles its templates in
 the browser). Every other page is our own: it may run the scripts that stand in it, known by their
@@ -30,7 +30,7 @@ _INLINE = re.compile(r"<(script|style)(?: type=\"module\")?>(.*?)</\1>", re.DOTA
 
 
 def own_page(html: str, status: int = 200) -> "HTMLResponse":
-    """Return a page of ours with a policy that knows its inline scripts and styles."""
+    """Return one of our pages with a policy that allows its inline scripts and styles."""
     from fastapi.responses import HTMLResponse
 
     known: dict[str, list[str]] = {"script": [], "style": []}

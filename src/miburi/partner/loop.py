@@ -44,8 +44,8 @@ __all__ = [
 
 #: The shortest time of the last move, back to neutral, s (ours).
 HOMECOMING = 1.5
-#: A wish that a stopped body has kept waiting for so many s is dropped: whoever releases the body
-#: later does not expect it any more. A contact's pause is shorter (ours).
+#: A wish is dropped after waiting this long, s, for a stopped body: a person who releases the body
+#: later no longer expects it. The pause after a contact is shorter (ours).
 LAPSES = 8.0
 #: The choice among gestures draws from its own stream of random numbers.
 _CHOICES = 1
@@ -104,7 +104,7 @@ class Released:
 
 @dataclass(frozen=True)
 class WishLapsed:
-    """What was asked for was dropped, because the body was stopped for too long."""
+    """A wish was dropped because the body was stopped for too long."""
 
     time: float
     expression: Expression | None

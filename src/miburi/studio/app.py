@@ -1,8 +1,5 @@
 """Put the web application together: the interface, the live WebSocket, and the pages."""
 
-import ctypes
-import gc
-from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
@@ -33,8 +30,6 @@ _CLOSED = Doors()
 #: s for which the server keeps a page that no browser has connected to, and s between checks
 #: (NiceGUI's defaults: 60 and 10). Each takes about 0.8 MB.
 _WAITS, _LOOKS = 15.0, 5.0
-#: When so many pages go at once, their memory is given back to the system (ours).
-_FLOOD = 10
 
 
 def make_app(runner: LivePartner, reach: Reach, doors: Doors = _CLOSED) -> FastAPI:
@@ -63,7 +58,7 @@ def make_app(runner: LivePartner, reach: Reach, doors: Doors = _CLOSED) -> FastA
     pages.config.quasar_config["loadingBar"]["skipHijack"] = True
     # NiceGUI's own page would keep a client for each request, and log the visitor's URL.
     pages.add_exception_handler(404, missing_page)
-    pages.timer(_LOOKS, _forget_pages)
+    pages.timer(_LOOKS, partial(Client.prune_instances, client_age_threshold=_WAITS))
     ui.run_with(
         app,
         title="Miburi",
@@ -75,16 +70,6 @@ def make_app(runner: LivePartner, reach: Reach, doors: Doors = _CLOSED) -> FastA
         tailwind=False,
     )
     return app
-
-
-def _forget_pages() -> None:
-    """Forget pages that no browser has come back to, and give a flood's memory back."""
-    before = len(Client.instances)
-    Client.prune_instances(client_age_threshold=_WAITS)
-    if before - len(Client.instances) >= _FLOOD:
-        gc.collect()
-        with suppress(OSError, AttributeError):  # another C library
-            ctypes.CDLL(None).malloc_trim(0)
 
 
 def _nothing(app: FastAPI) -> APIRouter:

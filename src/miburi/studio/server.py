@@ -280,8 +280,8 @@ class _Happening(Enum):
     SIGNAL = auto()
 
 
-#: What leaves a partner without anybody who could press Stop, and how that is said; the first two
-#: in the order of the processes.
+#: Events after which nobody can press Stop, with the words for them; the first two are in the order
+#: of the processes.
 _LEFT_ALONE = {
     _Happening.SERVER_ENDED: "the server has ended",
     _Happening.RECEPTION_ENDED: "the process that receives Stop has ended",

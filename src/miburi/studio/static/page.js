@@ -49,7 +49,7 @@ document.addEventListener("keydown", (event) => {
 listen((state, connected) => {
   const root = document.documentElement;
   root.dataset.connected = connected;
-  // What would reach nobody cannot be pressed; Stop can, and is sent as soon as somebody is there.
+  // Without a connection only Stop can be pressed; it is sent as soon as the server is back.
   for (const one of document.querySelectorAll(".studio, .bar-more, .talk, .senses")) one.inert = connected === false;
   if (connected && sessionStorage.getItem(UNSENT)) {
     send({ do: "stop" });
