@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from typing import Any
 
 import pytest
+from tests.fixtures.keys import keys
 
 from miburi.interface.access import (
     AGENTS,
@@ -23,6 +24,7 @@ from miburi.interface.access import (
 )
 
 TOKEN = "a-token-of-at-least-thirty-two-letters"
+PHONE = keys(TOKEN).pair("iPhone")
 
 
 class Clock:
@@ -108,7 +110,7 @@ def test_a_name_that_only_points_here_may_not(host: str) -> None:
 @pytest.mark.parametrize("token", [None, TOKEN])
 def test_pages_of_other_sites_may_not(kind: str, origin: str, token: str | None) -> None:
     allowed = {"authorization": f"Bearer {token}"} if token else {}
-    status, words = ask(Gate(behind, token), kind=kind, origin=origin, **allowed)
+    status, words = ask(Gate(behind, token and keys(token)), kind=kind, origin=origin, **allowed)
     assert status in (403, "websocket.close")
     assert "other sites" in words
 
@@ -130,7 +132,7 @@ def test_many_calls_of_agents_wait_instead_of_being_refused() -> None:
 
 def exhausted(**headers: str) -> Gate:
     """A gate at which this computer's agents have used all their calls, and time stands still."""
-    gate = Gate(behind, TOKEN, clock=lambda: 0.0)
+    gate = Gate(behind, keys(TOKEN), clock=lambda: 0.0)
     allowed = {"authorization": f"Bearer {TOKEN}", **headers}
     for _ in range(int(BURST)):
         assert ask(gate, AGENTS, method="POST", **allowed)[0] == 200
@@ -199,7 +201,7 @@ def test_an_agent_that_calls_too_often_holds_up_itself_alone() -> None:
 @pytest.mark.parametrize("kind", ["http", "websocket"])
 def test_without_the_token_nothing_answers(path: str, kind: str) -> None:
     for headers in ({}, {"authorization": "Bearer wrong"}, {"cookie": "miburi_token=wrong"}):
-        status, words = ask(Gate(behind, TOKEN), path, kind=kind, **headers)
+        status, words = ask(Gate(behind, keys(TOKEN)), path, kind=kind, **headers)
         assert status in (401, "websocket.close")
         assert "token" in words
 
@@ -209,24 +211,24 @@ def test_without_the_token_nothing_answers(path: str, kind: str) -> None:
     [
         {"authorization": f"Bearer {TOKEN}"},
         {"authorization": f"bearer {TOKEN}"},
-        {"cookie": f"other=1; miburi_token={TOKEN}"},
+        {"cookie": f"other=1; miburi_token={PHONE}"},
     ],
 )
 def test_with_the_token_all_does(headers: dict[str, str]) -> None:
-    gate = Gate(behind, TOKEN)
+    gate = Gate(behind, keys(TOKEN))
     assert ask(gate, host="192.168.1.4:8080", **headers)[0] == 200
     assert ask(gate, kind="websocket", **headers)[0] == "websocket.accept"
 
 
 @pytest.mark.parametrize("cookie", ["a b=c; ", "{x}=1; ", 'a="; ', "=; ", "é=1; ", "bad[]=1; "])
 def test_a_foreign_cookie_locks_nobody_out(cookie: str) -> None:
-    for text in (f"{cookie}miburi_token={TOKEN}", f"miburi_token={TOKEN}; {cookie}"):
-        assert ask(Gate(behind, TOKEN), cookie=text)[0] == 200
+    for text in (f"{cookie}miburi_token={PHONE}", f"miburi_token={PHONE}; {cookie}"):
+        assert ask(Gate(behind, keys(TOKEN)), cookie=text)[0] == 200
 
 
 @pytest.mark.parametrize("path", ["/pair", "/privacy"])
 def test_the_pairing_and_the_privacy_page_need_none(path: str) -> None:
-    assert ask(Gate(behind, TOKEN), path)[0] == 200
+    assert ask(Gate(behind, keys(TOKEN)), path)[0] == 200
 
 
 @pytest.mark.parametrize(
@@ -253,7 +255,7 @@ def test_a_person_without_a_token_is_led_to_the_pairing_page(
 
     headers = [(b"host", b"192.168.1.4:8080"), (b"accept", accept.encode())]
     scope = {"type": "http", "path": path, "method": "GET", "headers": headers}
-    asyncio.run(Gate(behind, TOKEN, https=https)(scope, receive, send))
+    asyncio.run(Gate(behind, keys(TOKEN), https=https)(scope, receive, send))
     assert sent[0]["status"] == status
     assert ((b"location", f"/pair#{path}".encode()) in sent[0]["headers"]) == (status == 303)
 
@@ -264,7 +266,7 @@ MINE = {"authorization": f"Bearer {TOKEN}"}
 
 @pytest.mark.parametrize("kind", ["http", "websocket"])
 def test_by_https_the_token_is_needed_at_every_address(kind: str) -> None:
-    gate = Gate(behind, TOKEN, https=True)
+    gate = Gate(behind, keys(TOKEN), https=True)
     for at in (HOME, "127.0.0.1"):
         refused, _ = ask(gate, kind=kind, scheme="https", at=at, host=f"{at}:8081")
         assert refused in (401, "websocket.close")
@@ -276,7 +278,7 @@ def test_by_https_the_token_is_needed_at_every_address(kind: str) -> None:
 
 @pytest.mark.parametrize("kind", ["http", "websocket"])
 def test_beside_https_plain_http_is_for_this_computer_alone(kind: str) -> None:
-    gate = Gate(behind, TOKEN, https=True)
+    gate = Gate(behind, keys(TOKEN), https=True)
     assert ask(gate, kind=kind)[0] in (200, "websocket.accept")
     for host in (HOME, "evil.example"):  # a name that points here, in a browser at this computer
         assert ask(gate, kind=kind, host=host)[0] in (403, "websocket.close")
@@ -292,17 +294,17 @@ def test_beside_https_plain_http_is_for_this_computer_alone(kind: str) -> None:
 
 
 def test_by_plain_http_a_device_is_told_of_https_and_gives_no_token_away() -> None:
-    gate = Gate(behind, TOKEN, https=True)
+    gate = Gate(behind, keys(TOKEN), https=True)
     for path in ("/pair", "/privacy", "/ca.pem"):
         assert ask(gate, path, at=HOME, host=HOME)[0] == 200
         assert ask(gate, path, method="POST", at=HOME, host=HOME, **MINE)[0] == 426
-    assert ask(Gate(behind, TOKEN), "/ca.pem", at=HOME)[0] == 401, "there is no authority"
+    assert ask(Gate(behind, keys(TOKEN)), "/ca.pem", at=HOME)[0] == 401, "there is no authority"
 
 
 @pytest.mark.parametrize("kind", ["http", "websocket"])
 def test_a_page_of_ours_that_came_by_plain_http_may_not_ask_by_https(kind: str) -> None:
     """Whoever is on the way could have made it."""
-    gate = Gate(behind, TOKEN, https=True)
+    gate = Gate(behind, keys(TOKEN), https=True)
     where = {"kind": kind, "scheme": "https", "at": HOME, "host": f"{HOME}:8081"}
     status, words = ask(gate, origin=f"http://{HOME}:8081", **where, **MINE)
     assert status in (403, "websocket.close")
@@ -313,7 +315,7 @@ def test_a_page_of_ours_that_came_by_plain_http_may_not_ask_by_https(kind: str) 
 
 def test_wrong_tokens_are_counted() -> None:
     clock = Clock()
-    gate = Gate(behind, TOKEN, clock)
+    gate = Gate(behind, keys(TOKEN), clock)
     answers = [ask(gate, authorization="Bearer wrong")[0] for _ in range(int(WRONG_BURST) + 3)]
     assert answers == [401] * int(WRONG_BURST) + [429] * 3
     assert ask(gate, authorization=f"Bearer {TOKEN}")[0] == 200
@@ -333,7 +335,7 @@ def test_too_many_requests_are_refused_and_come_back() -> None:
 
 @pytest.mark.parametrize(("token", "scheme"), [(None, "http"), (TOKEN, "http"), (TOKEN, "https")])
 def test_stop_is_never_refused_to_who_may_use_the_partner(token: str | None, scheme: str) -> None:
-    gate = Gate(behind, token, Clock(), https=scheme == "https")
+    gate = Gate(behind, token and keys(token), Clock(), https=scheme == "https")
     mine = {"scheme": scheme, **({"authorization": f"Bearer {token}"} if token else {})}
     while ask(gate, **mine)[0] == 200:
         pass

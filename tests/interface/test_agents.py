@@ -14,6 +14,7 @@ import pytest
 from mcp import Client, StdioServerParameters
 from mcp.client.stdio import stdio_client
 from mcp.client.streamable_http import streamable_http_client
+from tests.fixtures.keys import keys
 from tests.fixtures.live import (
     Server,
     block_the_right_arm,
@@ -359,7 +360,7 @@ def test_the_gate_stands_before_agents_too(live: Runner) -> None:
     app = interface(live)
     add_agents(app)
     accept = {"Accept": "application/json, text/event-stream"}
-    with serving(Gate(app, TOKEN), lifespan=True) as url:
+    with serving(Gate(app, keys(TOKEN)), lifespan=True) as url:
         for headers, status in cases:
             answer = post(url + AGENTS, json=INITIALIZE, headers=accept | headers)
             assert answer.status_code == status

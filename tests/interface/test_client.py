@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 from fastapi import FastAPI
+from tests.fixtures.keys import keys
 from tests.fixtures.live import Server, interface, serving
 from tests.fixtures.waiting import until
 
@@ -134,7 +135,7 @@ def test_stop_has_a_connection_of_its_own() -> None:
 
 def test_the_token_opens_the_door(live: Runner) -> None:
     token = "t" * 40
-    with serving(Gate(interface(live), token)) as url:
+    with serving(Gate(interface(live), keys(token))) as url:
         with miburi.connect(url, token) as friend:
             assert friend.state.body == "simulated"
             assert next(iter(friend.watch())).body == "simulated"
@@ -147,7 +148,7 @@ def test_the_token_opens_the_door(live: Runner) -> None:
 
 def test_by_https_it_takes_the_home_authority(live: Runner, certificates: Certificates) -> None:
     token = "t" * 40
-    gate = Gate(interface(live), token, https=True)
+    gate = Gate(interface(live), keys(token), https=True)
     with (
         serving(gate, certificate=certificates.server) as url,
         miburi.connect(url, token, certificates.authority) as friend,
@@ -158,7 +159,7 @@ def test_by_https_it_takes_the_home_authority(live: Runner, certificates: Certif
 
 
 def test_without_the_authority_it_says_what_to_do(live: Runner, certificates: Certificates) -> None:
-    gate = Gate(interface(live), "t" * 40, https=True)
+    gate = Gate(interface(live), keys("t" * 40), https=True)
     with serving(gate, certificate=certificates.server) as url:
         with miburi.connect(url, "t" * 40) as stranger:
             for attempt in (lambda: stranger.state, stranger.stop, lambda: next(stranger.watch())):

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from starlette.types import Receive, Scope, Send
+from tests.fixtures.keys import keys
 
 from miburi.interface.access import CONNECTIONS, HEADER_TIME, HEADERS, Gate
 from miburi.interface.passing import ENCRYPTED, PLAIN, Passed, taken_in
@@ -130,7 +131,7 @@ def desk(token: str | None = None, most: int = 500) -> Iterator[Desk]:
         end.setblocking(False)
         end.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 1)  # a few notes fill it
     time = [100.0]
-    gate = Gate(nobody, token)
+    gate = Gate(nobody, token and keys(token))
     reception = Reception([plain], encrypted, outside, stopping, gate, most, lambda: time[0])
     one = Desk(reception, plain, encrypted, inside, partner, time)
     try:
@@ -237,16 +238,25 @@ def test_whatever_is_not_plainly_a_stop_that_may_be_goes_to_the_server_whole(
     assert answer(guest) == b"hello"
 
 
+#: Of a partner whose devices are forgotten.
+LOST = "lost" * 10
+
+
 def test_elsewhere_only_who_has_the_token_stops_it() -> None:
-    with desk(token="t" * 40) as at:
+    with desk(token=LOST) as at:
         for wrong in (b"", b"Authorization: Bearer " + b"u" * 40 + b"\r\n"):
             at.come(STOP + wrong + END)
             at.passed().line.close()
             assert at.quiet()
-        for right in (b"Authorization: Bearer ", b"Cookie: miburi_token="):
-            at.come(STOP + right + b"t" * 40 + b"\r\n" + END)
+        phone = keys(LOST).pair("iPhone").encode()
+        for right in (b"Authorization: Bearer " + LOST.encode(), b"Cookie: miburi_token=" + phone):
+            at.come(STOP + right + b"\r\n" + END)
             assert at.pressed() == 100.0
             at.stopped()
+        keys(LOST).forget()
+        at.come(STOP + b"Cookie: miburi_token=" + phone + b"\r\n" + END)
+        at.passed().line.close()
+        assert at.quiet()
 
 
 def test_a_connection_comes_back_and_its_next_stop_goes_past_the_server(at: Desk) -> None:

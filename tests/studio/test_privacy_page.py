@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from fastapi import FastAPI
 from fastapi.testclient import TestClient
+from tests.fixtures.keys import keys
 
 from miburi.interface.broker import Broker
 from miburi.interface.doors import Doors
@@ -23,7 +24,7 @@ OPEN = Doors(
     talk=Endpoint("https://models.example/v1", "some-model", "a-key"),
     ros=RosNetwork(),
 )
-SAFE = Reach(("https://192.168.1.4:8081",), "a-token", b"PEM", "AB:CD")
+SAFE = Reach(("https://192.168.1.4:8081",), keys("a-token"), b"PEM", "AB:CD")
 
 
 def page(runner: Runner, doors: Doors, reach: Reach, language: str = "en") -> str:
@@ -59,7 +60,9 @@ def test_with_all_open_it_names_with_whom_and_no_secret(runner: Runner) -> None:
         assert where in said
     for secret in ("a-token", "a-key", "anna", "secret", "AB:CD", str(Path.home())):
         assert secret not in said
-    assert "Nothing is encrypted" in page(runner, Doors(), Reach(("http://192.168.1.4",), "t"))
+    assert "Nothing is encrypted" in page(
+        runner, Doors(), Reach(("http://192.168.1.4",), keys("t"))
+    )
 
 
 @pytest.mark.parametrize("language", LANGUAGES)

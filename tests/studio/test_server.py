@@ -22,10 +22,12 @@ from tests.fixtures.command import miburi as command
 from tests.fixtures.live import refuses_in_json
 from tests.fixtures.program import Program, address, running
 from tests.fixtures.waiting import PATIENCE, get, post, until
-from websockets.exceptions import InvalidStatus
+from typer.testing import CliRunner
+from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 import miburi
+from miburi.cli.commands import app
 from miburi.errors import InputError, OutputError
 from miburi.feelings import shipped_temperament
 from miburi.interface.access import AGENTS
@@ -165,6 +167,25 @@ def test_elsewhere_nothing_but_the_pairing_page_answers_without_the_token(tmp_pa
             assert cookie.has_nonstandard_attr("HttpOnly")
             assert phone.get("/face").status_code == 200
             assert phone.post("/api/v1/stop").status_code == 204
+            lost = {"Cookie": f"{cookie.name}={cookie.value}", "User-Agent": "iPhone Safari"}
+            with connect(url.replace("http", "ws") + "/api/v1/live", additional_headers=lost) as it:
+                it.recv(PATIENCE)
+                said = devices("forget", "--all", folder=tmp_path)
+                with pytest.raises(ConnectionClosed) as closed:
+                    while True:
+                        it.recv(PATIENCE)
+            assert closed.value.rcvd is not None
+            assert (closed.value.rcvd.code, "forgotten" in closed.value.rcvd.reason) == (1008, True)
+            assert phone.post("/api/v1/stop").status_code == 401
+            assert phone.post("/pair", json={"token": token}).status_code == 401
+            token = (tmp_path / "token").read_text().strip()
+            assert token in said
+            assert phone.post("/pair", json={"token": token}).status_code == 204
+
+
+def devices(*words: str, folder: Path) -> str:
+    """Return what `miburi devices` says."""
+    return CliRunner().invoke(app, ["devices", *words, "--folder", str(folder)]).output
 
 
 def test_by_https_a_phone_comes_in_and_by_http_only_this_computer(tmp_path: Path) -> None:

@@ -15,6 +15,7 @@ import typer
 
 from miburi.cli.agents import mcp
 from miburi.cli.card import app as card_app
+from miburi.cli.devices import devices_app
 from miburi.cli.fleet import fleet
 from miburi.cli.gestures import gallery, gesture_app
 from miburi.cli.options import (
@@ -305,6 +306,7 @@ def ik(
 app.add_typer(card_app, name="card")
 app.add_typer(gesture_app, name="gesture")
 app.add_typer(study_app, name="study")
+app.add_typer(devices_app, name="devices")
 app.command()(gallery)
 app.command()(run)
 app.command()(words)

@@ -7,24 +7,19 @@ computer itself, and tells others only where https is.
 """
 
 import asyncio
-import hmac
 import json
-import os
-import re
-import secrets
 import time
 from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from http import HTTPStatus
 from ipaddress import ip_address
-from pathlib import Path
 from urllib.parse import SplitResult, urlsplit
 from weakref import WeakValueDictionary
 
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from miburi.errors import OutputError
+from miburi.interface.keys import Keys
 from miburi.interface.policy import NICEGUI, POLICY
 
 __all__ = [
@@ -53,8 +48,6 @@ __all__ = [
     "RefusedError",
     "int_or",
     "is_loopback",
-    "kept_token",
-    "same",
 ]
 
 COOKIE = "miburi_token"
@@ -93,6 +86,9 @@ _PAGE_TIME = 1.0
 WRONG_RATE, WRONG_BURST = 0.2, 10.0
 #: WebSockets that may be open at the same time.
 SOCKETS = 200
+#: s between two looks at the key of an open socket (ours).
+_KEY_LOOK = 1.0
+_FORGOTTEN = "this device was forgotten; pair it again."
 _PAGES = ("/", "/face")
 _METHODS = ("GET", "HEAD", "POST", "DELETE")
 #: What every answer tells a browser not to do.
@@ -110,33 +106,6 @@ def is_loopback(host: str) -> bool:
         return ip_address(host.strip("[]")).is_loopback
     except ValueError:
         return host.lower() == "localhost"
-
-
-def kept_token(path: Path) -> str:
-    """Return the token in a file that only its owner can read.
-
-    It is made where there is none, and anew where others could read it or it is no token.
-
-    Raises
-    ------
-    OutputError
-        It can be neither read nor written.
-    """
-    try:
-        # Windows knows no such bits: there a user's own folder is closed to others.
-        open_to_others = os.name == "posix" and path.is_file() and path.stat().st_mode & 0o077
-        if path.is_file() and not open_to_others:
-            token = path.read_text(encoding="utf-8", errors="replace").strip()
-            if re.fullmatch(r"[A-Za-z0-9_-]{32,}", token):
-                return token
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.unlink(missing_ok=True)
-        path.touch(mode=0o600)
-        token = secrets.token_urlsafe(32)
-        path.write_text(token + "\n", encoding="utf-8")
-    except OSError as error:
-        raise OutputError(f"{path}: the token cannot be kept there: {error.strerror}.") from error
-    return token
 
 
 @dataclass
@@ -183,10 +152,10 @@ class Gate:
     ----------
     app
         What is behind the gate.
-    token
-        Needed by everybody when given; None on the loopback address, where instead the request
-        must have been sent to a loopback name (a page elsewhere could make its own name point
-        here).
+    keys
+        One of them is needed by everybody when given; None on the loopback address, where instead
+        the request must have been sent to a loopback name (a page elsewhere could make its own name
+        point here).
     clock
         Gives s.
     https
@@ -196,13 +165,13 @@ class Gate:
     def __init__(
         self,
         app: ASGIApp,
-        token: str | None = None,
+        keys: Keys | None = None,
         clock: Callable[[], float] = time.monotonic,
         *,
         https: bool = False,
     ) -> None:
         self._app = app
-        self._token = token
+        self._keys = keys
         self._https = https
         self._requests = Allowance(RATE, BURST, clock)
         self._agents = Allowance(RATE, BURST, clock)
@@ -219,7 +188,7 @@ class Gate:
             await self._app(scope, receive, send)
             return
         try:
-            self.check(scope)
+            key = self.check(scope)
         except RefusedError as refused:
             if refused.status in (401, 426) and _wants_page(scope):
                 await _lead(f"{PAIRING}#{scope['path']}", send)
@@ -234,9 +203,28 @@ class Gate:
             return
         self._sockets += 1
         try:
-            await self._app(scope, receive, send)
+            await self._serve_socket(scope, receive, send, key)
         finally:
             self._sockets -= 1
+
+    async def _serve_socket(
+        self, scope: Scope, receive: Receive, send: Send, key: str | None
+    ) -> None:
+        """Serve a socket for as long as the key that opened it fits."""
+        if key is None or self._keys is None:
+            await self._app(scope, receive, send)
+            return
+        serving = asyncio.ensure_future(self._app(scope, receive, send))
+        try:
+            while not (await asyncio.wait({serving}, timeout=_KEY_LOOK))[0]:
+                if not self._keys.fits(key):
+                    serving.cancel()
+                    await asyncio.wait({serving})
+                    await send({"type": "websocket.close", "code": 1008, "reason": _FORGOTTEN})
+                    return
+            await serving
+        finally:
+            serving.cancel()
 
     async def _agents_turn(self, who: str, *, calls: bool) -> None:
         """Let calls of agents wait their turn, those of each address behind each other.
@@ -260,8 +248,8 @@ class Gate:
         finally:
             self._next_page = loop.time() + PAGE_BREATH
 
-    def check(self, scope: Scope) -> None:
-        """Let a request pass.
+    def check(self, scope: Scope) -> str | None:
+        """Let a request pass, and return the key that it needed.
 
         Raises
         ------
@@ -274,17 +262,16 @@ class Gate:
         method = scope.get("method", "GET")
         encrypted = scope.get("scheme") in ("https", "wss")
         plain = self._https and not encrypted
-        token = None if plain and _is_own(scope) else self._token
-        _check_site(headers, near=token is None, encrypted=encrypted)
+        keys = None if plain and _is_own(scope) else self._keys
+        _check_site(headers, near=keys is None, encrypted=encrypted)
         unlocked = path in (PAIRING, PRIVACY) or (self._https and path == AUTHORITY)
-        if token is not None and plain and not (unlocked and method in ("GET", "HEAD")):
+        if keys is not None and plain and not (unlocked and method in ("GET", "HEAD")):
             raise RefusedError(
                 426, "no token is taken by plain http; use the https address of this partner."
             )
-        if token is not None and not unlocked:
-            self._check_token(headers, who, token)
+        key = None if keys is None or unlocked else self._check_key(headers, who, keys)
         if path == STOP and method == "POST":
-            return
+            return key
         if method not in _METHODS:
             raise RefusedError(405, f"{method[:20]} is not for this address.")
         limited = path.startswith("/api") or path in (PAIRING, PRIVACY, AUTHORITY)
@@ -298,11 +285,13 @@ class Gate:
             raise RefusedError(503, f"{SOCKETS} connections are open already; close one.")
         if int_or(headers.get(b"content-length"), 0) > LARGEST:
             raise RefusedError(413, f"a request may have {LARGEST} bytes at most.")
+        return key
 
-    def _check_token(self, headers: dict[bytes, str], who: str, token: str) -> None:
+    def _check_key(self, headers: dict[bytes, str], who: str, keys: Keys) -> str:
         given = _given(headers)
-        if any(same(one, token) for one in given):
-            return
+        for one in given:
+            if keys.fits(one):
+                return one
         if given and not self._wrong.take(who):
             raise RefusedError(429, "too many wrong tokens; wait a minute.")
         raise RefusedError(
@@ -362,11 +351,6 @@ def _check_site(headers: dict[bytes, str], *, near: bool, encrypted: bool) -> No
         foreign |= page.netloc != host or (encrypted and page.scheme != "https")
     if foreign:
         raise RefusedError(403, "requests from other sites' pages are refused.")
-
-
-def same(given: str, token: str) -> bool:
-    """Compare two tokens in a time that tells nothing about them."""
-    return hmac.compare_digest(given.encode("utf-8", "replace"), token.encode())
 
 
 def int_or(text: str | None, otherwise: int) -> int:

@@ -1,4 +1,4 @@
-"""Pair a phone: it scans a QR code, the page sends the token, and a cookie keeps it."""
+"""Pair a phone: it scans a QR code, the page sends the token, and a cookie keeps its own key."""
 
 from collections.abc import Callable
 
@@ -6,7 +6,8 @@ from fastapi import APIRouter, Request, Response
 from fastapi.responses import JSONResponse, RedirectResponse
 from pydantic import Field
 
-from miburi.interface.access import AUTHORITY, COOKIE, PAIRING, Allowance, same
+from miburi.interface.access import AUTHORITY, COOKIE, PAIRING, Allowance
+from miburi.interface.keys import LIFE
 from miburi.interface.policy import own_page
 from miburi.interface.reach import Reach
 from miburi.interface.wire import Message
@@ -15,7 +16,6 @@ __all__ = ["PairIn", "pairing_router"]
 
 #: Wrong tokens allowed per second, and in a burst, from all devices together (ours).
 _RATE, _BURST = 0.5, 20.0
-_MONTH = 30 * 24 * 3600
 
 
 class PairIn(Message):
@@ -36,17 +36,17 @@ def pairing_router(reach: Reach, content: Callable[[Request], str]) -> APIRouter
     """
     router = APIRouter(include_in_schema=False)
     wrong = Allowance(_RATE, _BURST)
-    token = reach.token
+    keys = reach.keys
 
     @router.get(PAIRING)
     async def page(request: Request) -> Response:
-        return RedirectResponse("/") if token is None else own_page(content(request))
+        return RedirectResponse("/") if keys is None else own_page(content(request))
 
     @router.post(PAIRING)
     async def pair(wish: PairIn, request: Request) -> Response:
-        if token is None:
+        if keys is None:
             return Response(status_code=204)
-        if not same(wish.token, token):
+        if not keys.is_token(wish.token):
             if not wrong.take("everybody"):
                 return JSONResponse({"detail": "Too many wrong tokens; wait a minute."}, 429)
             words = "This is not the token of this partner. Scan the code again."
@@ -54,8 +54,8 @@ def pairing_router(reach: Reach, content: Callable[[Request], str]) -> APIRouter
         answer = Response(status_code=204)
         answer.set_cookie(
             COOKIE,
-            token,
-            max_age=_MONTH,
+            keys.pair(request.headers.get("user-agent", ""), request.cookies.get(COOKIE, "")),
+            max_age=LIFE,
             httponly=True,
             samesite="strict",
             secure=request.url.scheme == "https",

@@ -6,6 +6,7 @@ from io import StringIO
 import segno
 
 from miburi.interface.access import PAIRING
+from miburi.interface.keys import Keys
 
 __all__ = ["Reach", "pairing_url", "qr_for_terminal", "qr_svg"]
 
@@ -18,8 +19,8 @@ class Reach:
     ----------
     addresses
         Where, the likeliest first; none on the loopback address.
-    token
-        What they need; None on the loopback address.
+    keys
+        What they need one of; None on the loopback address.
     authority
         The certificate of the home authority, PEM, if they come by https; else None.
     fingerprint
@@ -27,9 +28,14 @@ class Reach:
     """
 
     addresses: tuple[str, ...] = ()
-    token: str | None = None
+    keys: Keys | None = None
     authority: bytes | None = None
     fingerprint: str = ""
+
+    @property
+    def token(self) -> str | None:
+        """The token that pairs a device now; None on the loopback address."""
+        return None if self.keys is None else self.keys.token
 
 
 def pairing_url(address: str, token: str, page: str = "/") -> str:

@@ -41,6 +41,7 @@ from miburi.interface.access import (
     Gate,
     RefusedError,
 )
+from miburi.interface.keys import Keys
 from miburi.interface.passing import ENCRYPTED, PLAIN, Note, pass_on
 from miburi.interface.relay import Guest
 from miburi.live.press import BY, By, outlasting, who
@@ -72,7 +73,7 @@ def receive(
     encrypted: socket.socket | None,
     passage: socket.socket,
     stopping: Connection,
-    token: str | None,
+    keys: Keys | None,
 ) -> None:
     """Receive until the partner's process has ended; for a process of its own.
 
@@ -81,7 +82,7 @@ def receive(
     come_first(apart=True)
     import resource  # there is none on Windows, where nobody receives
 
-    gate = Gate(_nobody, token, https=encrypted is not None)
+    gate = Gate(_nobody, keys, https=encrypted is not None)
     most = resource.getrlimit(resource.RLIMIT_NOFILE)[0] - _OWN_FILES
     reception = Reception(plain, encrypted, passage, stopping, gate, most)
     gc.freeze()

@@ -51,7 +51,7 @@ def switches(doors: Doors, reach: Reach, recording: bool) -> list[Switch]:
     encrypted, broker, talk = reach.authority is not None, doors.broker, doors.talk
     return [
         Switch("https", encrypted),
-        Switch("http", reach.token is not None and not encrypted),
+        Switch("http", reach.keys is not None and not encrypted),
         Switch("talk", talk is not None, (urlsplit(talk.url).hostname or "") if talk else ""),
         Switch("agents", doors.agents),
         Switch("broker", broker is not None, broker.host if broker else ""),

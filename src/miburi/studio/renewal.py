@@ -12,7 +12,7 @@ from pathlib import Path
 from urllib.parse import urlsplit
 
 from miburi.errors import MiburiError
-from miburi.interface.access import kept_token
+from miburi.interface.keys import Keys, kept_token
 from miburi.interface.reach import Reach, pairing_url, qr_for_terminal
 from miburi.studio.addresses import EVERYWHERE, Listeners
 
@@ -41,9 +41,10 @@ def reach_of(listeners: Listeners, folder: Path, now: datetime) -> tuple[Reach, 
     """
     if not listeners.open_to_others:
         return Reach(), None
-    token, addresses = kept_token(folder / "token"), tuple(listeners.addresses())
+    kept_token(folder / "token")
+    keys, addresses = Keys(folder), tuple(listeners.addresses())
     if listeners.encrypted is None:
-        return Reach(addresses, token), None
+        return Reach(addresses, keys), None
     from miburi.interface.authority import is_at_home, kept_certificates, own_names
 
     if listeners.encrypted.getsockname()[0] in EVERYWHERE:  # some may lead to the internet
@@ -52,7 +53,7 @@ def reach_of(listeners: Listeners, folder: Path, now: datetime) -> tuple[Reach, 
     kept = kept_certificates(folder / "https", [*own_names(), *hosts], now)
     if kept.news:
         print(f"miburi: {kept.news}", file=sys.stderr)
-    reach = Reach(addresses, token, kept.authority.read_bytes(), kept.fingerprint)
+    reach = Reach(addresses, keys, kept.authority.read_bytes(), kept.fingerprint)
     return reach, kept.server
 
 

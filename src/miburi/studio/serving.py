@@ -31,7 +31,7 @@ def serve_until_the_end(pages: Pages, ends: Lanes) -> None:
     except UnreachableError:
         return  # it could not begin, and has said why
     app = make_app(partner, pages.reach, pages.doors)
-    gate = Gate(app, pages.reach.token, https=pages.certificate is not None)
+    gate = Gate(app, pages.reach.keys, https=pages.certificate is not None)
     server = _Server(configure(gate), partner, pages)
     threading.Thread(target=_end_with, args=(partner, server), daemon=True).start()
     server.run(sockets=[] if pages.passage else list(pages.listeners.plain))

@@ -1,0 +1,72 @@
+"""``miburi devices``: the phones that were paired; forget one that is lost, or all of them."""
+
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from miburi.errors import InputError
+
+if TYPE_CHECKING:
+    from miburi.interface.keys import Keys
+
+__all__ = ["Folder", "devices", "devices_app", "forget"]
+
+devices_app = typer.Typer(
+    help="Show the phones and computers that were paired; forget one that is lost.",
+    invoke_without_command=True,
+)
+
+Folder = Annotated[
+    Path | None,
+    typer.Option(
+        help="The folder that `miburi run` was given; default: ~/.local/state/miburi.",
+        show_default=False,
+    ),
+]
+
+
+@devices_app.callback()
+def devices(context: typer.Context, folder: Folder = None) -> None:
+    """Show the phones and computers that were paired, the latest seen first."""
+    if context.invoked_subcommand is not None:
+        context.obj = folder
+        return
+    found = _keys(folder).devices()
+    if not found:
+        print("No device is paired. *Face* in the studio shows a code to scan.")
+        return
+    table = Table("name", "device", "paired", "last seen", box=None, pad_edge=False)
+    for device in found:
+        table.add_row(device.name, device.kind, _day(device.paired), _day(device.seen))
+    Console(highlight=False).print(table)
+
+
+@devices_app.command()
+def forget(
+    context: typer.Context,
+    name: Annotated[str | None, typer.Argument(help="As `miburi devices` shows it.")] = None,
+    every: Annotated[bool, typer.Option("--all", help="Forget all devices.")] = False,
+    folder: Folder = None,
+) -> None:
+    """Lock out a lost device, or all, and make a new token; a running partner obeys at once."""
+    if (name is None) != every:
+        raise InputError("name one device, or say --all; `miburi devices` lists them.")
+    keys = _keys(folder or context.obj)
+    keys.forget(name)
+    print("All devices are forgotten." if every else f"{name} is forgotten.")
+    print(f"Programs and new devices need the new token: {keys.token}")
+
+
+def _keys(folder: Path | None) -> "Keys":
+    from miburi.interface.keys import Keys
+    from miburi.studio.server import own_folder
+
+    return Keys(folder or own_folder())
+
+
+def _day(moment: float) -> str:
+    return f"{datetime.fromtimestamp(moment).astimezone():%Y-%m-%d %H:%M}"

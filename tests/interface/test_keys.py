@@ -1,0 +1,116 @@
+"""The token and the devices' keys: for their owner alone, and of no use once forgotten."""
+
+import stat
+from pathlib import Path
+
+import pytest
+
+from miburi.errors import InputError
+from miburi.interface.keys import LIFE, MOST, Keys, kept_token
+
+PHONE = "Mozilla/5.0 (iPhone; CPU iPhone OS 18_1 like Mac OS X) Version/18.1 Safari/604.1"
+NOW = 1_800_000_000.0
+
+
+@pytest.fixture
+def keys(tmp_path: Path) -> Keys:
+    kept_token(tmp_path / "token")
+    return Keys(tmp_path)
+
+
+def test_the_token_is_made_once_and_for_its_owner_alone(tmp_path: Path) -> None:
+    path = tmp_path / "miburi" / "token"
+    token = kept_token(path)
+    assert len(token) >= 32
+    assert kept_token(path) == token
+    assert stat.S_IMODE(path.stat().st_mode) == 0o600
+
+
+@pytest.mark.parametrize("content", [b"short", b"\xff\x00" * 40, b"x" * 40 + b"\n" + b"y" * 40])
+def test_a_token_that_is_none_is_made_anew(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "token"
+    path.write_bytes(content)
+    path.chmod(0o600)
+    token = kept_token(path)
+    assert token.encode() not in content
+    assert kept_token(path) == token
+    assert {each.name for each in tmp_path.iterdir()} == {"token"}
+
+
+def test_a_token_that_others_could_read_is_made_anew(tmp_path: Path) -> None:
+    path = tmp_path / "token"
+    token = kept_token(path)
+    path.chmod(0o644)
+    assert kept_token(path) != token
+    assert stat.S_IMODE(path.stat().st_mode) == 0o600
+
+
+def test_a_device_has_a_key_of_its_own_that_no_file_holds(keys: Keys, tmp_path: Path) -> None:
+    one, other = keys.pair(PHONE), keys.pair("curl/8 <script>")
+    assert keys.fits(one)
+    assert keys.fits(other)
+    assert keys.fits(keys.token)
+    assert not keys.is_token(one)
+    assert {device.kind for device in keys.devices()} == {"iPhone, Safari", "a device"}
+    for file in tmp_path.rglob("*.json"):
+        assert stat.S_IMODE(file.stat().st_mode) == 0o600
+        assert one.partition(".")[2] not in file.read_text()
+
+
+def test_who_forgets_one_locks_it_out_with_the_token_it_has_seen(keys: Keys) -> None:
+    lost, mine, token = keys.pair(PHONE), keys.pair(PHONE), keys.token
+    keys.forget(lost.partition(".")[0])
+    assert not keys.fits(lost)
+    assert not keys.fits(token)
+    assert keys.fits(mine)
+    assert keys.fits(keys.token)
+    keys.forget()
+    assert not keys.fits(mine)
+    assert keys.devices() == []
+    with pytest.raises(InputError, match=r"'../token'.*miburi devices"):
+        keys.forget("../token")
+
+
+def test_a_key_ends_after_its_life_and_another_takes_the_place_of_the_oldest(keys: Keys) -> None:
+    old = keys.pair(PHONE, now=NOW)
+    assert keys.fits(old, NOW + LIFE - 1)
+    assert not keys.fits(old, NOW + LIFE)
+    made = [keys.pair(PHONE, now=NOW + LIFE + number) for number in range(MOST + 1)]
+    assert len(keys.devices(NOW + LIFE + MOST)) == MOST
+    assert [keys.fits(one, NOW + LIFE + MOST) for one in made].count(True) == MOST
+
+
+def test_who_pairs_again_stays_one_device(keys: Keys) -> None:
+    first = keys.pair(PHONE)
+    second = keys.pair(PHONE, first)
+    assert not keys.fits(first)
+    assert keys.fits(second)
+    assert len(keys.devices()) == 1
+
+
+def test_it_notes_when_a_device_was_here(keys: Keys) -> None:
+    key = keys.pair(PHONE, now=NOW)
+    later = keys.devices(NOW)[0].seen + 3600.0
+    assert keys.fits(key, later)
+    assert keys.devices(NOW)[0].seen == later
+
+
+@pytest.mark.parametrize("content", ["", "{", "[]", '{"paired": "soon", "hash": 1}', "{}"])
+def test_a_broken_file_lets_nobody_in(keys: Keys, tmp_path: Path, content: str) -> None:
+    key = keys.pair(PHONE)
+    (file,) = (tmp_path / "devices").iterdir()
+    file.write_text(content)
+    assert not keys.fits(key)
+    assert keys.devices() == []
+
+
+@pytest.mark.parametrize("given", ["", " ", "ffffffff." + "x" * 43, "../token." + "x" * 43, "é"])
+def test_what_is_no_key_fits_nothing(keys: Keys, tmp_path: Path, given: str) -> None:
+    assert not keys.fits(given)
+    (tmp_path / "token").unlink()
+    assert not keys.fits(given)
+
+
+def test_a_key_that_fits_another_device_is_none(keys: Keys) -> None:
+    one, other = keys.pair(PHONE), keys.pair(PHONE)
+    assert not keys.fits(one.partition(".")[0] + "." + other.partition(".")[2])
