@@ -75,9 +75,9 @@ CONNECTIONS = 200
 #: Requests to the interface a second and at once, from one address.
 RATE, BURST = 50.0, 150.0
 #: Pages a second and at once, to one address; the server makes each of them anew.
-PAGE_RATE, PAGE_BURST = 1.0, 20.0
+PAGE_RATE, PAGE_BURST = 1.0, 12.0
 #: The same to all addresses together: a page takes about 0.8 MB for some seconds (ours).
-_PAGES_RATE, _PAGES_BURST = 2.0, 25.0
+_PAGES_RATE, _PAGES_BURST = 1.5, 15.0
 #: s between the end of a page's making and the next: what waits meanwhile may be a Stop (ours).
 PAGE_BREATH = 0.05
 #: s for which a page may keep others waiting: whoever asks for one may take it in slowly.

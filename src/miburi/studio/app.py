@@ -29,7 +29,7 @@ HERE = Path(__file__).parent
 _CLOSED = Doors()
 #: s for which the server keeps a page that no browser has connected to, and s between checks
 #: (NiceGUI's defaults: 60 and 10). Each takes about 0.8 MB.
-_WAITS, _LOOKS = 15.0, 5.0
+_WAITS, _LOOKS = 10.0, 5.0
 
 
 def make_app(runner: LivePartner, reach: Reach, doors: Doors = _CLOSED) -> FastAPI:
