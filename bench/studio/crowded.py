@@ -2,9 +2,10 @@
 
     python bench/studio/crowded.py [--stops 1000] > bench/studio/crowded.txt
 
-Starts `miburi run` with 1,024 files. From twenty addresses come 2,000 connections, which ask for
-the state again and again, say half a head, or nothing, and come again when they are closed. Stop is
-pressed from another address over a new connection each time, and once more if that breaks.
+Starts `miburi run --https` with 1,024 files. From twenty addresses come 2,000 connections, half of
+them to each port. They ask for the state again and again, say half a head or half of a handshake,
+or nothing, and come again when they are closed. Stop is pressed from another address over a new
+connection each time, by http and by https in turn, and once more if that breaks.
 """
 
 import argparse
@@ -12,25 +13,30 @@ import asyncio
 import os
 import re
 import resource
+import ssl
 import subprocess
 import sys
 import tempfile
 import threading
 import time
 from contextlib import suppress
-from http.client import HTTPConnection, HTTPException
+from http.client import HTTPConnection, HTTPException, HTTPSConnection
+from pathlib import Path
 from urllib.parse import urlsplit
 
 FILES, ADDRESSES, EACH = 1024, 20, 100
-SAID = (b"GET /api/v1/state HTTP/1.1\r\nHost: localhost\r\n\r\n", b"GET / HTTP/1.1\r\nX: ", b"")
+ASKS, HALF = b"GET /api/v1/state HTTP/1.1\r\nHost: localhost\r\n\r\n", b"GET / HTTP/1.1\r\nX: "
+SAID = ((ASKS, HALF, b""), (b"\x16\x03\x01\x02\x00\x01", HALF, b""))
+PLAIN, SAFE = 0, 1
 
 
-async def hold(host: str, port: int, number: int) -> None:
-    said = SAID[number % len(SAID)]
+async def hold(ports: tuple[int, int], number: int) -> None:
+    kind = number // ADDRESSES % 2
+    said = SAID[kind][number % 3]
     while True:
         with suppress(OSError):
             reader, writer = await asyncio.open_connection(
-                host, port, local_addr=(f"127.0.1.{1 + number % ADDRESSES}", 0)
+                "127.0.0.1", ports[kind], local_addr=(f"127.0.1.{1 + number % ADDRESSES}", 0)
             )
             while True:
                 writer.write(said)
@@ -40,8 +46,8 @@ async def hold(host: str, port: int, number: int) -> None:
         await asyncio.sleep(0.2)  # it will be closed again
 
 
-async def flood(host: str, port: int) -> None:
-    await asyncio.gather(*(hold(host, port, number) for number in range(ADDRESSES * EACH)))
+async def flood(ports: tuple[int, int]) -> None:
+    await asyncio.gather(*(hold(ports, number) for number in range(ADDRESSES * EACH)))
 
 
 def main() -> None:
@@ -52,39 +58,56 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         process = subprocess.Popen(
             ["prlimit", f"--nofile={FILES}", sys.executable, "-m", "miburi", "run", "--headless",
-             "--port", "0", "--folder", folder, "--forget"], stdout=subprocess.PIPE, text=True,
+             "--https", "--port", "0", "--folder", folder, "--forget"],
+            stdout=subprocess.PIPE, text=True,
         )  # fmt: skip
         try:
             assert process.stdout is not None
-            found = re.search(r"http://[\d.:]+", process.stdout.readline())
-            assert found
-            where = urlsplit(found.group())
-            assert where.hostname is not None
-            assert where.port is not None
-            run = flood(where.hostname, where.port)
+            said = ""
+            while "On a phone" not in said:
+                said += process.stdout.readline()
+            threading.Thread(target=process.stdout.read, daemon=True).start()
+            plain, safe = (
+                urlsplit(re.findall(rf"{kind}://[\d.]+:\d+", said)[0]) for kind in ("http", "https")
+            )
+            assert plain.port is not None
+            assert safe.port is not None
+            assert safe.hostname is not None
+            run = flood((plain.port, safe.port))
             threading.Thread(target=asyncio.run, args=(run,), daemon=True).start()
             time.sleep(3.0)  # by then all have come
-            took, again, lost = [], 0, 0
-            for _ in range(wish.stops):
+            token = (Path(folder) / "token").read_text(encoding="utf-8").strip()
+            trust = ssl.create_default_context(cafile=str(Path(folder) / "https" / "ca.pem"))
+            took: tuple[list[float], list[float]] = ([], [])
+            again, lost = [0, 0], [0, 0]
+            for number in range(wish.stops):
+                kind = number % 2
                 begin = time.perf_counter()
                 for attempt in (1, 2):
-                    line = HTTPConnection(where.hostname, where.port, timeout=3)
+                    line = (
+                        HTTPSConnection(safe.hostname, safe.port, timeout=3, context=trust)
+                        if kind == SAFE
+                        else HTTPConnection("127.0.0.1", plain.port, timeout=3)
+                    )
                     with suppress(OSError, HTTPException):
-                        line.request("POST", "/api/v1/stop")
+                        own = {"Authorization": f"Bearer {token}"} if kind == SAFE else {}
+                        line.request("POST", "/api/v1/stop", headers=own)
                         if line.getresponse().status == 204:
-                            took.append(time.perf_counter() - begin)
+                            took[kind].append(time.perf_counter() - begin)
                             break
                     line.close()
-                    again += attempt == 1
+                    again[kind] += attempt == 1
                 else:
-                    lost += 1
+                    lost[kind] += 1
                 line.close()
-            took.sort()
         finally:
             process.kill()
             process.wait()
-    print(f"answered: {len(took)} of {wish.stops}; sent a second time: {again}; lost: {lost}")
-    print(f"median {1000 * took[len(took) // 2]:.0f} ms, longest {1000 * took[-1]:.0f} ms")
+    for kind, name in ((PLAIN, "http"), (SAFE, "https")):
+        times = sorted(took[kind]) or [float("nan")]
+        print(f"by {name}: answered {len(took[kind])} of {wish.stops // 2}; sent a second time: "
+              f"{again[kind]}; lost: {lost[kind]}; median {1000 * times[len(times) // 2]:.0f} ms, "
+              f"longest {1000 * times[-1]:.0f} ms")  # fmt: skip
     print(f"load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
 
 

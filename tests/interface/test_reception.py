@@ -363,6 +363,19 @@ def test_only_so_many_handshakes_are_under_way_whoever_begins_them() -> None:
         at.stop(at.come())
 
 
+def test_a_flood_of_handshakes_ends_none_of_an_address_that_begins_few() -> None:
+    """All are new: whoever floods gives way, not whoever came first."""
+    with desk(most=500) as at:
+        phone = at.come(b"\x16", at.encrypted)
+        for _ in range(HANDSHAKES + 40):
+            stranger = socket.create_connection(at.encrypted.getsockname(), 10, ("127.0.0.2", 0))
+            at.guests.append(stranger)
+            stranger.sendall(b"\x16")
+            at.turn()
+        at.until(lambda: sum(map(at.ended, at.guests)) == 41)
+        assert not at.ended(phone)
+
+
 def test_a_half_closed_connection_costs_nothing(at: Desk) -> None:
     guest = at.come(b"GET /")
     guest.shutdown(socket.SHUT_WR)

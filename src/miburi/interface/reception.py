@@ -127,7 +127,7 @@ class Reception:
         self._passage, self._stopping, self._gate, self._clock = passage, stopping, gate, clock
         self._crowds: defaultdict[str, dict[Guest, None]] = defaultdict(dict)
         self._sockets: dict[Guest, None] = {}
-        self._shaking: dict[Guest, None] = {}  # their hands
+        self._shaking: defaultdict[str, dict[Guest, None]] = defaultdict(dict)  # their hands
         self._files, self._most = 0, most
         self._waiting: deque[Guest] = deque()  # for the server
         self._full = False  # whether it takes nothing now
@@ -198,16 +198,16 @@ class Reception:
                 return
             except OSError as error:
                 if error.errno in (errno.EMFILE, errno.ENFILE):
-                    self._make_room(self._largest_crowd())
+                    self._make_room(_largest(self._crowds))
                 return  # else it has gone again
             line.setblocking(False)
             guest = Guest(line, (address[0], address[1]), kind, self._clock())
             if len(self._crowds[address[0]]) >= CONNECTIONS:
                 self._make_room(self._crowds[address[0]])
             if kind == ENCRYPTED:
-                if len(self._shaking) >= HANDSHAKES:
-                    self._make_room(self._shaking)
-                self._shaking[guest] = None
+                if sum(map(len, self._shaking.values())) >= HANDSHAKES:
+                    self._make_room(_largest(self._shaking))
+                self._shaking[address[0]][guest] = None
             self._crowds[address[0]][guest] = None
             self._take_files(1)
             self._hear(guest, selectors.EVENT_READ)  # what has come with it keeps its place
@@ -216,11 +216,8 @@ class Reception:
     def _take_files(self, count: int) -> None:
         """Count files; where there are too many, the address that has the most gives some back."""
         self._files += count
-        while self._files > self._most and self._make_room(self._largest_crowd()):
+        while self._files > self._most and self._make_room(_largest(self._crowds)):
             pass
-
-    def _largest_crowd(self) -> dict[Guest, None]:
-        return max(self._crowds.values(), key=len, default={})
 
     def _everybody(self) -> list[Guest]:
         return [*self._sockets, *(guest for crowd in self._crowds.values() for guest in crowd)]
@@ -250,14 +247,8 @@ class Reception:
                 self._forget(one)
         guest.close()
         self._sockets.pop(guest, None)
-        self._shaking.pop(guest, None)
-        self._leave_crowd(guest)
-
-    def _leave_crowd(self, guest: Guest) -> None:
-        crowd = self._crowds[guest.client[0]]
-        crowd.pop(guest, None)
-        if not crowd:
-            del self._crowds[guest.client[0]]
+        _leave(self._shaking, guest)
+        _leave(self._crowds, guest)
 
     def _forget(self, what: socket.socket) -> None:
         with suppress(KeyError, ValueError):
@@ -291,7 +282,7 @@ class Reception:
     def _go_on(self, guest: Guest, *, gone: bool) -> None:
         """Close a connection that is at its end, or wait for what is next."""
         if not guest.silent:
-            self._shaking.pop(guest, None)
+            _leave(self._shaking, guest)
         if gone or (guest.ends and guest.resting):
             self._close(guest)
             return
@@ -427,7 +418,7 @@ class Reception:
             try:
                 ours, theirs = socket.socketpair()
             except OSError:  # there are no files left
-                self._make_room(self._largest_crowd())
+                self._make_room(_largest(self._crowds))
                 return
             here = guest.line.getsockname()
             note = Note(guest.kind, guest.since, guest.client, (here[0], here[1]))
@@ -443,7 +434,7 @@ class Reception:
             guest.begin(ours)
             if guest.apart:
                 self._sockets[guest] = None
-                self._leave_crowd(guest)
+                _leave(self._crowds, guest)
             self._take_files(1)
             self._attend(guest)
 
@@ -465,6 +456,18 @@ class Reception:
         for guest in self._everybody():
             if guest.silent and now - guest.since > HEADER_TIME:
                 self._close(guest)
+
+
+def _largest(crowds: dict[str, dict[Guest, None]]) -> dict[Guest, None]:
+    """Return the guests of the address that has the most."""
+    return max(crowds.values(), key=len, default={})
+
+
+def _leave(crowds: dict[str, dict[Guest, None]], guest: Guest) -> None:
+    crowd = crowds.get(guest.client[0], {})
+    crowd.pop(guest, None)
+    if not crowd:
+        crowds.pop(guest.client[0], None)
 
 
 def _make(status: int, words: str, *, ends: bool) -> bytes:
