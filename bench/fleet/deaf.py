@@ -73,9 +73,7 @@ def main() -> None:
     rng = random.Random(wish.seed)
     with tempfile.TemporaryDirectory() as folder:
         conf = Path(folder) / "mosquitto.conf"
-        conf.write_text(
-            f"listener {PORT} 127.0.0.1\nallow_anonymous true\nmax_queued_messages 0\n"
-        )
+        conf.write_text(f"listener {PORT} 127.0.0.1\nallow_anonymous true\nmax_queued_messages 0\n")
         broker = subprocess.Popen(["mosquitto", "-c", conf], stderr=subprocess.DEVNULL)
         try:
             time.sleep(1.0)

@@ -1,10 +1,15 @@
 """The pages on a phone, with a finger; and what a reload keeps."""
 
+import os
 from collections.abc import Iterator
+from pathlib import Path
 
+import matplotlib
 import pytest
 from playwright.sync_api import Browser, Page, expect
 from tests.fixtures.browser import (
+    CHROMIUM,
+    FLAGS,
     PHONE,
     ask,
     hand_has_come,
@@ -102,3 +107,35 @@ def test_a_reload_keeps_the_tab_and_the_strength(studio: Page) -> None:
     studio.keyboard.press("Enter")
     studio.get_by_role("tab", name="Contact").click()
     expect(studio.locator(".log")).to_contain_text("anger, strength 0.65")
+
+
+FONTS = """<?xml version="1.0"?><!DOCTYPE fontconfig SYSTEM "fonts.dtd"><fontconfig>
+<dir>{}/fonts/ttf</dir><cachedir>{}</cachedir></fontconfig>"""
+
+
+def test_stop_is_no_boxes_where_the_system_has_no_japanese_font(
+    browser: Browser, url: str, tmp_path: Path
+) -> None:
+    config = tmp_path / "fonts.conf"
+    config.write_text(FONTS.format(matplotlib.get_data_path(), tmp_path))
+    poor = browser.browser_type.launch(
+        executable_path=str(CHROMIUM), args=FLAGS, env=os.environ | {"FONTCONFIG_FILE": str(config)}
+    )
+    with visiting(poor, locale="ja", viewport=PHONE) as context:
+        page = context.new_page()
+        for path, stop in (("", ".stop-button .reached"), ("/face", "#stop .reached")):
+            page.goto(url + path)
+            page.wait_for_function("document.documentElement.dataset.connected === 'true'")
+            assert fonts(page, stop)[0] == "Noto Sans CJK JP"
+    poor.close()
+
+
+def fonts(page: Page, selector: str) -> list[str]:
+    """Return the fonts whose letters are drawn there."""
+    devtools = page.context.new_cdp_session(page)
+    for domain in ("DOM", "CSS"):
+        devtools.send(f"{domain}.enable")
+    root = devtools.send("DOM.getDocument")["root"]["nodeId"]
+    node = devtools.send("DOM.querySelector", {"nodeId": root, "selector": selector})
+    drawn = devtools.send("CSS.getPlatformFontsForNode", {"nodeId": node["nodeId"]})
+    return [each["familyName"] for each in drawn["fonts"]]
