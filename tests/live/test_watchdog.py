@@ -127,7 +127,7 @@ def test_a_card_is_stopped_while_the_loop_hangs_in_the_middle_of_a_move(
 
 
 def test_a_step_that_raises_stops_the_body_and_the_loop_goes_on(
-    live: Runner, monkeypatch: pytest.MonkeyPatch
+    live: Runner, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     def fail(dt: float) -> BodyState:
         raise ZeroDivisionError("a mistake of ours")
@@ -137,6 +137,8 @@ def test_a_step_that_raises_stops_the_body_and_the_loop_goes_on(
         live.stimulate(Stimulus("fear", 0.1)).result(60)  # who asks is answered all the same
         until(lambda: "loop_failed" in [entry.kind for entry in live.log()])
         until(lambda: live.snapshot.state.phase == "stopped")
+    assert "in fail\n    raise ZeroDivisionError" in caplog.text
+    assert caplog.text.count("Traceback") == 1, "what repeats is told once"
     until(lambda: stops(live) or live.failure)
     if live.failure is None:
         assert live.body.state.phase == "stopped"

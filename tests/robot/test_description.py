@@ -18,7 +18,16 @@ def test_table_1(robot: Robot) -> None:
     high = [1.744, 3.1415, 1.744, 1.744, 3.1415, 0.174, 0.174, 1.22]
     np.testing.assert_array_equal(robot.lower, low)
     np.testing.assert_array_equal(robot.upper, high)
-    assert robot.symbols == ("W", "RS", "RE", "RF", "LS", "LE", "LF", "H")
+    assert tuple(getattr(robot.joints, name).symbol for name in JOINTS) == (
+        "W",
+        "RS",
+        "RE",
+        "RF",
+        "LS",
+        "LE",
+        "LF",
+        "H",
+    )
     assert JOINTS[0] == "waist"
     assert JOINTS[-1] == "head"
 

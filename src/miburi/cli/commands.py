@@ -38,6 +38,7 @@ from miburi.cli.templates import template
 from miburi.cli.to_ros import to_ros
 from miburi.cli.trials import calibrate, safety_page, trials, tune
 from miburi.errors import InputError, MiburiError
+from miburi.ground.log import log_to_stderr
 from miburi.version import __version__
 
 if TYPE_CHECKING:
@@ -86,6 +87,7 @@ def main() -> None:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a pipe on Windows has no arrows, nor a mu
     try:
+        log_to_stderr()
         app()
     except InputError as error:
         sys.exit(_report(error, 2))

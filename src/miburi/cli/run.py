@@ -25,6 +25,7 @@ from miburi.cli.options import (
     warn_of_misfits,
 )
 from miburi.errors import InputError
+from miburi.ground.log import LEVELS, VARIABLE, log_to_stderr
 
 if TYPE_CHECKING:
     from miburi.interface.doors import Doors
@@ -58,7 +59,7 @@ def run(
     broker: Annotated[
         str | None,
         typer.Option(
-            help="A home's MQTT broker: [mqtt://|mqtts://][USER@]HOST[:PORT].", show_default=False
+            help="A home's MQTT broker: \\[mqtt://|mqtts://][USER@]HOST[:PORT].", show_default=False
         ),
     ] = None,
     broker_ca: BrokerCertificates = None,
@@ -123,12 +124,22 @@ def run(
         bool,
         typer.Option("--programs-may-release", help="Let programs end a person's Stop, too."),
     ] = False,
+    log_level: Annotated[
+        str,
+        typer.Option(
+            envvar=VARIABLE,
+            help=f"What is written to stderr: {', '.join(LEVELS)}.",
+            show_envvar=True,
+        ),
+    ] = "warning",
 ) -> None:
     """Wake the live partner and open its studio."""
     from miburi.interface.synthesizer import find_synthesizer
     from miburi.senses.care import Care, find_region
     from miburi.studio.addresses import EVERYWHERE
     from miburi.studio.server import Wish, serve
+
+    log_to_stderr(log_level)
 
     if servo is not None and body != "simulated":
         raise InputError("--servo is for the simulated body; a card has servos of its own.")

@@ -9,8 +9,8 @@ This module needs the extra ``ros``; nothing loads it before somebody wants it.
 
 import asyncio
 import json
+import logging
 import struct
-import sys
 import time
 from collections.abc import Awaitable, Callable
 from contextlib import suppress
@@ -62,6 +62,7 @@ __all__ = ["BURST", "LATE", "RATE", "Stamps", "add_ros", "live_in_ros"]
 RATE, BURST = 5.0, 10.0
 #: s between two looks at the partner: half a step, so that none is missed.
 _PERIOD = 0.01
+_LOG = logging.getLogger(__name__)
 #: s between two diagnoses while nothing changes (as diagnostic_updater's default).
 _DIAGNOSIS = 1.0
 #: s after which a door that has failed is opened anew (ours).
@@ -163,7 +164,8 @@ async def live_in_ros(
             finally:
                 del domain  # this closes it, with all that is in it
         except Exception as error:  # whatever fails here, all else lives on
-            print(f"miburi: ROS 2: {error}. Trying again.", file=sys.stderr, flush=True)
+            known = isinstance(error, MiburiError)
+            _LOG.error("ROS 2: %s. Trying again.", error, exc_info=not known)
         await asyncio.sleep(_PAUSE)
 
 

@@ -7,6 +7,7 @@ read up to its last second.
 """
 
 import errno
+import logging
 import queue
 import re
 import threading
@@ -22,6 +23,7 @@ from miburi.live.recording import RecordedMessage, Recorder, is_whole
 
 __all__ = ["LARGEST", "LIMIT", "WAITING", "Archive", "EndReason", "Kept", "News"]
 
+_LOG = logging.getLogger(__name__)
 #: The largest recording, and the most that all of them may take together, bytes (ours).
 LARGEST, LIMIT = 500_000_000, 5_000_000_000
 #: Steps that may wait for the disk: ten seconds of them.
@@ -242,6 +244,7 @@ class _Writing:
         except queue.Full:
             self._close(EndReason.SLOW)
         except Exception as error:  # whatever it is, it concerns only the recording
+            _LOG.exception("a step cannot be recorded")
             self._close(EndReason.FAILED, f"{type(error).__name__}: {error}")
 
     def end(self) -> None:
@@ -282,5 +285,6 @@ class _Writing:
             full = error.errno in (errno.ENOSPC, errno.EDQUOT)
             self._close(EndReason.FULL if full else EndReason.FAILED, error.strerror or str(error))
         except Exception as error:
+            _LOG.exception("the recording has failed")
             self._close(EndReason.FAILED, f"{type(error).__name__}: {error}")
         self._close(None)

@@ -7,6 +7,7 @@ Stop has a lane of its own: it is taken however many commands wait, it runs befo
 answered at once, and nobody can take it back.
 """
 
+import logging
 import queue
 import threading
 from collections.abc import Callable
@@ -21,6 +22,7 @@ from miburi.partner import UnsettledError
 
 __all__ = ["STOP_SINCE", "WAITING", "BusyError", "Command", "Commands", "Result"]
 
+_LOG = logging.getLogger(__name__)
 #: Commands that may wait for the next step.
 WAITING = 256
 #: Why a release is refused that is older than the latest Stop.
@@ -125,6 +127,8 @@ def _run(command: Command, future: Future[Any]) -> Callable[[], None]:
     except UnsettledError:
         raise
     except Exception as error:
+        if not isinstance(error, MiburiError):
+            _LOG.exception("a wish has failed")
         answer = partial(future.set_exception, error)
 
     def tell() -> None:

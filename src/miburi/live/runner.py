@@ -5,6 +5,7 @@ others (:mod:`miburi.live.commands`); viewers read the latest snapshot, which is
 so cannot make the loop wait.
 """
 
+import logging
 import threading
 import time
 from collections import deque
@@ -37,6 +38,7 @@ from miburi.senses.language import Language
 
 __all__ = ["SAMPLED", "STEP", "Runner"]
 
+_LOG = logging.getLogger(__name__)
 #: The loop's period in s; the encoders are read twice in it.
 STEP = 0.02
 #: When the loop is further behind than this, in s, the robot's time waits instead of hurrying.
@@ -91,7 +93,6 @@ class Runner:
     ) -> None:
         self.robot = robot
         self.repertoire, self.recordings = repertoire or shipped_repertoire(), recordings
-        self.slow_steps = 0
         #: Ports that may be opened besides those that the system lists.
         self.ports = {port} if port else set[str]()
         self._feelings = feelings
@@ -350,8 +351,7 @@ class Runner:
     def start(self, on_failure: Callable[[], None] = lambda: None) -> None:
         """Start the thread that paces the steps, and the watchdog's.
 
-        ``on_failure`` is called once, from any thread, when the loop had to be given up; then
-        :attr:`failure` says why.
+        ``on_failure`` is called once, from any thread, when :attr:`failure` says why it ended.
         """
         # A solver that is still to be compiled would hold up the loop, and Stop with it, for 20 s.
         neutral = self.robot.neutral
@@ -403,7 +403,6 @@ class Runner:
             if ahead > 0:
                 time.sleep(ahead)  # the one place where the partner's time meets the clock
             elif ahead < -_PATIENCE:
-                self.slow_steps += 1
                 due = time.monotonic()
 
     def _fail(self, error: Exception) -> None:
@@ -494,6 +493,7 @@ class Runner:
         """Note that what only looks on, or the loop, has failed; what repeats is noted once."""
         name = f"{type(error).__name__}: {error}"
         if not self._log.holds(kind, name):
+            _LOG.error("%s in the partner's loop", name, exc_info=error)
             self._note(kind, name=name)
 
     def _note(self, kind: str, **content: Any) -> Entry:

@@ -180,11 +180,6 @@ class Robot(Table):
         """The pose at rest, (8,) rad."""
         return self._of_joints("neutral")
 
-    @cached_property
-    def symbols(self) -> tuple[str, ...]:
-        """The paper's letters for the joints: W, RS, RE, RF, LS, LE, LF, H."""
-        return tuple(getattr(self.joints, name).symbol for name in JOINTS)
-
     def with_servo(self, servo: Servo) -> "Robot":
         """Return this robot with another kind of motor; its guards stay, and may not fit."""
         table = self.servo.model_copy(update={"model": servo})

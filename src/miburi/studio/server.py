@@ -28,6 +28,7 @@ from miburi.errors import BodyError, InputError, OutputError, need
 from miburi.feelings import EmotionalModel, Stimulus, Temperament
 from miburi.gestures import Repertoire
 from miburi.ground.cores import coming_first
+from miburi.ground.log import logged
 from miburi.interface.doors import Doors
 from miburi.interface.endpoint import Endpoint
 from miburi.interface.passing import CAN_PASS
@@ -335,7 +336,8 @@ def _start(pages: Pages) -> _Helpers:
 
 
 def _spawn(work: Callable[..., None], *arguments: object) -> BaseProcess:
-    process = get_context("spawn").Process(target=work, args=arguments, name=work.__name__)
+    spawn = get_context("spawn").Process
+    process = spawn(target=logged, args=(work, *arguments), name=work.__name__)
     # Ctrl-C reaches the whole group; this process decides, and the others serve until the end.
     handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
