@@ -78,7 +78,9 @@ def test_without_a_rule_the_motors_limit_alone_keeps_the_push_low() -> None:
     figures = json.loads(done.stdout)
     assert figures["missed"] == 25  # nothing stops
     assert figures["sustained_force_p95"] <= 7.0
-    imagined = json.loads(miburi(*TRIALS, *options, "--servo", "imagined").stdout)
+    done = miburi(*TRIALS, *options, "--servo", "imagined")
+    assert "are for XL330-M288-T servos, and this robot has imagined" in done.stderr
+    imagined = json.loads(done.stdout)
     assert imagined["sustained_force_p95"] > 7.0  # it has no such limit
 
 

@@ -27,6 +27,7 @@ __all__ = [
     "calibrated",
     "gesture_of",
     "load_gestures",
+    "name_foreign_guards",
     "repertoire_of",
     "robot_of",
     "settings_of",
@@ -86,6 +87,21 @@ def robot_of(file: Path | None, servo: str | None = None) -> "Robot":
     return robot if servo is None else robot.with_servo(load_servo(servo))
 
 
+def name_foreign_guards(robot: "Robot") -> None:
+    """Warn if a robot has the guards of the shipped one, but servos of another kind."""
+    from miburi.robot import iphonoid
+
+    shipped = iphonoid()
+    measured, own = shipped.servo.model.name, robot.servo.model.name
+    if own != measured and robot.guards == shipped.guards:
+        print(
+            f"miburi: the guards of the contact rule are for {measured} servos, and this robot has "
+            f"{own}: it may press harder on contact, or stop without one. Let `miburi calibrate` "
+            "measure your own, and give its file with --calibration.",
+            file=sys.stderr,
+        )
+
+
 def calibrated(robot: "Robot", file: Path | None) -> tuple["Robot", "FreeRule | None"]:
     """Return the robot and the contact rule in a calibration file.
 
@@ -94,6 +110,7 @@ def calibrated(robot: "Robot", file: Path | None) -> tuple["Robot", "FreeRule | 
     from miburi.calibration.file import read_calibration
 
     if file is None:
+        name_foreign_guards(robot)
         return robot, None
     found = read_calibration(robot, file)
     return found.robot, found.rule
