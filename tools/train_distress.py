@@ -3,8 +3,8 @@
     python tools/train_distress.py [--out src/miburi/senses/distress.npz]
 
 Needs SciPy (the extra ``studies``). The sentences are drawn from ``distress-lessons.toml`` beside
-this script, all written by one of Miburi's authors, and from ``bench/distress-lines/first``, which
-a stranger wrote. The model is a multinomial logistic regression
+this script, all written by one of Miburi's authors, and from ``distress-lines`` beside it, which
+nine strangers wrote. The model is a multinomial logistic regression
 on groups of words and letters (:func:`miburi.senses.distress.features`), its weights rounded to
 eight bits. The same sentences give the same verdicts; the file's last bits depend on the versions
 of NumPy and SciPy.
@@ -25,14 +25,12 @@ from miburi.senses.language import Language
 
 ROOT = Path(__file__).parents[1]
 LESSONS = Path(__file__).with_name("distress-lessons.toml")
-STRANGERS = ROOT / "bench" / "distress-lines" / "first"
-#: Kinds that they call otherwise.
-THEIRS = {"breath": "breathing", "chest": "heart"}
+STRANGERS = Path(__file__).with_name("distress-lines")
 DRAWN = 24  # sentences from a line, at most
 SEED = 31
 AT_LEAST = 2  # sentences that a group must stand in
 C = 20.0  # 1 / strength of the penalty on large weights
-KEPT = 12_000  # groups with the largest weights, by language
+KEPT = 20_000  # groups with the largest weights, by language
 _CHOICE = re.compile(r"\(([^()]*)\)")
 
 
@@ -63,14 +61,11 @@ def sentences(language: Language) -> list[tuple[int, str]]:
 
 
 def strangers(language: Language) -> list[tuple[int, str]]:
-    """Return the lines of the first stranger, by label."""
-    read = {
-        name: (STRANGERS / f"{name}-{language}.tsv").read_text(encoding="utf-8").splitlines()
-        for name in ("grave", "household", "stories")
-    }
-    grave = [row.split("\t") for row in read["grave"]]
-    rest = [(len(KINDS), text) for text in read["household"] + read["stories"]]
-    return [(KINDS.index(THEIRS.get(kind, kind)), text) for kind, text in grave] + rest
+    """Return what strangers wrote, by label; their signs for everyday lines and stories are one."""
+    labels = {kind: label for label, kind in enumerate(KINDS)}
+    files = sorted(STRANGERS.glob(f"{language}-*.tsv"))
+    rows = [row.split("\t") for file in files for row in file.read_text("utf-8").splitlines()]
+    return [(labels.get(kind, len(KINDS)), text) for kind, text in rows]
 
 
 def everyday() -> list[str]:
