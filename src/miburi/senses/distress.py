@@ -4,10 +4,10 @@ In goes a sentence in English or Japanese; out comes a kind of distress, or None
 before the feelings, on the plain words: signs and capitals, which no recogniser of speech writes,
 change nothing.
 
-Patterns written by hand (``distress-en.toml``, ``distress-ja.toml``) find the plainest words. A small linear
-model (``distress.npz``, trained by ``tools/train_distress.py`` on sentences written for it, ours
-and those of nine strangers) reads beside them: it hears what no pattern knows, and silences a
-pattern that it is sure is wrong.
+Patterns written by hand (``distress-en.toml``, ``distress-ja.toml``) find the plainest words. A
+small linear model (``distress.npz``, trained by ``tools/train_distress.py`` on sentences written
+for it, ours and those of strangers) reads beside them: it hears what no pattern knows, and silences
+a pattern that it is sure is wrong.
 Neither was seen by an expert. This is no alarm and no medical device.
 """
 
