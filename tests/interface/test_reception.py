@@ -337,6 +337,19 @@ def test_a_new_connection_has_half_a_second_before_it_gives_way(at: Desk) -> Non
     at.stop(new[0])
 
 
+def test_a_flood_of_new_connections_ends_no_stop_of_the_same_address(at: Desk) -> None:
+    """All are new, so none is an old stranger: neither who presses nor who rests gives way."""
+    known, pressing = at.come(), at.come()
+    at.stop(known)
+    pressing.sendall(STOP + END)
+    assert at.pressed()
+    strangers = [at.come(LOOK[:-2]) for _ in range(CONNECTIONS + 50)]
+    assert sum(map(at.ended, strangers)) == 52
+    at.stopped()
+    assert answer(pressing).startswith(b"HTTP/1.1 204")
+    at.stop(known)
+
+
 def test_the_address_with_the_most_connections_gives_way_first() -> None:
     with desk(most=20) as at:
         alone = at.come()

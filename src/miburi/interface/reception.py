@@ -223,19 +223,30 @@ class Reception:
         return [*self._sockets, *(guest for crowd in self._crowds.values() for guest in crowd)]
 
     def _make_room(self, crowd: dict[Guest, None]) -> bool:
-        """Close one: a silent stranger, else a silent guest, else a busy one, else a new one."""
+        """Close one: a silent stranger, else a silent guest, else a busy one, else a new one.
+
+        Where more than half are new, somebody floods, and the oldest of the new ones is closed. A
+        Stop that is being answered is the last to give way.
+        """
         now = self._clock()
 
+        def is_new(guest: Guest) -> bool:
+            return guest.silent and not guest.known and now - guest.since < GRACE
+
         def rank(guest: Guest) -> tuple[int, float]:
+            if guest.stop:
+                return 4, guest.since
             if not guest.silent:
                 return 2, guest.since
-            if guest.known:
-                return 1, guest.since
-            return 3 if now - guest.since < GRACE else 0, guest.since
+            return 1 if guest.known else 3 if is_new(guest) else 0, guest.since
 
         if not crowd:
             return False
-        self._close(min(crowd, key=rank))
+        new = [guest for guest in crowd if is_new(guest)]
+        if 2 * len(new) > len(crowd):
+            self._close(min(new, key=lambda guest: guest.since))
+        else:
+            self._close(min(crowd, key=rank))
         return True
 
     def _close(self, guest: Guest) -> None:
