@@ -214,17 +214,23 @@ class Gate:
         if key is None or self._keys is None:
             await self._app(scope, receive, send)
             return
-        serving = asyncio.ensure_future(self._app(scope, receive, send))
+        over = False
+
+        async def unless_over(message: Message) -> None:
+            if not over:
+                await send(message)
+
+        serving = asyncio.ensure_future(self._app(scope, receive, unless_over))
         try:
             while not (await asyncio.wait({serving}, timeout=_KEY_LOOK))[0]:
                 if not self._keys.fits(key):
-                    serving.cancel()
-                    await asyncio.wait({serving})
+                    over = True
                     await send({"type": "websocket.close", "code": 1008, "reason": _FORGOTTEN})
                     return
             await serving
         finally:
             serving.cancel()
+            await asyncio.wait({serving})
 
     async def _agents_turn(self, who: str, *, calls: bool) -> None:
         """Let calls of agents wait their turn, those of each address behind each other.

@@ -14,6 +14,8 @@ from tests.fixtures.browser import (
 )
 from tests.fixtures.live import address
 
+from miburi.interface.keys import Keys
+
 pytestmark = needs_browser
 
 WORDS = {
@@ -23,18 +25,18 @@ WORDS = {
 
 
 @pytest.fixture(scope="module")
-def guarded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, str]]:
-    """A partner that other devices reach: its address and its token."""
+def guarded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, Keys]]:
+    """A partner that other devices reach: its address and its keys."""
     folder: Path = tmp_path_factory.mktemp("guarded")
     with partner(folder, "--forget", "--host", "0.0.0.0") as said:
-        yield address(said), (folder / "token").read_text().strip()
+        yield address(said), Keys(folder)
 
 
 @pytest.mark.parametrize("language", WORDS)
 def test_an_unknown_browser_is_led_to_pairing_and_then_to_the_page_it_wanted(
-    browser: Browser, guarded: tuple[str, str], language: str
+    browser: Browser, guarded: tuple[str, Keys], language: str
 ) -> None:
-    url, token = guarded
+    url, keys = guarded
     pair, wrong = WORDS[language]
     with visiting(browser, locale=language) as context:
         page = context.new_page()
@@ -44,7 +46,7 @@ def test_an_unknown_browser_is_led_to_pairing_and_then_to_the_page_it_wanted(
         page.get_by_role("textbox").fill("nonsense")
         page.get_by_role("button", name=pair).click()
         expect(page.get_by_role("status")).to_contain_text(wrong)
-        page.get_by_role("textbox").fill(token)
+        page.get_by_role("textbox").fill(keys.token)
         page.get_by_role("button", name=pair).click()
         page.wait_for_url("**/face")
         page.wait_for_function("document.documentElement.dataset.connected === 'true'")
@@ -54,4 +56,6 @@ def test_an_unknown_browser_is_led_to_pairing_and_then_to_the_page_it_wanted(
             press_above(page, "Face")
             expect(page.locator(".q-dialog .qr")).to_be_visible()
             found += look_over(page, "the dialog with codes")
+        keys.forget()  # as `miburi devices forget --all` does: it must be paired again
+        page.wait_for_url("**/pair#/*")
     assert found == []

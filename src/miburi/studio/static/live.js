@@ -51,7 +51,8 @@ function open() {
     live.connected = true;
     for (const listener of listeners) listener(message, true);
   };
-  socket.onclose = () => {
+  socket.onclose = (event) => {
+    if (event.reason.includes("forgotten")) location.replace("/pair#" + location.pathname);
     lost();
     clearTimeout(timer);
     timer = setTimeout(open, wait);
