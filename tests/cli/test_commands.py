@@ -185,7 +185,7 @@ def test_experiment_writes_whole_files(tmp_path: Path) -> None:
     report = json.loads((tmp_path / "a" / "experiment.json").read_text())
     assert report["seed"] == 1
     assert report["version"] == __version__
-    assert "1 contact stops" in outs[0]
+    assert "1 contact stop:" in outs[0]
 
 
 @pytest.mark.parametrize(

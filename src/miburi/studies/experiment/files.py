@@ -82,7 +82,8 @@ def write_experiment(
 
 
 def _summary(result: experiment.Experiment) -> list[str]:
-    lines = [f"{result.servo}: {len(result.gestures)} gestures, {len(result.stops)} contact stops:"]
+    stops = f"{len(result.stops)} contact stop{'s' * (len(result.stops) != 1)}"
+    lines = [f"{result.servo}: {len(result.gestures)} gestures, {stops}:"]
     lines += [
         f"  {stop.time:6.2f} s  {stop.motor} ({stop.sign})  "
         + (f"{1e3 * stop.latency:.0f} ms after contact, " if stop.latency is not None else "")
