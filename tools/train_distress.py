@@ -4,10 +4,9 @@
 
 Needs SciPy (the extra ``studies``). The sentences are drawn from ``distress-lessons.toml`` beside
 this script, all written by one of Miburi's authors, and from ``distress-lines`` beside it, which
-nine strangers wrote. The model is a multinomial logistic regression
-on groups of words and letters (:func:`miburi.senses.distress.features`), its weights rounded to
-eight bits. The same sentences give the same verdicts; the file's last bits depend on the versions
-of NumPy and SciPy.
+eleven strangers wrote. The model is a multinomial logistic regression on groups of words and
+letters (:func:`miburi.senses.distress.features`), its weights rounded to eight bits. The same
+sentences give the same verdicts; the file's last bits depend on the versions of NumPy and SciPy.
 """
 
 import argparse
@@ -26,7 +25,7 @@ from miburi.senses.language import Language
 ROOT = Path(__file__).parents[1]
 LESSONS = Path(__file__).with_name("distress-lessons.toml")
 STRANGERS = Path(__file__).with_name("distress-lines")
-DRAWN = 24  # sentences from a line, at most
+DRAWN = 48  # sentences from a line, at most
 SEED = 31
 AT_LEAST = 2  # sentences that a group must stand in
 C = 20.0  # 1 / strength of the penalty on large weights
