@@ -70,7 +70,8 @@ def test_without_extras_commands_work_or_say_in_a_line_what_they_need(tmp_path: 
     assert [one for one in works if one[0] or not one[1]] == []
     assert refused == [
         (1, "", f"miburi: this needs {library}, which is not installed: "
-         f"pip install 'miburi[{extra}]'.")
+         f"pip install 'FILE[{extra}]', where FILE is the wheel or the folder that Miburi came "
+         "from.")
         for library, extra, _ in REFUSED
     ]  # fmt: skip
     assert [list(folder.iterdir()) for folder in folders[len(WORKS) :]] == [[]] * len(REFUSED)

@@ -41,7 +41,8 @@ def needs_extra(extra: str, error: ModuleNotFoundError) -> MiburiError:
     """Return the error for a missing library, with the extra of the package that installs it."""
     library = str(error.name).partition(".")[0]
     return MiburiError(
-        f"this needs {library}, which is not installed: pip install 'miburi[{extra}]'."
+        f"this needs {library}, which is not installed: pip install 'FILE[{extra}]', where FILE is "
+        "the wheel or the folder that Miburi came from."
     )
 
 

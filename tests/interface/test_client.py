@@ -9,7 +9,7 @@ import pytest
 from fastapi import FastAPI
 from tests.fixtures.keys import keys
 from tests.fixtures.live import Server, interface, serving
-from tests.fixtures.waiting import until
+from tests.fixtures.waiting import get, until
 
 import miburi
 from miburi.errors import BodyError, InputError, OutputError
@@ -54,19 +54,19 @@ def test_it_speaks_the_librarys_words(partner: RemotePartner) -> None:
     assert {gesture.feeling for gesture in partner.gestures()} == set(partner.robot.feelings)
 
 
-def test_a_partner_with_other_feelings_is_refused_in_words(runner: Runner) -> None:
+def test_a_partner_of_another_version_is_refused_in_words(runner: Runner) -> None:
     app = FastAPI()
-    nine = runner.snapshot.state.model_dump()
-    nine["mood"].append(0.5)
+    other = runner.snapshot.state.model_dump()
+    del other["mood"]
 
     @app.get("/api/v1/state")
     def state() -> dict[str, Any]:
-        return nine
+        return other
 
     with (
         serving(app) as url,
         miburi.connect(url) as partner,
-        pytest.raises(InputError, match="same file of feelings"),
+        pytest.raises(InputError, match="same version of Miburi"),
     ):
         _ = partner.state
 
@@ -131,6 +131,22 @@ def test_stop_has_a_connection_of_its_own() -> None:
             busy.acquire()
         partner.stop()
         assert [one.result() for one in asked] == [[]] * 110
+
+
+def test_a_partner_with_feelings_of_its_own_is_understood(server: Server) -> None:
+    """Whoever only looks on needs no file of its feelings."""
+    state = get(server.url + "/api/v1/state").json()
+    for level in ("emotion", "feeling", "mood", "face"):
+        state[level].append(0.5)
+    state["expressed"] = {"feeling": "pride", "mood": 0.5}
+    gesture = get(server.url + "/api/v1/gestures").json()[0] | {"feeling": "pride"}
+    app = FastAPI()
+    app.get("/api/v1/state")(lambda: state)
+    app.get("/api/v1/gestures")(lambda: [gesture])
+    with serving(app) as url, miburi.connect(url) as partner:
+        assert partner.state.expressed is not None
+        assert (partner.state.expressed.feeling, partner.state.mood[8]) == ("pride", 0.5)
+        assert partner.gestures()[0].feeling == "pride"
 
 
 def test_the_token_opens_the_door(live: Runner) -> None:

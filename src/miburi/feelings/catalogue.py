@@ -31,6 +31,7 @@ __all__ = [
     "FeelingName",
     "Mouth",
     "Signs",
+    "TheirFeeling",
     "Voice",
     "load_catalogue",
 ]
@@ -236,3 +237,5 @@ FeelingName = Annotated[
     AfterValidator(_check_name),
     WithJsonSchema({"enum": list(FEELINGS), "type": "string"}),
 ]
+#: The same in what a partner says: its feelings need not be those of the process that reads it.
+TheirFeeling = Annotated[str, WithJsonSchema({"enum": list(FEELINGS), "type": "string"})]

@@ -259,9 +259,8 @@ class RemotePartner:
             return State.model_validate_json(text)
         except ValidationError as error:
             raise InputError(
-                f"{self._url}: this program does not understand this partner's state. If the "
-                "partner has feelings of its own, start this program with the same file of "
-                "feelings (MIBURI_FEELINGS)."
+                f"{self._url}: this program does not understand this partner's state; use the "
+                "same version of Miburi for both."
             ) from error
 
     def _get(self, path: str) -> Any:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from miburi.feelings import Stimulus
 from miburi.interface.endpoint import Endpoint, OvertakenError
 from miburi.interface.settle import done
-from miburi.interface.wire import SayIn, SayOut, StimulusIn, WhyOut
+from miburi.interface.wire import FeltOut, SayIn, SayOut, WhyOut
 from miburi.live.view import LivePartner
 from miburi.senses.care import Care
 from miburi.senses.kinds import Distress
@@ -67,7 +67,7 @@ class Speech:
             distress=heard.distress,
             strength=heard.strength,
             why=[WhyOut.model_validate(asdict(part)) for part in heard.why],
-            felt=[StimulusIn.model_validate(asdict(stimulus)) for stimulus in felt],
+            felt=[FeltOut.model_validate(asdict(stimulus)) for stimulus in felt],
             answer=answer,
         )
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 
-from miburi.feelings.catalogue import FeelingName
+from miburi.feelings.catalogue import FeelingName, TheirFeeling
 from miburi.feelings.temperament import Source
 from miburi.gestures import Direction
 from miburi.live.state import Eight, Share
@@ -21,6 +21,7 @@ __all__ = [
     "EffortIn",
     "ExpressIn",
     "FaceIn",
+    "FeltOut",
     "GestureOut",
     "HandIn",
     "LinkOut",
@@ -75,13 +76,21 @@ class WhyOut(BaseModel):
     weight: float
 
 
+class FeltOut(BaseModel):
+    """What moved the partner's feelings."""
+
+    feeling: TheirFeeling
+    strength: Share
+    source: Source
+
+
 class SayOut(BaseModel):
     """What was heard in it, why, and what the partner felt at it."""
 
-    feeling: FeelingName | None
+    feeling: TheirFeeling | None
     strength: Share
     why: list[WhyOut]
-    felt: list[StimulusIn]
+    felt: list[FeltOut]
     asked: bool = Field(default=False, description="Whether it was asked what it feels itself.")
     distress: Distress | None = Field(
         default=None, description="What somebody needs help with now; it calls nobody."
@@ -171,7 +180,7 @@ class GestureOut(BaseModel):
     """A movement function."""
 
     name: str
-    feeling: FeelingName
+    feeling: TheirFeeling
     duration: float = Field(description="s at tempo 1, repeats not counted.")
     effort: EffortIn
 

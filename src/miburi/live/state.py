@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, Field
 
 from miburi.bodies import BodyState
-from miburi.feelings.catalogue import FEELINGS, FeelingName
+from miburi.feelings.catalogue import TheirFeeling
 from miburi.live.archive import EndReason
 from miburi.live.press import By
 from miburi.robot.guards import Guards
@@ -40,13 +40,14 @@ Share = Annotated[float, Field(ge=0, le=1)]
 Eight = Annotated[list[float], Field(min_length=8, max_length=8)]
 
 
-Levels = Annotated[list[float], Field(min_length=len(FEELINGS), max_length=len(FEELINGS))]
+#: One for each of the partner's feelings, in their order.
+Levels = list[float]
 
 
 class Expressed(BaseModel):
     """A feeling that is shown, with the mood as its intensity μ."""
 
-    feeling: FeelingName
+    feeling: TheirFeeling
     mood: Share
 
 
@@ -79,7 +80,7 @@ class Spoken(BaseModel):
     number: int = Field(description="Another number is another sentence.")
     text: str
     language: Language
-    feeling: FeelingName | None = Field(description="What it felt then: it colours the voice.")
+    feeling: TheirFeeling | None = Field(description="What it felt then: it colours the voice.")
 
 
 class DistressOut(BaseModel):
