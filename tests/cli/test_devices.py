@@ -35,6 +35,7 @@ def test_a_lost_phone_is_found_and_forgotten(tmp_path: Path) -> None:
 def test_it_forgets_nothing_that_was_not_named(tmp_path: Path) -> None:
     kept_token(tmp_path / "token")
     key = Keys(tmp_path).pair("")
+    assert "--folder" in devices(tmp_path / "elsewhere", "forget", "--all")
     for words in (("forget",), ("forget", "12345678"), ("forget", key[:8], "--all")):
         assert devices(tmp_path, *words).startswith("error: ")
         assert Keys(tmp_path).fits(key)

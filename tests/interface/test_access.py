@@ -22,6 +22,7 @@ from miburi.interface.access import (
     Gate,
     is_loopback,
 )
+from miburi.interface.keys import Keys
 
 TOKEN = "a-token-of-at-least-thirty-two-letters"
 PHONE = keys(TOKEN).pair("iPhone")
@@ -224,6 +225,14 @@ def test_with_the_token_all_does(headers: dict[str, str]) -> None:
 def test_a_foreign_cookie_locks_nobody_out(cookie: str) -> None:
     for text in (f"{cookie}miburi_token={PHONE}", f"miburi_token={PHONE}; {cookie}"):
         assert ask(Gate(behind, keys(TOKEN)), cookie=text)[0] == 200
+
+
+def test_no_request_has_many_keys_looked_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each is read from the disk; a header has room for a thousand."""
+    read: list[str] = []
+    monkeypatch.setattr(Keys, "fits", lambda _, given: bool(read.append(given)))
+    ask(Gate(behind, keys(TOKEN)), cookie="; ".join(f"miburi_token=x{n}" for n in range(1000)))
+    assert len(read) < 10
 
 
 @pytest.mark.parametrize("path", ["/pair", "/privacy"])
@@ -475,3 +484,29 @@ def test_an_allowance_never_holds_more_than_its_burst() -> None:
 )  # fmt: skip
 def test_loopback_is_this_computer_alone(host: str, answer: bool) -> None:
     assert is_loopback(host) is answer
+
+
+def test_a_forgotten_device_that_reads_nothing_is_heard_no_more() -> None:
+    """Its socket takes no farewell, and yet the application behind it ends."""
+    ended: list[bool] = []
+
+    async def behind(scope: Any, receive: Any, send: Any) -> None:
+        try:
+            await asyncio.Event().wait()
+        finally:
+            ended.append(True)
+
+    async def deaf(message: Any) -> None:
+        await asyncio.Event().wait()
+
+    async def visit() -> None:
+        mine = keys("forgotten" * 5)
+        headers = [(b"host", b"h"), (b"authorization", f"Bearer {mine.token}".encode())]
+        scope = {"type": "websocket", "path": "/api/v1/live", "headers": headers}
+        visiting = asyncio.create_task(Gate(behind, mine)(scope, deaf, deaf))
+        await asyncio.sleep(0)
+        mine.forget()
+        await asyncio.wait_for(visiting, 30)
+
+    asyncio.run(visit())
+    assert ended == [True]

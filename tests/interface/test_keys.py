@@ -1,6 +1,9 @@
 """The token and the devices' keys: for their owner alone, and of no use once forgotten."""
 
+import errno
+import os
 import stat
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -71,6 +74,30 @@ def test_who_forgets_one_locks_it_out_with_the_token_it_has_seen(keys: Keys) -> 
         keys.forget("../token")
 
 
+def test_a_folder_that_no_partner_knows_forgets_nobody(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="--folder"):
+        Keys(tmp_path / "elsewhere").forget()
+    assert not (tmp_path / "elsewhere").exists()
+
+
+def test_who_pairs_while_all_are_forgotten_is_forgotten_too(
+    keys: Keys, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The new token comes first, so the old one pairs nobody once the devices are listed."""
+    token, glob, late = keys.token, Path.glob, []
+
+    def pair_now(folder: Path, pattern: str) -> Iterator[Path]:
+        found = [*glob(folder, pattern)]
+        if keys.is_token(token):
+            late.append(keys.pair(PHONE))
+        return iter(found)
+
+    keys.pair(PHONE)
+    monkeypatch.setattr(Path, "glob", pair_now)
+    assert keys.forget() == 1
+    assert late == []
+
+
 def test_a_key_ends_after_its_life_and_another_takes_the_place_of_the_oldest(keys: Keys) -> None:
     old = keys.pair(PHONE, now=NOW)
     assert keys.fits(old, NOW + LIFE - 1)
@@ -95,13 +122,51 @@ def test_it_notes_when_a_device_was_here(keys: Keys) -> None:
     assert keys.devices(NOW)[0].seen == later
 
 
-@pytest.mark.parametrize("content", ["", "{", "[]", '{"paired": "soon", "hash": 1}', "{}"])
+def test_a_disk_that_takes_nothing_locks_nobody_out(
+    keys: Keys, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise OSError(errno.EROFS, "Read-only file system")
+
+    key, stranger, token = keys.pair(PHONE, now=NOW), "0123abcd." + "x" * 43, keys.token
+    monkeypatch.setattr(os, "utime", fail)
+    assert keys.fits(key, NOW + 3600)
+    monkeypatch.setattr(Path, "read_text", fail)  # no files are left, say
+    assert keys.fits(key, NOW + 3600)
+    assert keys.fits(token)
+    assert not keys.fits(stranger)
+    keys.devices(NOW)
+    monkeypatch.undo()
+    assert [device.name for device in keys.devices(NOW)] == [key.partition(".")[0]]
+
+
+def test_a_clock_that_jumps_ends_no_key_for_good(keys: Keys) -> None:
+    key = keys.pair(PHONE, now=NOW)
+    assert keys.devices(NOW + 2 * LIFE) == []
+    assert keys.fits(key, NOW + 1)
+    assert keys.fits(key, NOW - 3600)
+    assert not keys.fits(key, NOW - LIFE), "or a clock that was ahead would make it good for ever"
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        "",
+        "{",
+        "[]",
+        '{"paired": "soon", "hash": 1}',
+        "{}",
+        "[" * 10_000,
+        f'{{"kind": "", "paired": {NOW}, "hash": 1}}',
+        f'{{"kind": "", "paired": 1{"0" * 400}, "hash": ""}}',
+    ],
+)
 def test_a_broken_file_lets_nobody_in(keys: Keys, tmp_path: Path, content: str) -> None:
     key = keys.pair(PHONE)
     (file,) = (tmp_path / "devices").iterdir()
     file.write_text(content)
-    assert not keys.fits(key)
-    assert keys.devices() == []
+    assert not keys.fits(key, NOW)
+    assert keys.devices(NOW) == []
 
 
 @pytest.mark.parametrize("given", ["", " ", "ffffffff." + "x" * 43, "../token." + "x" * 43, "é"])

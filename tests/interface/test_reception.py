@@ -350,6 +350,18 @@ def test_a_flood_of_new_connections_ends_no_stop_of_the_same_address(at: Desk) -
     at.stop(known)
 
 
+def test_what_a_new_connection_has_said_is_heard_before_it_gives_way(at: Desk) -> None:
+    strangers = [at.come() for _ in range(CONNECTIONS - 1)]
+    pressing = at.come()
+    at.time[0] += GRACE / 2
+    pressing.sendall(STOP + END)  # it lies there, unread, when more come than may
+    at.guests += [socket.create_connection(at.plain.getsockname(), 10) for _ in range(CONNECTIONS)]
+    at.pressed()
+    at.stopped()
+    assert answer(pressing).startswith(b"HTTP/1.1 204")
+    assert sum(map(at.ended, strangers)) > 100
+
+
 def test_the_address_with_the_most_connections_gives_way_first() -> None:
     with desk(most=20) as at:
         alone = at.come()

@@ -56,8 +56,8 @@ def forget(
     if (name is None) != every:
         raise InputError("name one device, or say --all; `miburi devices` lists them.")
     keys = _keys(folder or context.obj)
-    keys.forget(name)
-    print("All devices are forgotten." if every else f"{name} is forgotten.")
+    count = keys.forget(name)
+    print(f"All {count} devices are forgotten." if every else f"{name} is forgotten.")
     print(f"Programs and new devices need the new token: {keys.token}")
 
 

@@ -139,7 +139,7 @@ def run(
     from miburi.studio.addresses import EVERYWHERE
     from miburi.studio.server import Wish, serve
 
-    log_to_stderr(log_level)
+    log_to_stderr(log_level, apart=True)
 
     if servo is not None and body != "simulated":
         raise InputError("--servo is for the simulated body; a card has servos of its own.")

@@ -11,6 +11,7 @@ import json
 import time
 from collections import OrderedDict
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from http import HTTPStatus
 from ipaddress import ip_address
@@ -86,6 +87,8 @@ _PAGE_TIME = 1.0
 WRONG_RATE, WRONG_BURST = 0.2, 10.0
 #: WebSockets that may be open at the same time.
 SOCKETS = 200
+#: Keys of one request that are looked at: a host may have cookies of one name for several paths.
+_LOOKED_AT = 4
 #: s between two looks at the key of an open socket (ours).
 _KEY_LOOK = 1.0
 _FORGOTTEN = "this device was forgotten; pair it again."
@@ -225,12 +228,16 @@ class Gate:
             while not (await asyncio.wait({serving}, timeout=_KEY_LOOK))[0]:
                 if not self._keys.fits(key):
                     over = True
-                    await send({"type": "websocket.close", "code": 1008, "reason": _FORGOTTEN})
-                    return
-            await serving
+                    break
+            else:
+                await serving
         finally:
             serving.cancel()
             await asyncio.wait({serving})
+        if over:
+            with suppress(OSError, RuntimeError, TimeoutError):  # it reads nothing, or has gone
+                async with asyncio.timeout(_KEY_LOOK):
+                    await send({"type": "websocket.close", "code": 1008, "reason": _FORGOTTEN})
 
     async def _agents_turn(self, who: str, *, calls: bool) -> None:
         """Let calls of agents wait their turn, those of each address behind each other.
@@ -294,8 +301,8 @@ class Gate:
         return key
 
     def _check_key(self, headers: dict[bytes, str], who: str, keys: Keys) -> str:
-        given = _given(headers)
-        for one in given:
+        given = list(dict.fromkeys(_given(headers)))
+        for one in given[:_LOOKED_AT]:  # each is looked up on the disk
             if keys.fits(one):
                 return one
         if given and not self._wrong.take(who):

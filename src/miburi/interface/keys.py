@@ -14,6 +14,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
+from typing import NamedTuple
 
 from miburi.errors import InputError, OutputError
 
@@ -23,6 +24,8 @@ __all__ = ["LIFE", "MOST", "Device", "Keys", "kept_token", "same"]
 LIFE, MOST = 30 * 24 * 3600, 50
 #: s between two notes that a device was here (ours).
 _NOTED = 600.0
+#: s by which a clock may have been ahead when a device was paired (ours).
+_CLOCK = 86_400.0
 _TOKEN = re.compile(r"[A-Za-z0-9_-]{32,}")
 _KEY = re.compile(r"([0-9a-f]{8})\.([A-Za-z0-9_-]{43})")
 #: What a browser says of itself, and our words for it; the first that is found counts.
@@ -95,18 +98,20 @@ class Keys:
 
     def __init__(self, folder: Path) -> None:
         self._token, self._devices = folder / "token", folder / "devices"
+        self._latest = ""  # the token that was read last
+        self._good: dict[str, None] = {}  # keys that fitted last, where a disk fails for a moment
 
     @property
     def token(self) -> str:
         """The token as it is now; empty if it is gone, and then nothing fits."""
         with suppress(OSError):
             token = _read(self._token)
-            return token if _TOKEN.fullmatch(token) else ""
-        return ""
+            self._latest = token if _TOKEN.fullmatch(token) else ""
+        return self._latest
 
     def is_token(self, given: str) -> bool:
         """Whether this is the token."""
-        token = self.token
+        token = self.token if _TOKEN.fullmatch(given) else ""
         return bool(token) and same(given, token)
 
     def fits(self, given: str, now: float | None = None) -> bool:
@@ -117,13 +122,19 @@ class Keys:
         now = time.time() if now is None else now
         path = self._devices / f"{key[1]}.json"
         try:
-            kept = json.loads(_read(path))
-            good = now - kept["paired"] < LIFE and same(_hash(key[2]), kept["hash"])
-            if good and abs(now - path.stat().st_mtime) > _NOTED:
-                os.utime(path, (now, now))
-        except (OSError, ValueError, KeyError, TypeError):
+            kept = _kept(path)
+        except OSError:  # of a moment: to forget a device removes its file
+            return given in self._good
+        self._good.pop(given, None)
+        if kept is None or not kept.lives(now) or not same(_hash(key[2]), kept.hash):
             return False
-        return good
+        self._good[given] = None
+        while len(self._good) > MOST:
+            del self._good[next(iter(self._good))]
+        with suppress(OSError):
+            if abs(now - path.stat().st_mtime) > _NOTED:
+                os.utime(path, (now, now))
+        return True
 
     def pair(self, agent: str, earlier: str = "", now: float | None = None) -> str:
         """Return a new device's key.
@@ -144,62 +155,99 @@ class Keys:
         """
         now = time.time() if now is None else now
         name, secret = secrets.token_hex(4), secrets.token_urlsafe(32)
-        kept = {"kind": _kind(agent), "paired": now, "hash": _hash(secret)}
+        kept = {"kind": _kind(agent), "paired": float(now), "hash": _hash(secret)}
         known = _KEY.fullmatch(earlier) if self.fits(earlier, now) else None
         try:
-            if known is not None:
-                self._drop(known[1])
-            for device in self.devices(now)[MOST - 1 :]:
-                self._drop(device.name)
             self._devices.mkdir(mode=0o700, parents=True, exist_ok=True)
             _write_private(self._devices / f"{name}.json", json.dumps(kept))
+            if known is not None:
+                self.drop(earlier)
+            others = [device for device in self.devices(now) if device.name != name]
+            for device in others[MOST - 1 :]:
+                self._drop(device.name)
         except OSError as error:
             raise OutputError(
                 f"{self._devices}: the device's key cannot be kept there: {error.strerror}."
             ) from error
         return f"{name}.{secret}"
 
+    def drop(self, key: str) -> None:
+        """Forget the device with this key."""
+        self._drop(key.partition(".")[0])
+
     def devices(self, now: float | None = None) -> list[Device]:
-        """Return the devices whose keys are good, the latest here first; the others' files go."""
+        """Return the devices whose keys are good, the latest here first."""
         now = time.time() if now is None else now
         found = []
         for path in self._devices.glob("*.json"):
-            with suppress(OSError, ValueError, KeyError, TypeError):
-                kept = json.loads(_read(path))
-                paired = float(kept["paired"])
-                seen = max(paired, path.stat().st_mtime)
-                if now - paired < LIFE:
-                    found.append(Device(path.stem, str(kept["kind"]), paired, seen))
-                    continue
-            self._drop(path.stem)
+            with suppress(OSError):
+                kept = _kept(path)
+                if kept is not None and kept.lives(now):
+                    seen = max(kept.paired, path.stat().st_mtime)
+                    found.append(Device(path.stem, kept.kind, kept.paired, seen))
         return sorted(found, key=lambda device: (device.seen, device.name), reverse=True)
 
-    def forget(self, name: str | None = None) -> None:
-        """Forget a device, or all of them (None), and make a new token: they have seen the old one.
+    def forget(self, name: str | None = None) -> int:
+        """Forget a device, or all (None), and make a new token: they have seen the old one.
+
+        Returns
+        -------
+        How many were forgotten.
 
         Raises
         ------
         InputError
-            There is no such device.
+            There is no such device, or no partner has been let in from this folder.
         OutputError
             The folder cannot be written to.
         """
-        names = [device.name for device in self.devices()]
-        if name is not None and name not in names:
+        folder = self._token.parent
+        if not self._token.is_file():
             raise InputError(
-                f"no device is called {name!r}; `miburi devices` lists those that are paired."
+                f"{folder}: no partner has kept a token there; name its folder with --folder."
+            )
+        if name is not None and name not in {device.name for device in self.devices()}:
+            raise InputError(
+                f"no device is called {name!r} in {folder}; `miburi devices` lists those that are "
+                "paired."
             )
         try:
-            for each in names if name is None else [name]:
+            _new_token(self._token)  # first: nobody comes in by the old one meanwhile
+            names = [path.stem for path in self._devices.glob("*.json")] if name is None else [name]
+            for each in names:
                 self._drop(each)
-            _new_token(self._token)
         except OSError as error:
-            raise OutputError(
-                f"{self._token.parent}: cannot write there: {error.strerror}."
-            ) from error
+            raise OutputError(f"{folder}: cannot write there: {error.strerror}.") from error
+        return len(names)
 
     def _drop(self, name: str) -> None:
         (self._devices / f"{name}.json").unlink(missing_ok=True)
+
+
+class _Kept(NamedTuple):
+    """What a device's file holds."""
+
+    kind: str
+    paired: float
+    hash: str
+
+    def lives(self, now: float) -> bool:
+        """Whether the key is good; a clock that was set back a little does not end it."""
+        return -_CLOCK <= now - self.paired < LIFE
+
+
+def _kept(path: Path) -> _Kept | None:
+    """Return what a file holds; None if there is none, or no sense in it."""
+    try:
+        kept = json.loads(_read(path))
+    except (ValueError, RecursionError):
+        return None
+    if not isinstance(kept, dict):
+        return None
+    kind, paired, digest = kept.get("kind"), kept.get("paired"), kept.get("hash")
+    if not (isinstance(kind, str) and isinstance(digest, str) and isinstance(paired, float)):
+        return None
+    return _Kept(kind, paired, digest)
 
 
 def _kind(agent: str) -> str:
@@ -232,5 +280,12 @@ def _write_private(path: Path, text: str) -> None:
     draft = path.with_name(f".{path.name}.new")
     draft.unlink(missing_ok=True)
     draft.touch(mode=0o600)
-    draft.write_text(text, encoding="utf-8")
+    with draft.open("w", encoding="utf-8") as file:
+        file.write(text)
+        file.flush()
+        os.fsync(file.fileno())
+    if hasattr(os, "chown"):
+        with suppress(OSError):  # whoever may use sudo writes for the owner of the folder
+            folder = path.parent.stat()
+            os.chown(draft, folder.st_uid, folder.st_gid)
     draft.replace(path)

@@ -16,6 +16,7 @@ __all__ = ["PairIn", "pairing_router"]
 
 #: Wrong tokens allowed per second, and in a burst, from all devices together (ours).
 _RATE, _BURST = 0.5, 20.0
+_WRONG = "This is not the token of this partner. Scan the code again."
 
 
 class PairIn(Message):
@@ -49,12 +50,16 @@ def pairing_router(reach: Reach, content: Callable[[Request], str]) -> APIRouter
         if not keys.is_token(wish.token):
             if not wrong.take("everybody"):
                 return JSONResponse({"detail": "Too many wrong tokens; wait a minute."}, 429)
-            words = "This is not the token of this partner. Scan the code again."
-            return JSONResponse({"detail": words}, 401)
+            return JSONResponse({"detail": _WRONG}, 401)
+        earlier = request.cookies.get(COOKIE, "")
+        key = keys.pair(request.headers.get("user-agent", ""), earlier)
+        if not keys.is_token(wish.token):  # all were forgotten at this moment
+            keys.drop(key)
+            return JSONResponse({"detail": _WRONG}, 401)
         answer = Response(status_code=204)
         answer.set_cookie(
             COOKIE,
-            keys.pair(request.headers.get("user-agent", ""), request.cookies.get(COOKIE, "")),
+            key,
             max_age=LIFE,
             httponly=True,
             samesite="strict",

@@ -14,7 +14,6 @@ Windows passes no open files in this way; there the server listens itself.
 
 import errno
 import gc
-import json
 import math
 import re
 import selectors
@@ -23,27 +22,25 @@ import time
 from collections import defaultdict, deque
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
-from email.utils import formatdate
 from functools import partial
-from http import HTTPStatus
 from multiprocessing.connection import Connection
 
 import h11
 from starlette.types import Receive, Scope, Send
 
 from miburi.ground.cores import come_first
+from miburi.ground.log import log_once
 from miburi.interface.access import (
     CONNECTIONS,
     HEADER_TIME,
     HEADERS,
-    SAFE_HEADERS,
     STOP,
     Gate,
     RefusedError,
 )
 from miburi.interface.keys import Keys
 from miburi.interface.passing import ENCRYPTED, PLAIN, Note, pass_on
-from miburi.interface.relay import Guest
+from miburi.interface.relay import Guest, answer_of
 from miburi.live.press import BY, By, outlasting, who
 
 __all__ = ["BEAT", "GRACE", "HANDSHAKES", "SILENCE", "Reception", "receive"]
@@ -225,28 +222,36 @@ class Reception:
     def _make_room(self, crowd: dict[Guest, None]) -> bool:
         """Close one: a silent stranger, else a silent guest, else a busy one, else a new one.
 
-        Where more than half are new, somebody floods, and the oldest of the new ones is closed. A
-        Stop that is being answered is the last to give way.
+        Where more than half are new, somebody floods, and the oldest of the new ones goes before
+        guests. What it has said is heard before: a Stop that is being answered goes last.
         """
         now = self._clock()
-
-        def is_new(guest: Guest) -> bool:
-            return guest.silent and not guest.known and now - guest.since < GRACE
+        new = [g for g in crowd if g.silent and not g.known and now - g.since < GRACE]
+        flood = 2 * len(new) > len(crowd)
 
         def rank(guest: Guest) -> tuple[int, float]:
             if guest.stop:
-                return 4, guest.since
+                return 5, guest.since
             if not guest.silent:
+                return 3, guest.since
+            if guest.known:
                 return 2, guest.since
-            return 1 if guest.known else 3 if is_new(guest) else 0, guest.since
+            if now - guest.since < GRACE:
+                return 1 if flood else 4, guest.since
+            return 0, guest.since
 
-        if not crowd:
-            return False
-        new = [guest for guest in crowd if is_new(guest)]
-        if 2 * len(new) > len(crowd):
-            self._close(min(new, key=lambda guest: guest.since))
-        else:
-            self._close(min(crowd, key=rank))
+        for _ in range(_AT_ONCE):
+            if not crowd:
+                return False
+            guest = min(crowd, key=rank)
+            was = rank(guest)
+            if guest.silent:
+                self._hear(guest, selectors.EVENT_READ)
+            if guest.closed:
+                return True
+            if rank(guest) <= was:
+                break
+        self._close(guest)
         return True
 
     def _close(self, guest: Guest) -> None:
@@ -370,6 +375,9 @@ class Reception:
             )
         except (RefusedError, OSError):
             return False
+        except Exception as error:  # whatever it is, who presses meanwhile is heard
+            log_once("a Stop could not be judged", error)
+            return False
         self._by = outlasting(self._by, by)
         return True
 
@@ -411,11 +419,11 @@ class Reception:
                 self._forget(guest.relay)
             guest.waits = False
             guest.drop()
-            answer = _make(503, "" if bare else _OVERTAKEN, ends=False)
+            answer = answer_of(503, "" if bare else _OVERTAKEN, ends=False)
         if stop:
             with suppress(OSError):  # the client has gone
                 guest.line.recv(stop)
-        gone = not guest.tell(answer + _make(status, words, ends=guest.ends))
+        gone = not guest.tell(answer + answer_of(status, words, ends=guest.ends))
         self._go_on(guest, gone=gone)
 
     def _pass_on(self) -> None:
@@ -479,18 +487,3 @@ def _leave(crowds: dict[str, dict[Guest, None]], guest: Guest) -> None:
     crowd.pop(guest, None)
     if not crowd:
         crowds.pop(guest.client[0], None)
-
-
-def _make(status: int, words: str, *, ends: bool) -> bytes:
-    """Return an answer that the reception itself gives."""
-    body = json.dumps({"detail": words}).encode() if words else b""
-    headers = [(b"date", formatdate(usegmt=True).encode()), *SAFE_HEADERS]
-    if status != HTTPStatus.NO_CONTENT:
-        headers.append((b"content-length", b"%d" % len(body)))
-    if body:
-        headers.append((b"content-type", b"application/json"))
-    if ends:
-        headers.append((b"connection", b"close"))
-    lines = [f"HTTP/1.1 {status} {HTTPStatus(status).phrase}".encode()]
-    lines += [name + b": " + value for name, value in headers]
-    return b"\r\n".join([*lines, b"", body])

@@ -10,18 +10,21 @@ has an answer is one whose next request is read here. What lasts, or has no end 
 here (https, WebSockets, bodies in chunks), is relayed byte by byte until either side closes.
 """
 
+import json
 import math
 import socket
 from contextlib import suppress
 from dataclasses import dataclass, field
+from email.utils import formatdate
+from http import HTTPStatus
 from typing import NamedTuple
 
 import h11
 
-from miburi.interface.access import HEADERS
+from miburi.interface.access import HEADERS, SAFE_HEADERS
 from miburi.interface.passing import ENCRYPTED
 
-__all__ = ["Address", "Framing", "Guest", "frame"]
+__all__ = ["Address", "Framing", "Guest", "answer_of", "frame"]
 
 #: Bytes that are read at once, and bytes of an answer that are held back (ours).
 _PIECE = 65_536
@@ -222,3 +225,18 @@ def _send(line: socket.socket, waiting: bytearray) -> bool:
         except OSError:
             return False
     return True
+
+
+def answer_of(status: int, words: str, *, ends: bool) -> bytes:
+    """Return an answer that the reception itself gives."""
+    body = json.dumps({"detail": words}).encode() if words else b""
+    headers = [(b"date", formatdate(usegmt=True).encode()), *SAFE_HEADERS]
+    if status != HTTPStatus.NO_CONTENT:
+        headers.append((b"content-length", b"%d" % len(body)))
+    if body:
+        headers.append((b"content-type", b"application/json"))
+    if ends:
+        headers.append((b"connection", b"close"))
+    lines = [f"HTTP/1.1 {status} {HTTPStatus(status).phrase}".encode()]
+    lines += [name + b": " + value for name, value in headers]
+    return b"\r\n".join([*lines, b"", body])

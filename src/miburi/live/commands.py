@@ -7,7 +7,6 @@ Stop has a lane of its own: it is taken however many commands wait, it runs befo
 answered at once, and nobody can take it back.
 """
 
-import logging
 import queue
 import threading
 from collections.abc import Callable
@@ -17,12 +16,12 @@ from functools import partial
 from typing import Any, TypeVar
 
 from miburi.errors import BodyError, MiburiError
+from miburi.ground.log import log_once
 from miburi.live.press import By, outlasting
 from miburi.partner import UnsettledError
 
 __all__ = ["STOP_SINCE", "WAITING", "BusyError", "Command", "Commands", "Result"]
 
-_LOG = logging.getLogger(__name__)
 #: Commands that may wait for the next step.
 WAITING = 256
 #: Why a release is refused that is older than the latest Stop.
@@ -128,7 +127,7 @@ def _run(command: Command, future: Future[Any]) -> Callable[[], None]:
         raise
     except Exception as error:
         if not isinstance(error, MiburiError):
-            _LOG.exception("a wish has failed")
+            log_once("a wish has failed", error)
         answer = partial(future.set_exception, error)
 
     def tell() -> None:

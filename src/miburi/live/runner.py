@@ -5,7 +5,6 @@ others (:mod:`miburi.live.commands`); viewers read the latest snapshot, which is
 so cannot make the loop wait.
 """
 
-import logging
 import threading
 import time
 from collections import deque
@@ -17,6 +16,7 @@ from miburi.bodies import Body
 from miburi.errors import BodyError
 from miburi.feelings import TEMPERAMENTS, Expression, FeelingModel, Stimulus, shipped_temperament
 from miburi.gestures import KeyPose, Repertoire, shipped_repertoire
+from miburi.ground.log import log_once
 from miburi.live.archive import Archive
 from miburi.live.bodies import check_port, make_body
 from miburi.live.commands import STOP_SINCE, Commands
@@ -38,7 +38,6 @@ from miburi.senses.language import Language
 
 __all__ = ["SAMPLED", "STEP", "Runner"]
 
-_LOG = logging.getLogger(__name__)
 #: The loop's period in s; the encoders are read twice in it.
 STEP = 0.02
 #: When the loop is further behind than this, in s, the robot's time waits instead of hurrying.
@@ -493,7 +492,7 @@ class Runner:
         """Note that what only looks on, or the loop, has failed; what repeats is noted once."""
         name = f"{type(error).__name__}: {error}"
         if not self._log.holds(kind, name):
-            _LOG.error("%s in the partner's loop", name, exc_info=error)
+            log_once(f"{name} in the partner's loop", error)
             self._note(kind, name=name)
 
     def _note(self, kind: str, **content: Any) -> Entry:

@@ -52,7 +52,11 @@ function open() {
     for (const listener of listeners) listener(message, true);
   };
   socket.onclose = (event) => {
-    if (event.reason.includes("forgotten")) location.replace("/pair#" + location.pathname);
+    // Another tab may have paired this browser again.
+    if (event.reason.includes("forgotten"))
+      fetch("/api/v1/state").then((answer) => {
+        if (answer.status === 401) location.replace("/pair#" + location.pathname);
+      });
     lost();
     clearTimeout(timer);
     timer = setTimeout(open, wait);
