@@ -21,6 +21,8 @@ __all__ = [
     "own_addresses",
 ]
 
+#: Connections that wait to be taken in; of more, the kernel lets each try again after a second.
+_BACKLOG = 1024
 #: Hosts that mean every address of this computer.
 EVERYWHERE = ("0.0.0.0", "::", "")  # noqa: S104
 _HERE = "127.0.0.1"
@@ -126,7 +128,7 @@ def listening(host: str, port: int) -> Iterator[socket.socket]:
             listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             listener.bind(address)
-            listener.listen(256)
+            listener.listen(_BACKLOG)
         except OSError as error:
             raise OutputError(
                 f"cannot listen on {host} port {port}: {error.strerror}. If another Miburi is "
