@@ -26,6 +26,9 @@ _TOO_MANY, _TRIES, _BREATH = 429, 20, 0.1
 _ENTRIES = TypeAdapter(list[Entry])
 _GESTURES = TypeAdapter(list[GestureOut])
 
+#: s after which a life beside the server is told again that it is over (ours).
+_TOLD_AGAIN = 1.0
+
 
 class Asker:
     """Asks one partner; every method raises what :class:`miburi.interface.client` raises.
@@ -115,7 +118,10 @@ def live_beside(app: FastAPI, life: Callable[[], Coroutine[None, None, None]]) -
         try:
             yield
         finally:
-            task.cancel()
-            await asyncio.gather(task, return_exceptions=True)
+            # An error that comes with the cancellation, such as that of a connection which is just
+            # being closed, takes its place; a life that goes on after errors must be told again.
+            while not task.done():
+                task.cancel()
+                await asyncio.wait({task}, timeout=_TOLD_AGAIN)
 
     beside(app, living)
