@@ -15,12 +15,12 @@ HERE = Path(__file__).parent
 ATTACKS = {
     "studio/attack": ["--minutes", "4", "--stops", "1000"],
     "studio/crowded": ["--stops", "1000"],
+    "studio/deaf": [],
     "studio/half_closed": ["--connections", "1000"],
     "studio/kept": ["--tries", "10000"],
     "studio/pages": [],
+    "studio/names": [],
     "studio/undo": ["--stops", "1000"],
-    "fleet/deaf": [],
-    "fleet/names": [],
 }
 
 

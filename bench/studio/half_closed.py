@@ -8,15 +8,12 @@ Prints the processor time of each process in ten seconds, and in ten quiet ones 
 
 import argparse
 import os
-import re
 import select
 import socket
-import subprocess
-import sys
-import tempfile
 import time
 from pathlib import Path
-from urllib.parse import urlsplit
+
+from programs import partner, print_load
 
 SECONDS = 10.0
 
@@ -39,35 +36,21 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--connections", type=int, default=1000)
     wish = parser.parse_args()
-    with tempfile.TemporaryDirectory() as folder:
-        process = subprocess.Popen(
-            [sys.executable, "-m", "miburi", "run", "--headless", "--port", "0", "--folder",
-             folder, "--forget"], stdout=subprocess.PIPE, text=True,
-        )  # fmt: skip
-        try:
-            assert process.stdout is not None
-            found = re.search(r"http://[\d.:]+", process.stdout.readline())
-            assert found
-            where = urlsplit(found.group())
-            before = spent(process.pid)
-            time.sleep(SECONDS)  # what it costs anyway
-            print(f"cores (partner and its children), quiet: {shares(process.pid, before)}")
-            before, lines = spent(process.pid), []
-            for number in range(wish.connections):
-                line = socket.create_connection(
-                    (where.hostname, where.port), 10, (f"127.0.0.{2 + number % 5}", 0)
-                )
-                line.sendall(b"GET /")
-                line.shutdown(socket.SHUT_WR)
-                lines.append(line)
-            time.sleep(SECONDS)
-            closed = sum(bool(select.select([line], [], [], 0)[0]) for line in lines)
-            print(f"with {wish.connections} half-closed: {shares(process.pid, before)}; "
-                  f"{closed} were closed")  # fmt: skip
-            print(f"load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
-        finally:
-            process.terminate()
-            process.wait()
+    with partner() as one:
+        before = spent(one.pid)
+        time.sleep(SECONDS)  # what it costs anyway
+        print(f"cores (partner and its children), quiet: {shares(one.pid, before)}")
+        before, lines = spent(one.pid), []
+        for number in range(wish.connections):
+            line = socket.create_connection(one.place, 10, (f"127.0.0.{2 + number % 5}", 0))
+            line.sendall(b"GET /")
+            line.shutdown(socket.SHUT_WR)
+            lines.append(line)
+        time.sleep(SECONDS)  # what is measured is what they cost meanwhile
+        closed = sum(bool(select.select([line], [], [], 0)[0]) for line in lines)
+        print(f"with {wish.connections} half-closed: {shares(one.pid, before)}; "
+              f"{closed} were closed")  # fmt: skip
+    print_load()
 
 
 if __name__ == "__main__":

@@ -11,16 +11,13 @@ hands. Then the server goes on.
 import argparse
 import os
 import random
-import re
 import select
 import signal
 import socket
-import subprocess
-import sys
-import tempfile
 import time
 from pathlib import Path
-from urllib.parse import urlsplit
+
+from programs import partner, print_load
 
 LOOK = b"GET /api/v1/state HTTP/1.1\r\nHost: localhost\r\n\r\n"
 STOP = b"POST /api/v1/stop HTTP/1.1\r\nHost: localhost\r\nMiburi-By: program\r\n\r\n"
@@ -77,41 +74,28 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     wish = parser.parse_args()
     rng = random.Random(wish.seed)
-    with tempfile.TemporaryDirectory() as folder:
-        process = subprocess.Popen(
-            [sys.executable, "-m", "miburi", "run", "--headless", "--port", "0", "--folder",
-             folder, "--forget"], stdout=subprocess.PIPE, text=True,
-        )  # fmt: skip
-        try:
-            assert process.stdout is not None
-            found = re.search(r"http://[\d.:]+", process.stdout.readline())
-            assert found
-            where = urlsplit(found.group())
-            server = server_of(process.pid)
-            took: list[float] = []
-            unanswered = answered = 0
-            line = None
-            for _ in range(wish.tries):
-                line = line or socket.create_connection((where.hostname, where.port))
-                first, time_of_stop = attempt(line, server, rng)
-                answered += first
-                if time_of_stop is None:
-                    unanswered += 1
-                    line.close()
-                    line = None
-                else:
-                    took.append(time_of_stop)
-                time.sleep(0.02)  # the server catches up, and tells that it serves
-            took.sort()
-        finally:
-            process.terminate()
-            process.wait()
+    took: list[float] = []
+    unanswered = answered = 0
+    with partner() as one:
+        server, line = server_of(one.pid), None
+        for _ in range(wish.tries):
+            line = line or socket.create_connection(one.place)
+            first, time_of_stop = attempt(line, server, rng)
+            answered += first
+            if time_of_stop is None:
+                unanswered += 1
+                line.close()
+                line = None
+            else:
+                took.append(time_of_stop)
+            time.sleep(0.02)  # the server catches up, and tells that it serves
+    took.sort()
     some = {"median": len(took) // 2, "99 %": -1 - len(took) // 100, "longest": -1}
     words = ", ".join(f"{name} {1000 * took[index]:.1f} ms" for name, index in some.items())
     print(f"{wish.tries} Stops on kept connections; {answered} requests were answered before")
     print(f"no answer within {PATIENCE:g} s: {unanswered}")
     print(f"after more than {LATE:g} s: {sum(one > LATE for one in took)}; {words}")
-    print(f"load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
+    print_load()
 
 
 if __name__ == "__main__":

@@ -9,16 +9,11 @@ stays there for at most 8 s while the robot goes on with wide gestures.
 """
 
 import argparse
-import re
-import subprocess
-import sys
-import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 from playwright.sync_api import Page, sync_playwright
+from programs import partner
 
 from miburi.robot import forward, iphonoid
 
@@ -33,21 +28,6 @@ LOOK = """([azimuth, height]) => {
 }"""
 
 
-@contextmanager
-def partner() -> Iterator[str]:
-    with tempfile.TemporaryDirectory() as folder:
-        command = [sys.executable, "-m", "miburi", "run", "--headless", "--port", "0", "--forget"]
-        process = subprocess.Popen(
-            [*command, "--folder", folder], stdout=subprocess.PIPE, text=True
-        )
-        assert process.stdout is not None
-        found = re.search(r"http://[\d.:]+", process.stdout.readline())
-        assert found
-        yield found.group()
-        process.terminate()
-        process.wait()
-
-
 def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("--drags", type=int, default=20)
@@ -55,14 +35,14 @@ def main() -> None:
     parser.add_argument("--arm", choices=ARMS, help="by default either")
     wish = parser.parse_args()
     rng = np.random.default_rng(wish.seed)
-    with partner() as url, sync_playwright() as playwright:
+    with partner() as one, sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path="/usr/bin/chromium", args=FLAGS)
         page = browser.new_page(viewport={"width": 1180, "height": 640}, locale="en-GB")
-        page.goto(url + "/?quality=low")
+        page.goto(one.url + "/?quality=low")
         page.wait_for_function(
             "window.did_handshake && document.querySelector('.robot-view')?.view?.ready"
         )
-        met = [drag(page, url, rng, number, wish.arm) for number in range(1, wish.drags + 1)]
+        met = [drag(page, one.url, rng, number, wish.arm) for number in range(1, wish.drags + 1)]
         browser.close()
     print(f"{sum(met)} of {len(met)} drags met the arm that they aimed at (seed {wish.seed})")
 

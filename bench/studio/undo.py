@@ -14,16 +14,10 @@ import argparse
 import asyncio
 import json
 import os
-import re
-import socket
-import subprocess
-import sys
-import tempfile
 import time
 from collections import Counter
 from collections.abc import Awaitable, Callable
-from contextlib import contextmanager, suppress
-from pathlib import Path
+from contextlib import suppress
 from typing import Any
 
 import httpx
@@ -34,6 +28,7 @@ from mcp import Client
 from mcp.client.streamable_http import streamable_http_client
 from paho.mqtt.client import CallbackAPIVersion
 from paho.mqtt.client import Client as Mqtt
+from programs import broker, partner, print_load
 from websockets.asyncio.client import connect
 
 from miburi.interface.ros_network import find_ros
@@ -170,48 +165,21 @@ async def attack_and_press(url: str, port: int, stops: int) -> str:
     )
 
 
-@contextmanager
-def broker(folder: Path):  # type: ignore[no-untyped-def]  # a bench
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port: int = probe.getsockname()[1]
-    config = folder / "mosquitto.conf"
-    config.write_text(f"listener {port} 127.0.0.1\nallow_anonymous true\n", encoding="utf-8")
-    process = subprocess.Popen(["mosquitto", "-c", config], stderr=subprocess.DEVNULL)
-    try:
-        yield port
-    finally:
-        process.terminate()
-        process.wait()
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--stops", type=int, default=1000)
     wish = parser.parse_args()
     os.environ.setdefault("ROS_DOMAIN_ID", "77")
-    with tempfile.TemporaryDirectory() as name, broker(Path(name)) as port:
-        process = subprocess.Popen(
-            [sys.executable, "-m", "miburi", "run", "--headless", "--port", "0", "--folder",
-             f"{name}/state", "--agents", "--ros", "--broker", f"127.0.0.1:{port}", "--name",
-             "kitchen"],
-            stdout=subprocess.PIPE, text=True,
-        )  # fmt: skip
-        try:
-            assert process.stdout is not None
-            found = re.search(r"http://[\d.:]+", process.stdout.readline())
-            assert found
-            print(asyncio.run(attack_and_press(found.group(), port, wish.stops)))
-            log = httpx.get(found.group() + "/api/v1/log").json()
-            by = Counter((one["kind"], one["by"]) for one in log if one["by"])
-            print(
-                "in the log's last 300 entries:",
-                json.dumps({" by ".join(k): n for k, n in by.items()}),
-            )
-            print(f"load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
-        finally:
-            process.terminate()
-            process.wait()
+    with (
+        broker() as port,
+        partner("--agents", "--ros", "--broker", f"127.0.0.1:{port}", "--name", "kitchen") as one,
+    ):
+        print(asyncio.run(attack_and_press(one.url, port, wish.stops)))
+        log = httpx.get(one.url + "/api/v1/log").json()
+        by = Counter((entry["kind"], entry["by"]) for entry in log if entry["by"])
+        who = json.dumps({" by ".join(pair): n for pair, n in by.items()})
+        print("in the log's last 300 entries:", who)
+    print_load()
 
 
 if __name__ == "__main__":
