@@ -26,7 +26,7 @@ def test_a_lost_phone_is_found_and_forgotten(tmp_path: Path) -> None:
     (row,) = [line for line in devices(tmp_path).splitlines() if name in line]
     assert "Android, Chrome" in row
     said = devices(tmp_path, "forget", name)
-    assert f"{name} is forgotten" in said
+    assert f"Forgotten: {name}." in said
     assert keys.token in said
     assert not keys.fits(lost)
     assert "No device is paired" in devices(tmp_path)

@@ -52,12 +52,12 @@ def forget(
     every: Annotated[bool, typer.Option("--all", help="Forget all devices.")] = False,
     folder: Folder = None,
 ) -> None:
-    """Lock out a lost device, or all, and make a new token; a running partner obeys at once."""
+    """Lock out a lost device, or all, and make a new token; it takes effect within a second."""
     if (name is None) != every:
         raise InputError("name one device, or say --all; `miburi devices` lists them.")
     keys = _keys(folder or context.obj)
     count = keys.forget(name)
-    print(f"All {count} devices are forgotten." if every else f"{name} is forgotten.")
+    print(f"Forgotten: {f'{count} in all' if every else name}.")
     print(f"Programs and new devices need the new token: {keys.token}")
 
 

@@ -128,7 +128,7 @@ def run(
         str,
         typer.Option(
             envvar=VARIABLE,
-            help=f"What is written to stderr: {', '.join(LEVELS)}.",
+            help=f"The least level to log: {', '.join(LEVELS)}.",
             show_envvar=True,
         ),
     ] = "warning",

@@ -237,5 +237,5 @@ FeelingName = Annotated[
     AfterValidator(_check_name),
     WithJsonSchema({"enum": list(FEELINGS), "type": "string"}),
 ]
-#: The same in what a partner says: its feelings need not be those of the process that reads it.
+#: The same in a partner's messages: its feelings may differ from those of the process that reads.
 TheirFeeling = Annotated[str, WithJsonSchema({"enum": list(FEELINGS), "type": "string"})]

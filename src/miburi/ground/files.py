@@ -48,8 +48,10 @@ def whole_files(folder: Path | str) -> Iterator[Path]:
         shutil.rmtree(draft, ignore_errors=True)
 
 
-def write_whole(path: Path, text: str) -> None:
+def write_whole(path: Path, text: str, *, private: bool = False) -> None:
     """Write a text to a draft beside ``path``, and move it there once it is on the disk.
+
+    A ``private`` file can be read by the owner of its folder alone, even if root writes it.
 
     Raises
     ------
@@ -58,10 +60,16 @@ def write_whole(path: Path, text: str) -> None:
     """
     draft = path.with_name(f".{path.name}.new")
     try:
+        draft.unlink(missing_ok=True)
+        draft.touch(mode=0o600 if private else 0o666)
         with draft.open("w", encoding="utf-8") as file:
             file.write(text)
             file.flush()
             os.fsync(file.fileno())
+        if private and hasattr(os, "chown"):
+            with suppress(OSError):
+                folder = path.parent.stat()
+                os.chown(draft, folder.st_uid, folder.st_gid)
         draft.replace(path)
     except OSError:
         with suppress(OSError):

@@ -1,4 +1,4 @@
-"""Logging: every process of ours writes warnings, and tracebacks of what failed, to stderr."""
+"""Logging: each of Miburi's processes writes warnings and tracebacks to stderr."""
 
 import logging
 import os
@@ -15,30 +15,30 @@ from miburi.errors import InputError
 __all__ = ["LEVELS", "VARIABLE", "log_once", "log_to_stderr", "logged"]
 
 LEVELS = ("debug", "info", "warning", "error", "critical")
-#: The environment variable with the level; processes that we start inherit it.
+#: The environment variable that sets the level; child processes inherit it.
 VARIABLE = "MIBURI_LOG"
 _LOG = logging.getLogger(__name__)
 _FORMAT = "miburi: %(message)s"
-#: Records that may wait for the terminal, and kinds of errors that are told once each (ours).
+#: The most records that wait for the terminal, and the most kinds of error that are logged (ours).
 _WAITING, _KINDS = 1000, 100
 _SEEN: set[tuple[object, ...]] = set()
 
 
 def log_to_stderr(level: str | None = None, *, apart: bool = False) -> None:
-    """Write log records of a level, and of those above, to stderr; a second call sets the level.
+    """Write log records at or above a level to stderr; a second call changes the level.
 
     Parameters
     ----------
     level
         One of :data:`LEVELS`; None: the environment's, or ``warning``.
     apart
-        Write in a thread of its own, so that a terminal that takes nothing holds up nobody; what
-        does not fit its queue is dropped.
+        Write in a separate thread, so that a blocked terminal never blocks the caller. Records that
+        do not fit the queue are dropped.
 
     Raises
     ------
     InputError
-        It is none.
+        The level is unknown.
     """
     level = (level or os.environ.get(VARIABLE) or "warning").lower()
     if level not in LEVELS:
@@ -56,7 +56,7 @@ def log_to_stderr(level: str | None = None, *, apart: bool = False) -> None:
 
 
 class _Dropping(QueueHandler):
-    """Hands records to another thread, and drops what its queue does not take."""
+    """Hands records to another thread, and drops them when its queue is full."""
 
     def enqueue(self, record: logging.LogRecord) -> None:
         with suppress(queue.Full):
@@ -67,7 +67,7 @@ class _Dropping(QueueHandler):
 
 
 def log_once(what: str, error: BaseException) -> None:
-    """Log an error with its traceback, unless one of its type came from the same line before."""
+    """Log an error with its traceback, once for each type of error and line of code."""
     place = traceback.extract_tb(error.__traceback__)[-1:]
     key = (type(error).__name__, *((place[0].filename, place[0].lineno) if place else ()))
     if key not in _SEEN and len(_SEEN) < _KINDS:
@@ -82,7 +82,7 @@ def _note_thread(failed: threading.ExceptHookArgs) -> None:
 
 
 def logged(work: Callable[..., None], *arguments: object) -> None:
-    """Do a process's work; what it raises is logged, and ends the process with code 1."""
+    """Do a process's work; log an exception and exit with code 1."""
     log_to_stderr()
     try:
         work(*arguments)

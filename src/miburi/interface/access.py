@@ -87,7 +87,7 @@ _PAGE_TIME = 1.0
 WRONG_RATE, WRONG_BURST = 0.2, 10.0
 #: WebSockets that may be open at the same time.
 SOCKETS = 200
-#: Keys of one request that are looked at: a host may have cookies of one name for several paths.
+#: The most keys that one request may present: cookies of one name can exist for several paths.
 _LOOKED_AT = 4
 #: s between two looks at the key of an open socket (ours).
 _KEY_LOOK = 1.0
@@ -235,7 +235,7 @@ class Gate:
             serving.cancel()
             await asyncio.wait({serving})
         if over:
-            with suppress(OSError, RuntimeError, TimeoutError):  # it reads nothing, or has gone
+            with suppress(OSError, RuntimeError, TimeoutError):  # the client is gone or stuck
                 async with asyncio.timeout(_KEY_LOOK):
                     await send({"type": "websocket.close", "code": 1008, "reason": _FORGOTTEN})
 
@@ -302,7 +302,7 @@ class Gate:
 
     def _check_key(self, headers: dict[bytes, str], who: str, keys: Keys) -> str:
         given = list(dict.fromkeys(_given(headers)))
-        for one in given[:_LOOKED_AT]:  # each is looked up on the disk
+        for one in given[:_LOOKED_AT]:  # each costs a read from the disk
             if keys.fits(one):
                 return one
         if given and not self._wrong.take(who):
@@ -332,7 +332,7 @@ class Gate:
                 raise RefusedError(413, f"a request may have {LARGEST} bytes at most.")
             if message["type"] == "http.response.start":
                 began = True
-                own = dict(message["headers"])  # a page of ours brings a stricter policy
+                own = dict(message["headers"])  # our own pages set a stricter policy
                 more = [header for header in SAFE_HEADERS if header[0] not in own]
                 message = {**message, "headers": [*message["headers"], *more]}
             await send(message)

@@ -26,8 +26,8 @@ _TOO_MANY, _TRIES, _BREATH = 429, 20, 0.1
 _ENTRIES = TypeAdapter(list[Entry])
 _GESTURES = TypeAdapter(list[GestureOut])
 
-#: s after which a life beside the server is told again that it is over (ours).
-_TOLD_AGAIN = 1.0
+#: s between two cancellations of a task that does not end (ours).
+_CANCELLED_AGAIN = 1.0
 
 
 class Asker:
@@ -118,10 +118,10 @@ def live_beside(app: FastAPI, life: Callable[[], Coroutine[None, None, None]]) -
         try:
             yield
         finally:
-            # An error that comes with the cancellation, such as that of a connection which is just
-            # being closed, takes its place; a life that goes on after errors must be told again.
+            # An error raised while a task is cancelled, for example by a closing connection, can
+            # replace the cancellation. A task that survives errors must then be cancelled again.
             while not task.done():
                 task.cancel()
-                await asyncio.wait({task}, timeout=_TOLD_AGAIN)
+                await asyncio.wait({task}, timeout=_CANCELLED_AGAIN)
 
     beside(app, living)

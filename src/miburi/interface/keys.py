@@ -1,7 +1,7 @@
-"""The keys to a partner: a token for programs and pairing, and a key of its own for each device.
+"""The keys to a partner: a token for programs and pairing, and a separate key for each device.
 
-All of them are small files, read anew at each use, so that what `miburi devices` forgets is locked
-out at once, in every process. A device's file keeps the hash of its key, never the key.
+Each is a small file that is read at every use, so a device that `miburi devices` forgets is locked
+out at once in every process. A device's file holds the hash of its key, never the key itself.
 """
 
 import hmac
@@ -17,18 +17,19 @@ from pathlib import Path
 from typing import NamedTuple
 
 from miburi.errors import InputError, OutputError
+from miburi.ground.files import write_whole
 
 __all__ = ["LIFE", "MOST", "Device", "Keys", "kept_token", "same"]
 
-#: s for which a device's key is good, and devices that may have one (ours).
+#: Lifetime of a device's key, s, and the most devices that can hold one (ours).
 LIFE, MOST = 30 * 24 * 3600, 50
-#: s between two notes that a device was here (ours).
+#: s between two updates of a device's last visit (ours).
 _NOTED = 600.0
-#: s by which a clock may have been ahead when a device was paired (ours).
+#: s that the clock may have run ahead when a device was paired (ours).
 _CLOCK = 86_400.0
 _TOKEN = re.compile(r"[A-Za-z0-9_-]{32,}")
 _KEY = re.compile(r"([0-9a-f]{8})\.([A-Za-z0-9_-]{43})")
-#: What a browser says of itself, and our words for it; the first that is found counts.
+#: Words in a browser's User-Agent and our names for them; the first match counts.
 _MACHINES = {
     "iPhone": "iPhone",
     "iPad": "iPad",
@@ -51,7 +52,7 @@ def same(given: str, token: str) -> bool:
 def kept_token(path: Path) -> str:
     """Return the token in a file that only its owner can read.
 
-    It is made where there is none, and anew where others could read it or it is no token.
+    A missing, malformed or readable-by-others token is replaced by a new one.
 
     Raises
     ------
@@ -74,11 +75,11 @@ class Device:
     Attributes
     ----------
     name
-        What forgets it: eight hexadecimal digits.
+        Eight hexadecimal digits, by which `miburi devices forget` knows it.
     kind
-        Machine and browser, as far as the browser says.
+        Machine and browser, as the browser names them.
     paired, seen
-        When it was paired, and when it was here last, give or take ten minutes; s since 1970.
+        Times of pairing and of the last visit, the latter within ten minutes; s since 1970.
     """
 
     name: str
@@ -99,11 +100,11 @@ class Keys:
     def __init__(self, folder: Path) -> None:
         self._token, self._devices = folder / "token", folder / "devices"
         self._latest = ""  # the token that was read last
-        self._good: dict[str, None] = {}  # keys that fitted last, where a disk fails for a moment
+        self._good: dict[str, None] = {}  # recent keys, for when the disk cannot be read
 
     @property
     def token(self) -> str:
-        """The token as it is now; empty if it is gone, and then nothing fits."""
+        """The current token; empty if the file is gone, and then nothing fits."""
         with suppress(OSError):
             token = _read(self._token)
             self._latest = token if _TOKEN.fullmatch(token) else ""
@@ -115,7 +116,7 @@ class Keys:
         return bool(token) and same(given, token)
 
     def fits(self, given: str, now: float | None = None) -> bool:
-        """Whether this is the token, or the key of a device that is not forgotten; notes it."""
+        """Whether this is the token or a known device's key; a device's visit is recorded."""
         key = _KEY.fullmatch(given)
         if key is None:
             return self.is_token(given)
@@ -123,7 +124,7 @@ class Keys:
         path = self._devices / f"{key[1]}.json"
         try:
             kept = _kept(path)
-        except OSError:  # of a moment: to forget a device removes its file
+        except OSError:  # a failing disk; forgetting a device removes its file
             return given in self._good
         self._good.pop(given, None)
         if kept is None or not kept.lives(now) or not same(_hash(key[2]), kept.hash):
@@ -142,9 +143,9 @@ class Keys:
         Parameters
         ----------
         agent
-            What its browser says of itself.
+            The browser's User-Agent.
         earlier
-            The key that it has already; it is forgotten.
+            The key that the device had before; it is forgotten.
         now
             The time, s since 1970.
 
@@ -159,7 +160,7 @@ class Keys:
         known = _KEY.fullmatch(earlier) if self.fits(earlier, now) else None
         try:
             self._devices.mkdir(mode=0o700, parents=True, exist_ok=True)
-            _write_private(self._devices / f"{name}.json", json.dumps(kept))
+            write_whole(self._devices / f"{name}.json", json.dumps(kept), private=True)
             if known is not None:
                 self.drop(earlier)
             others = [device for device in self.devices(now) if device.name != name]
@@ -188,7 +189,7 @@ class Keys:
         return sorted(found, key=lambda device: (device.seen, device.name), reverse=True)
 
     def forget(self, name: str | None = None) -> int:
-        """Forget a device, or all (None), and make a new token: they have seen the old one.
+        """Forget a device, or all (None), and replace the token, which they may have seen.
 
         Returns
         -------
@@ -197,7 +198,7 @@ class Keys:
         Raises
         ------
         InputError
-            There is no such device, or no partner has been let in from this folder.
+            There is no such device, or the folder is not a partner's.
         OutputError
             The folder cannot be written to.
         """
@@ -212,7 +213,7 @@ class Keys:
                 "paired."
             )
         try:
-            _new_token(self._token)  # first: nobody comes in by the old one meanwhile
+            _new_token(self._token)  # first, so that nobody pairs with the old one meanwhile
             names = [path.stem for path in self._devices.glob("*.json")] if name is None else [name]
             for each in names:
                 self._drop(each)
@@ -237,7 +238,7 @@ class _Kept(NamedTuple):
 
 
 def _kept(path: Path) -> _Kept | None:
-    """Return what a file holds; None if there is none, or no sense in it."""
+    """Read a device's file; None if it is missing or malformed."""
     try:
         kept = json.loads(_read(path))
     except (ValueError, RecursionError):
@@ -271,21 +272,5 @@ def _read(path: Path) -> str:
 def _new_token(path: Path) -> str:
     token = secrets.token_urlsafe(32)
     path.parent.mkdir(parents=True, exist_ok=True)
-    _write_private(path, token + "\n")
+    write_whole(path, token + "\n", private=True)
     return token
-
-
-def _write_private(path: Path, text: str) -> None:
-    """Write a file that only its owner can read; it is whole, or as before."""
-    draft = path.with_name(f".{path.name}.new")
-    draft.unlink(missing_ok=True)
-    draft.touch(mode=0o600)
-    with draft.open("w", encoding="utf-8") as file:
-        file.write(text)
-        file.flush()
-        os.fsync(file.fileno())
-    if hasattr(os, "chown"):
-        with suppress(OSError):  # whoever may use sudo writes for the owner of the folder
-            folder = path.parent.stat()
-            os.chown(draft, folder.st_uid, folder.st_gid)
-    draft.replace(path)

@@ -222,8 +222,9 @@ class Reception:
     def _make_room(self, crowd: dict[Guest, None]) -> bool:
         """Close one: a silent stranger, else a silent guest, else a busy one, else a new one.
 
-        Where more than half are new, somebody floods, and the oldest of the new ones goes before
-        guests. What it has said is heard before: a Stop that is being answered goes last.
+        If more than half are new, somebody is flooding, and the oldest new one is closed before any
+        guest. Its bytes are read first, because they may be a Stop; a Stop that is being answered
+        is closed last.
         """
         now = self._clock()
         new = [g for g in crowd if g.silent and not g.known and now - g.since < GRACE]
@@ -375,7 +376,7 @@ class Reception:
             )
         except (RefusedError, OSError):
             return False
-        except Exception as error:  # whatever it is, who presses meanwhile is heard
+        except Exception as error:  # the reception must survive whatever this is
             log_once("a Stop could not be judged", error)
             return False
         self._by = outlasting(self._by, by)

@@ -32,10 +32,10 @@ from miburi.senses.language import Language, language_of
 __all__ = ["Heard", "compile_phrases", "features", "find_phrase", "hear_distress", "plain"]
 
 
-#: The model alone finds distress above the first likelihood, even where the words excuse or deny it
-#: above the second, and silences a pattern below the third (ours, chosen on what each stranger
-#: wrote with a model that the others taught: so it hears 76 % of the English and 69 % of the
-#: Japanese distress, half of which names nothing, and takes 1.5 % and 0.8 % of all else for it).
+#: Likelihoods above which the model alone reports distress, above which it does so even if the
+#: words excuse or deny it, and below which it overrules a pattern. Ours: chosen on each stranger's
+#: lines with a model trained on the others'. It then hears 76 % of the English and 69 % of the
+#: Japanese distress, half of which names no emergency, at 1.5 % and 0.8 % false.
 _FINDS, _SURE, _SILENCES = 0.65, 0.9, 0.3
 
 _SHORT = {

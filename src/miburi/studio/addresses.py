@@ -21,7 +21,7 @@ __all__ = [
     "own_addresses",
 ]
 
-#: Connections that wait to be taken in; of more, the kernel lets each try again after a second.
+#: Connections that the kernel queues; it makes any beyond these retry after a second.
 _BACKLOG = 1024
 #: Hosts that mean every address of this computer.
 EVERYWHERE = ("0.0.0.0", "::", "")  # noqa: S104
