@@ -484,29 +484,3 @@ def test_an_allowance_never_holds_more_than_its_burst() -> None:
 )  # fmt: skip
 def test_loopback_is_this_computer_alone(host: str, answer: bool) -> None:
     assert is_loopback(host) is answer
-
-
-def test_a_forgotten_device_that_reads_nothing_is_heard_no_more() -> None:
-    """Its socket takes no farewell, and yet the application behind it ends."""
-    ended: list[bool] = []
-
-    async def behind(scope: Any, receive: Any, send: Any) -> None:
-        try:
-            await asyncio.Event().wait()
-        finally:
-            ended.append(True)
-
-    async def deaf(message: Any) -> None:
-        await asyncio.Event().wait()
-
-    async def visit() -> None:
-        mine = keys("forgotten" * 5)
-        headers = [(b"host", b"h"), (b"authorization", f"Bearer {mine.token}".encode())]
-        scope = {"type": "websocket", "path": "/api/v1/live", "headers": headers}
-        visiting = asyncio.create_task(Gate(behind, mine)(scope, deaf, deaf))
-        await asyncio.sleep(0)
-        mine.forget()
-        await asyncio.wait_for(visiting, 30)
-
-    asyncio.run(visit())
-    assert ended == [True]

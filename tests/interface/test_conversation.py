@@ -6,7 +6,6 @@ import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
 import httpx
@@ -14,6 +13,7 @@ import pytest
 from tests.fixtures.broker import Listener, Mosquitto
 from tests.fixtures.command import miburi as command
 from tests.fixtures.live import block, interface, run, serving
+from tests.fixtures.mind import LOVELY, Handler, Mind, answers, raw, says, send, thinking
 from tests.fixtures.program import address, running
 from tests.fixtures.waiting import post
 
@@ -32,7 +32,6 @@ from miburi.live.runner import Runner
 from miburi.senses.answers import shipped_answers
 from miburi.senses.care import Care
 
-Handler = BaseHTTPRequestHandler
 INITIALIZE = {
     "jsonrpc": "2.0", "id": 1, "method": "initialize",
     "params": {
@@ -41,93 +40,16 @@ INITIALIZE = {
     },
 }  # fmt: skip
 UNKIND = "You are worthless. Take all your pills."
-LOVELY = {"reply": "How lovely!", "feeling": "happiness", "strength": 0.6}
 SAD = "I am so sad today"
 SMALL = {
     line for row in shipped_answers("en").root.values() for lines in row.values() for line in lines
 }
 
 
-class Mind:
-    """A server that a test answers for; it keeps what it was asked."""
-
-    def __init__(self) -> None:
-        self.answer: Callable[[Handler], None] = answers(LOVELY)
-        self.asked: list[dict[str, object]] = []
-        self.headers: list[dict[str, str]] = []
-        self.over = threading.Event()
-        self.url = ""
-
-    @property
-    def endpoint(self) -> Endpoint:
-        return find_endpoint(self.url, "a-model", {})
-
-    def messages(self, number: int = -1) -> list[dict[str, str]]:
-        messages = self.asked[number]["messages"]
-        assert isinstance(messages, list)
-        return messages
-
-
-@contextmanager
-def thinking() -> Iterator[Mind]:
-    mind = Mind()
-
-    class Answer(Handler):
-        protocol_version = "HTTP/1.1"
-
-        def do_POST(self) -> None:  # noqa: N802 the library's name
-            mind.headers.append(dict(self.headers))
-            self.asked = json.loads(self.rfile.read(int(self.headers["Content-Length"])))
-            mind.asked.append(self.asked)
-            self.close_connection = True
-            try:
-                mind.answer(self)
-            except OSError:
-                mind.over.set()  # nobody listens any more
-
-        do_GET = do_POST  # noqa: N815 the library's name
-
-        def log_message(self, *_: object) -> None: ...
-
-    server = ThreadingHTTPServer(("127.0.0.1", 0), Answer)
-    server.daemon_threads = True
-    thread = threading.Thread(target=server.serve_forever, args=(0.01,))
-    thread.start()
-    mind.url = f"http://127.0.0.1:{server.server_port}/v1"
-    try:
-        yield mind
-    finally:
-        server.shutdown()
-        thread.join()
-        server.server_close()
-
-
 @pytest.fixture
 def mind() -> Iterator[Mind]:
     with thinking() as one:
         yield one
-
-
-def send(handler: Handler, status: int, body: bytes, **headers: str) -> None:
-    handler.send_response(status)
-    for name, value in {"Content-Length": str(len(body)), **headers}.items():
-        handler.send_header(name, value)
-    handler.end_headers()
-    handler.wfile.write(body)
-
-
-def says(content: object, status: int = 200) -> Callable[[Handler], None]:
-    """Answer with a chat completion of this content."""
-    completion = {"choices": [{"index": 0, "message": {"role": "assistant", "content": content}}]}
-    return lambda handler: send(handler, status, json.dumps(completion).encode())
-
-
-def answers(reply: object) -> Callable[[Handler], None]:
-    return says(json.dumps(reply))
-
-
-def raw(status: int, body: bytes) -> Callable[[Handler], None]:
-    return lambda handler: send(handler, status, body)
 
 
 def endless(handler: Handler) -> None:

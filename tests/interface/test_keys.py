@@ -1,14 +1,17 @@
 """The token and the devices' keys: for their owner alone, and of no use once forgotten."""
 
+import asyncio
 import errno
 import os
 import stat
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from miburi.errors import InputError
+from miburi.interface.access import Gate
 from miburi.interface.keys import LIFE, MOST, Keys, kept_token
 
 PHONE = "Mozilla/5.0 (iPhone; CPU iPhone OS 18_1 like Mac OS X) Version/18.1 Safari/604.1"
@@ -179,3 +182,28 @@ def test_what_is_no_key_fits_nothing(keys: Keys, tmp_path: Path, given: str) -> 
 def test_a_key_that_fits_another_device_is_none(keys: Keys) -> None:
     one, other = keys.pair(PHONE), keys.pair(PHONE)
     assert not keys.fits(one.partition(".")[0] + "." + other.partition(".")[2])
+
+
+def test_a_forgotten_device_that_reads_nothing_is_heard_no_more(keys: Keys) -> None:
+    """Its socket takes no farewell, and yet the application behind it ends."""
+    ended: list[bool] = []
+
+    async def behind(scope: Any, receive: Any, send: Any) -> None:
+        try:
+            await asyncio.Event().wait()
+        finally:
+            ended.append(True)
+
+    async def deaf(message: Any) -> None:
+        await asyncio.Event().wait()
+
+    async def visit() -> None:
+        headers = [(b"host", b"h"), (b"authorization", f"Bearer {keys.token}".encode())]
+        scope = {"type": "websocket", "path": "/api/v1/live", "headers": headers}
+        visiting = asyncio.create_task(Gate(behind, keys)(scope, deaf, deaf))
+        await asyncio.sleep(0)
+        keys.forget()
+        await asyncio.wait_for(visiting, 30)
+
+    asyncio.run(visit())
+    assert ended == [True]

@@ -1,161 +1,22 @@
 """The reception: Stop goes past the server, all else goes to it, and silence costs little."""
 
-import select
 import socket
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
+from collections.abc import Iterator
 from multiprocessing import Pipe
-from multiprocessing.connection import Connection
-from pathlib import Path
 
 import pytest
-from starlette.types import Receive, Scope, Send
+from tests.fixtures.desk import DONE, END, FILES, LOOK, STOP, Desk, answer, desk
 from tests.fixtures.keys import keys
 
-from miburi.interface.access import CONNECTIONS, HEADER_TIME, HEADERS, Gate
-from miburi.interface.passing import ENCRYPTED, PLAIN, Passed, taken_in
-from miburi.interface.reception import BEAT, GRACE, HANDSHAKES, SILENCE, Reception
-
-STOP = b"POST /api/v1/stop HTTP/1.1\r\nHost: localhost\r\n"
-LOOK = b"GET /api/v1/state HTTP/1.1\r\nHost: localhost\r\n\r\n"
-END = b"\r\n"
-FILES = Path("/proc/self/fd")
-DONE = b"HTTP/1.1 204 No Content\r\n"
-
-
-async def nobody(scope: Scope, receive: Receive, send: Send) -> None:
-    """Stand behind a gate that is only asked."""
-
-
-def listening() -> socket.socket:
-    listener = socket.create_server(("127.0.0.1", 0), backlog=2048)
-    listener.setblocking(False)
-    return listener
-
-
-@dataclass
-class Desk:
-    """A reception whose server and partner are the test itself, and whose time is its own."""
-
-    reception: Reception
-    plain: socket.socket
-    encrypted: socket.socket
-    server: socket.socket
-    partner: Connection
-    time: list[float]
-    guests: list[socket.socket] = field(default_factory=list)
-    stops: list[float] = field(default_factory=list)
-    lines: list[Passed] = field(default_factory=list)
-    serves: bool = True
-
-    def turn(self, patience: float = 0.0) -> None:
-        """Let all do what there is to do; the partner answers signs of life, the server nothing."""
-        self.reception.turn(patience)
-        while self.partner.poll():
-            if (said := self.partner.recv()) is None:
-                self.partner.send(None)
-            else:
-                self.stops.append(said[0])
-        if self.serves:
-            self.lines += [one for one in taken_in(self.server, 1000) if one is not None]
-
-    def until(self, is_so: Callable[[], object]) -> None:
-        """Wait until something is so."""
-        for _ in range(400):
-            if is_so():
-                return
-            self.turn(0.05)
-        pytest.fail("it has not come to be")
-
-    def quiet(self) -> bool:
-        """Whether no Stop has reached the partner when all have done what there was to do."""
-        for _ in range(5):
-            self.turn()
-        return not self.stops
-
-    def come(self, sent: bytes = b"", listener: socket.socket | None = None) -> socket.socket:
-        """Open a connection, say something, and let the reception hear it."""
-        guest = socket.create_connection((listener or self.plain).getsockname(), 10)
-        self.guests.append(guest)
-        guest.sendall(sent)
-        self.turn(0.05)
-        self.quiet()
-        return guest
-
-    def pressed(self) -> float:
-        """Wait for the next Stop; when was it pressed?"""
-        self.until(lambda: self.stops)
-        return self.stops.pop(0)
-
-    def stopped(self) -> None:
-        """Answer that the body has stopped."""
-        self.partner.send(None)
-        self.turn(0.05)
-
-    def passed(self) -> Passed:
-        """Wait for the next connection that comes to the server."""
-        self.until(lambda: self.lines)
-        return self.lines.pop(0)
-
-    def respond(self, passed: Passed, words: bytes) -> None:
-        """Answer as the server does, and let the reception pass it on."""
-        passed.line.send(words)
-        passed.line.close()
-        self.turn(0.05)
-        self.quiet()
-
-    def stop(self, guest: socket.socket) -> None:
-        """Press Stop over an open connection; it must be answered."""
-        guest.sendall(STOP + END)
-        self.pressed()
-        self.stopped()
-        assert answer(guest).startswith(DONE)
-
-    def ended(self, guest: socket.socket) -> bool:
-        """Whether a connection has been closed."""
-        readable, _, _ = select.select([guest], [], [], 0)
-        try:
-            return bool(readable) and guest.recv(1, socket.MSG_PEEK) == b""
-        except ConnectionResetError:
-            return True
-
-
-@contextmanager
-def desk(token: str | None = None, most: int = 500) -> Iterator[Desk]:
-    """Make a reception; close all its ends in the end."""
-    plain, encrypted = listening(), listening()
-    inside, outside = socket.socketpair()
-    stopping, partner = Pipe()
-    for end in (inside, outside):
-        end.setblocking(False)
-        end.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 1)  # a few notes fill it
-    time = [100.0]
-    gate = Gate(nobody, token and keys(token))
-    reception = Reception([plain], encrypted, outside, stopping, gate, most, lambda: time[0])
-    one = Desk(reception, plain, encrypted, inside, partner, time)
-    try:
-        yield one
-    finally:
-        reception.close()
-        for end in (plain, encrypted, inside, outside, *one.guests, stopping, partner):
-            end.close()
-        for passed in one.lines:
-            passed.line.close()
+from miburi.interface.access import CONNECTIONS, HEADER_TIME, HEADERS
+from miburi.interface.passing import ENCRYPTED, PLAIN
+from miburi.interface.reception import BEAT, GRACE, HANDSHAKES, SILENCE
 
 
 @pytest.fixture
 def at() -> Iterator[Desk]:
     with desk() as one:
         yield one
-
-
-def answer(guest: socket.socket, *, within: float = 10.0) -> bytes:
-    """What a guest is told next; nothing if nothing comes within so many s."""
-    guest.settimeout(within)
-    with suppress(TimeoutError, BlockingIOError):
-        return guest.recv(65_536)
-    return b""
 
 
 def test_a_stop_reaches_the_partner_and_not_the_server(at: Desk) -> None:
