@@ -20,25 +20,35 @@ TYPE_CHECKING = False  # type checkers take it for true; typing's own costs most
 
 if TYPE_CHECKING:
     from miburi.bodies.simulated import Simulated
-    from miburi.errors import MiburiError
+    from miburi.errors import BodyError, InputError, MiburiError, OutputError
     from miburi.feelings import EmotionalModel, Expression, Stimulus, load_temperament
     from miburi.gestures import key_poses
     from miburi.gestures import load as load_gesture
     from miburi.ik import solve
-    from miburi.interface.client import connect
+    from miburi.interface.async_client import AsyncPartner, connect_async
+    from miburi.interface.client import ConnectionLostError, RemotePartner, connect
+    from miburi.live.events.model import LiveEvent
     from miburi.partner import Partner
     from miburi.robot import Robot, forward, iphonoid, load_robot
 
 __all__ = [
+    "AsyncPartner",
+    "BodyError",
+    "ConnectionLostError",
     "EmotionalModel",
     "Expression",
+    "InputError",
+    "LiveEvent",
     "MiburiError",
+    "OutputError",
     "Partner",
+    "RemotePartner",
     "Robot",
     "Simulated",
     "Stimulus",
     "__version__",
     "connect",
+    "connect_async",
     "forward",
     "iphonoid",
     "key_poses",
@@ -50,14 +60,22 @@ __all__ = [
 
 #: Where each name comes from, module:name; the imports above say the same to type checkers.
 _ORIGINS = {
+    "AsyncPartner": "miburi.interface.async_client:AsyncPartner",
+    "BodyError": "miburi.errors:BodyError",
+    "ConnectionLostError": "miburi.interface.client:ConnectionLostError",
     "EmotionalModel": "miburi.feelings:EmotionalModel",
     "Expression": "miburi.feelings:Expression",
+    "InputError": "miburi.errors:InputError",
+    "LiveEvent": "miburi.live.events.model:LiveEvent",
     "MiburiError": "miburi.errors:MiburiError",
+    "OutputError": "miburi.errors:OutputError",
     "Partner": "miburi.partner:Partner",
+    "RemotePartner": "miburi.interface.client:RemotePartner",
     "Robot": "miburi.robot:Robot",
     "Simulated": "miburi.bodies.simulated:Simulated",
     "Stimulus": "miburi.feelings:Stimulus",
     "connect": "miburi.interface.client:connect",
+    "connect_async": "miburi.interface.async_client:connect_async",
     "forward": "miburi.robot:forward",
     "iphonoid": "miburi.robot:iphonoid",
     "key_poses": "miburi.gestures:key_poses",

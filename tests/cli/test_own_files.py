@@ -35,7 +35,9 @@ def test_run_takes_a_robot_gestures_and_a_temperament(
         assert (robot["name"], robot["temperaments"][-1]) == ("tall", "mine")
         happy = [g["name"] for g in get("/gestures") if g["feeling"] == "happiness"]
         assert happy == ["cheer"]
-        performed = until(lambda: [one["name"] for one in get("/log") if one["kind"] == "gesture"])
+        performed = until(
+            lambda: [one["name"] for one in get("/log") if one["kind"] == "gesture_begun"]
+        )
         assert performed[0] == "cheer"
         for name in ("calm", "mine"):
             assert client.post(api + "/temperament", json={"name": name}).status_code == 204

@@ -1,4 +1,5 @@
 import json
+import re
 from collections.abc import Iterator
 
 import httpx
@@ -38,11 +39,12 @@ def state_of(client: httpx.Client) -> State:
 
 def test_one_request_makes_it_feel(client: httpx.Client, live: Runner) -> None:
     answer = client.post(V1 + "/stimulus", json={"feeling": "happiness", "strength": 0.8})
-    assert answer.status_code == 204
+    assert answer.status_code == 200
     live.stop().result(PATIENCE)  # the step after this command knows the stimulus
     state = state_of(client)
     assert state.emotion[FEELINGS.index("happiness")] > 0.5
-    assert client.get(V1 + "/log").json()[0]["kind"] == "stimulus"
+    (told,) = [one for one in client.get(V1 + "/log").json() if one["id"] == answer.json()["id"]]
+    assert (told["kind"], told["by"]) == ("stimulus", "person")
 
 
 @pytest.mark.parametrize(
@@ -126,13 +128,13 @@ def test_stop_and_release(client: httpx.Client) -> None:
     assert client.post(V1 + "/release").status_code == 204
     until(lambda: state_of(client).phase != "stopped")
     kinds = [entry["kind"] for entry in client.get(V1 + "/log").json()]
-    assert kinds.index("stopped") < kinds.index("released")
+    assert kinds.index("stop") < kinds.index("release_begun")
 
 
 def test_a_blend_with_its_own_effort_is_performed(client: httpx.Client) -> None:
     effort = {"space": 0.5, "weight": 0.2, "time": 0.4, "flow": 0.9}
     wish = {"feeling": "happiness", "mood": 0.8, "blend": {"surprise": 0.4}, "effort": effort}
-    assert client.post(V1 + "/express", json=wish).status_code == 204
+    assert client.post(V1 + "/express", json=wish).status_code == 200
     shown = until(lambda: state_of(client), lambda state: state.asked).expressed
     assert shown is not None
     assert (shown.feeling, shown.mood) == ("happiness", 0.8)
@@ -201,7 +203,7 @@ def test_nothing_that_comes_in_can_name_the_contact_rule(client: httpx.Client) -
     ).lower()  # fmt: skip
     for word in ("ratio", "threshold", "guard", "slack", "lag", "torque", "speed", "rule",
                  "period", "angles", "limit", "stiffness"):  # fmt: skip
-        assert word not in taken
+        assert not re.search(rf"(?<!du){word}", taken), word
     for name, part in schema["components"]["schemas"].items():
         if name.endswith("In"):
             assert part["additionalProperties"] is False, name

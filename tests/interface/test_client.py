@@ -43,8 +43,8 @@ def test_it_speaks_the_librarys_words(partner: RemotePartner) -> None:
         if state.stop is not None:
             break
     partner.release()
-    assert next(entry.kind for entry in partner.log()) == "stimulus"
-    assert partner.log(after=partner.log()[-1].number) == []
+    assert "stimulus" in [event.kind for event in partner.log()]
+    assert partner.log(after=partner.log()[-1].id) == []
     assert [motor.joint for motor in partner.motors.motors] == partner.robot.joints
     partner.place_hand((0.1, -0.3, 0.1), (0, 0, 1))
     partner.remove_hand()

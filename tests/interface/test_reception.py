@@ -384,3 +384,20 @@ def test_no_open_file_is_left_behind(at: Desk) -> None:
         at.turn(0.05)
         at.quiet()
     assert sorted(FILES.iterdir()) == before
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        b"GET /api/v1/events?after=5f2c9a10:42 HTTP/1.1\r\nHost: localhost\r\n\r\n",
+        b"GET /api/v1/live HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\n\r\n",
+    ],
+)
+def test_what_lasts_comes_as_it_is_sent_and_ends_with_the_server(at: Desk, head: bytes) -> None:
+    guest = at.come(head)
+    passed = at.passed()
+    for piece in (b"one", b"two"):
+        passed.line.sendall(piece)
+        at.until(lambda piece=piece: answer(guest, within=0) == piece)  # type: ignore[misc]
+    passed.line.close()
+    at.until(lambda: at.ended(guest))

@@ -184,7 +184,9 @@ def test_a_wish_is_felt_said_and_shown(door: RemotePartner, peer: Peer) -> None:
     peer.say("/robot_face/expression", EXPRESSED, {"valence": -0.3, "arousal": -0.2})
     told = peer.hear("/expression", lambda message: message["expression"] == "sad")
     (sad,) = [
-        entry for entry in door.log() if entry.kind == "gesture" and entry.feeling == "sadness"
+        entry
+        for entry in door.log()
+        if entry.kind == "gesture_begun" and entry.feeling == "sadness"
     ]
     assert sad.mood == pytest.approx(math.hypot(0.3, 0.2))
 
@@ -228,7 +230,11 @@ def test_wishes_that_make_no_sense_are_refused_in_words(live: Runner, peer: Peer
             peer.say(topic, kind, message)
             said_of, why = hear_refusal(peer)
             assert (said_of, words in why) == (topic, True), (message, why)
-    assert {entry.kind for entry in live.log()} <= {"gesture"}
+    assert {entry.kind for entry in live.history.after(0)} <= {
+        "started",
+        "gesture_begun",
+        "gesture_ended",
+    }
 
 
 def test_bytes_that_are_no_message_are_refused_and_change_nothing(
@@ -251,7 +257,7 @@ def test_too_many_wishes_are_refused_and_stop_is_not(live: Runner, peer: Peer) -
         peer.listen("/refused", STRING)
         until(wish)
         assert hear_refusal(peer) == ("/feel", "too many wishes at once.")
-        assert sum(entry.kind == "stimulus" for entry in live.log()) == BURST
+        assert sum(entry.kind == "stimulus" for entry in live.history.after(0)) == BURST
         peer.listen("/diagnostics", DIAGNOSES)
         peer.say("/stop", EMPTY)
         hear_stop(peer, lambda values: values.get("reason") == "asked")

@@ -13,10 +13,10 @@ from tests.fixtures.waiting import until as wait_until
 from miburi.errors import InputError, OutputError
 from miburi.feelings import Stimulus
 from miburi.live.archive import WAITING, Archive
+from miburi.live.events.model import LiveEvent
 from miburi.live.observer import Observer
 from miburi.live.recording import read
 from miburi.live.runner import STEP, Runner
-from miburi.live.state import Entry
 
 Choose = Callable[[Callable[[Path], io.RawIOBase]], None]
 
@@ -80,11 +80,11 @@ def disk(monkeypatch: pytest.MonkeyPatch) -> Choose:
     return choose
 
 
-def ended(runner: Runner) -> Entry:
+def ended(runner: Runner) -> LiveEvent:
     """Wait until the recording has ended by itself; return what the log says."""
     run(runner, STEP)
     state = until(runner, lambda state: state.recording is None and state.recording_end, 90.0)
-    (entry,) = [entry for entry in runner.log() if entry.kind == "recording_ended"]
+    (entry,) = [entry for entry in runner.history.after(0) if entry.kind == "recording_ended"]
     assert state.recording_end is not None
     assert (state.recording_end.name, state.recording_end.reason) == (entry.name, entry.reason)
     return entry
@@ -188,9 +188,9 @@ def test_an_observer_that_fails_hides_no_stop(
         until(runner, lambda state: state.phase == "moving")
         stops_and_is_released_once_it_rests(runner)
         run(runner, 2.0)
-    troubles = [entry.name for entry in runner.log() if entry.kind == "trouble"]
+    troubles = [entry.name for entry in runner.history.after(0) if entry.kind == "trouble"]
     assert troubles == ["ValueError: cannot see"]
-    assert "stopped" in [entry.kind for entry in runner.log()]
+    assert "stop" in [entry.kind for entry in runner.history.after(0)]
     serial = runner.snapshot.state.serial
     assert run(runner, STEP)[-1].serial == serial + 1
 

@@ -18,15 +18,17 @@ from miburi.studio.words import words
 FALL = Impression(None, 0.0, "speech", distress="fall")
 
 
-def test_distress_is_an_event_with_no_words_unless_they_are_given(runner: Runner) -> None:
-    runner.take(FALL)
+def test_distress_is_an_event_with_no_words_unless_the_user_allows_them(runner: Runner) -> None:
+    runner.take(FALL, "I fell in the hall")
+    run(runner, 0.1)
+    runner.allow_words(True)
     runner.take(FALL, "I fell in the bath")
     run(runner, 0.1)
-    told = [(e.name, e.detail) for e in runner.log() if e.kind == "distress"]
+    told = [(e.name, e.text) for e in runner.history.after(0) if e.kind == "distress"]
     assert told == [("fall", None), ("fall", "I fell in the bath")]
     heard = runner.snapshot.state.distress
     assert heard is not None
-    assert (heard.kind, heard.words, heard.number) == ("fall", "I fell in the bath", 2)
+    assert (heard.kind, heard.words) == ("fall", "I fell in the bath")
 
 
 def test_a_feeling_that_it_has_is_not_shown_and_none_comes_by_words(runner: Runner) -> None:
@@ -75,7 +77,8 @@ def test_another_body_is_as_calm(runner: Runner) -> None:
 
 
 def test_over_http_help_names_the_number_and_words_are_told_if_allowed(live: Runner) -> None:
-    app = make_api(live, care=Care("GB", tells_words=True))
+    live.allow_words(True).result(10)
+    app = make_api(live, care=Care("GB"))
     with TestClient(app) as client:
         answer = client.post("/api/v1/say", json={"text": "I fell and can't get up"}).json()
         state = client.get("/api/v1/state").json()
@@ -84,7 +87,7 @@ def test_over_http_help_names_the_number_and_words_are_told_if_allowed(live: Run
     assert (answer["distress"], answer["feeling"], answer["felt"]) == ("fall", None, [])
     assert answer["answer"] == Care("GB").help("fall", "en", 0)
     assert state["distress"]["kind"] == "fall"
-    assert [e["detail"] for e in log if e["kind"] == "distress"] == ["I fell and can't get up"]
+    assert [e["text"] for e in log if e["kind"] == "distress"] == ["I fell and can't get up"]
     assert (after["answer"], after["felt"]) == (Care("GB").stay("en", 0), [])
 
 
@@ -103,9 +106,13 @@ def test_the_socket_tells_it_with_the_state(live: Runner) -> None:
 )
 def test_the_page_tells_it(runner: Runner, language: str, told: str) -> None:
     runner.take(FALL)
+    run(runner, 0.1)
+    runner.allow_words(True)
     runner.take(FALL, "I fell")
     run(runner, 0.1)
     said = words(language)
-    first, second = (line(entry, said) for entry in runner.log() if entry.kind == "distress")
+    first, second = (
+        line(entry, said) for entry in runner.history.after(0) if entry.kind == "distress"
+    )
     assert first == told
     assert "I fell" in second

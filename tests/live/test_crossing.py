@@ -41,8 +41,8 @@ def far(runner: Runner) -> Iterator[FarPartner]:
 def pair(runner: Runner) -> Iterator[tuple[FarPartner, Lanes]]:
     """A far partner whose other side is the test itself."""
     near, ends = lanes()
-    near.asking.send(Hello(runner.robot, runner.repertoire, ["calm"], 5))
-    near.asking.send(Latest(1, runner.snapshot.json, [], [], runner.motors))
+    near.asking.send(Hello(runner.robot, runner.repertoire, ["calm"], 5, "5f2c9a10", 1))
+    near.asking.send(Latest(1, runner.snapshot.json, [], [], [], runner.motors))
     ticks = itertools.count(0.0)
     yield FarPartner(ends, clock=lambda: next(ticks)), near
     near.close()
@@ -54,10 +54,10 @@ def test_it_shows_what_the_runner_has(runner: Runner, far: FarPartner) -> None:
     run(runner, 3.0)
     until(lambda: far.snapshot.json == runner.snapshot.json)
     assert far.snapshot.state == runner.snapshot.state
-    until(lambda: far.log() == runner.log())
-    until(lambda: far.samples() == runner.samples())
-    assert len(far.samples()) >= 30
-    assert far.log(after=1) == runner.log(after=1)
+    until(lambda: far.history.after(0) == runner.history.after(0))
+    until(lambda: far.samples_after(0) == runner.samples_after(0))
+    assert len(far.samples_after(0)) >= 30
+    assert far.history.after(1) == runner.history.after(1)
     until(lambda: far.motors == runner.motors)
     assert far.body_name == "simulated"
 
@@ -200,7 +200,7 @@ def test_silence_is_said_and_ends_with_news(
             socket.recv(5)
     monkeypatch.setattr("miburi.live.far.SILENCE", 60.0)
     assert isinstance(near.asking.recv(), Look)
-    near.asking.send(Latest(1, runner.snapshot.json, [], [], None))
+    near.asking.send(Latest(1, runner.snapshot.json, [], [], [], None))
     assert isinstance(near.asking.recv(), Look)
     assert far.reachable
 
@@ -222,10 +222,10 @@ def test_an_answer_waits_for_the_state_that_shows_it(
     future = far.pause(True)
     state, motors = runner.snapshot.json, runner.motors.model_copy(update={"port": "new"})
     near.asking.send(Answer(1, None, None, serial=3))
-    near.asking.send(Latest(2, state, [], [], motors))  # of the step before
+    near.asking.send(Latest(2, state, [], [], [], motors))  # of the step before
     until(lambda: far.motors == motors)
     assert not future.done()
-    near.asking.send(Latest(3, state, [], [], None))
+    near.asking.send(Latest(3, state, [], [], [], None))
     future.result(60)
 
 
@@ -281,4 +281,4 @@ def test_it_is_ready_when_the_server_and_the_reception_are(runner: Runner, first
 def test_a_contact_is_told_from_afar(runner: Runner, far: FarPartner) -> None:
     stop = block(runner).stop
     until(lambda: far.snapshot.state.stop == stop)
-    until(lambda: far.log() and far.log()[-1].kind == "stopped")
+    until(lambda: any(event.kind == "stop" for event in far.history.after(0)))

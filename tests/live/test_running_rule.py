@@ -47,10 +47,10 @@ def test_a_contact_is_held_against_the_rule_that_stopped_it(robot: Robot, tmp_pa
     stop = block(runner).stop
     assert stop is not None
     assert stop.sign == "speed"
-    assert "limit 0.9)" in facts(runner.snapshot.state, runner.log(), words("en"))
+    assert "limit 0.9)" in facts(runner.snapshot.state, runner.history.after(0), words("en"))
     runner.release()
     run(runner, STEP)
-    assert "limit 0.9)" in facts(runner.snapshot.state, runner.log(), words("en"))
+    assert "limit 0.9)" in facts(runner.snapshot.state, runner.history.after(0), words("en"))
 
 
 def test_programs_are_told_the_running_rule(robot: Robot, tmp_path: Path) -> None:

@@ -11,8 +11,8 @@ from tests.fixtures.waiting import until
 from miburi.bodies import BodyState
 from miburi.feelings import EmotionalModel, Expression, Stimulus, shipped_temperament
 from miburi.live.archive import Archive
+from miburi.live.events.model import LiveEvent
 from miburi.live.runner import STEP, Runner
-from miburi.live.state import Entry
 from miburi.live.watchdog import Lateness, Watchdog
 from miburi.robot import Robot
 from miburi.safety.stop import Phase, StopReason
@@ -30,8 +30,8 @@ def attentive(robot: Robot, folder: Path, **more: Any) -> Runner:
     return Runner(robot, EmotionalModel(shipped_temperament("playful")), Archive(folder), **more)
 
 
-def stops(runner: Runner) -> list[Entry]:
-    return [entry for entry in runner.log() if entry.kind == "stopped"]
+def stops(runner: Runner) -> list[LiveEvent]:
+    return [entry for entry in runner.history.after(0) if entry.kind == "stop"]
 
 
 def test_a_late_beat_is_told_once_and_a_beat_ends_it() -> None:
@@ -135,7 +135,7 @@ def test_a_step_that_raises_stops_the_body_and_the_loop_goes_on(
     with monkeypatch.context() as patch:
         patch.setattr(live.body, "step", fail)
         live.stimulate(Stimulus("fear", 0.1)).result(60)  # who asks is answered all the same
-        until(lambda: "loop_failed" in [entry.kind for entry in live.log()])
+        until(lambda: "loop_failed" in [entry.kind for entry in live.history.after(0)])
         until(lambda: live.snapshot.state.phase == "stopped")
     assert "in fail\n    raise ZeroDivisionError" in caplog.text
     assert caplog.text.count("Traceback") == 1, "what repeats is told once"

@@ -17,7 +17,7 @@ from miburi.partner import (
     GestureStarted,
     MoveSent,
     Partner,
-    WishLapsed,
+    WishDropped,
 )
 from miburi.robot import Robot, forward, load_robot
 from miburi.safety.move import Move
@@ -197,7 +197,7 @@ def test_a_wish_lapses_where_the_body_stays_stopped(
     partner.release(by_person=True)
     released = run(partner, 10.0)
     assert bool(of(GestureStarted, released)) is performed
-    lapsed = [event.expression for event in of(WishLapsed, waited + released)]
+    lapsed = [event.expression for event in of(WishDropped, waited + released)]
     assert lapsed == ([] if performed else [Expression("surprise", 0.8)])
 
 

@@ -174,4 +174,4 @@ def test_the_command_says_what_it_hears_to_a_live_partner(server: Server) -> Non
     first, *felt, last = done.stdout.decode().splitlines()
     assert (first, last) == ("heard: i am so sad today", "heard: nothing that it knows")
     assert felt[1].startswith("it feels sadness")
-    assert [e.source for e in server.runner.log() if e.kind == "stimulus"] == ["speech"]
+    assert [e.source for e in server.runner.history.after(0) if e.kind == "stimulus"] == ["speech"]

@@ -80,7 +80,7 @@ def test_a_stroke_soon_after_a_contact_is_felt_more(runner: Runner) -> None:
             httpx.post(url + "/api/v1/sense", json={"kind": "stroke"}).raise_for_status()
     finally:
         runner.close(patience=0.0)
-    felt = [entry for entry in runner.log() if entry.kind == "stimulus"]
+    felt = [entry for entry in runner.history.after(0) if entry.kind == "stimulus"]
     assert [(entry.feeling, entry.strength) for entry in felt] == [("happiness", 1.0)]
 
 
@@ -114,7 +114,7 @@ def test_a_flood_is_held_up_and_no_stop_with_it(server: Server) -> None:
 def test_no_happening_frees_a_stopped_body_or_changes_the_rule(runner: Runner) -> None:
     """A stop stays, whatever is noticed; and a contact is felt as no touch."""
     block(runner)
-    before = len([entry for entry in runner.log() if entry.kind == "stimulus"])
+    before = len([entry for entry in runner.history.after(0) if entry.kind == "stimulus"])
     assert before == 0
     held = runner.snapshot.state.angles
     runner.stop()

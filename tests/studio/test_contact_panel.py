@@ -5,8 +5,9 @@ import re
 import pytest
 
 from miburi.feelings import Stimulus
+from miburi.live.events.model import LiveEvent
 from miburi.live.runner import Runner
-from miburi.live.state import Entry, StopOut
+from miburi.live.state import StopOut
 from miburi.safety.stop import StopReason
 from miburi.senses.happenings import notice
 from miburi.senses.tone import coloured
@@ -23,7 +24,10 @@ def read(runner: Runner, reason: StopReason, motor: str | None, language: str) -
     moods = {"mood_before": 0.5, "mood_after": 0.5}
     stop = StopOut(time=1.0, reason=reason, motor=motor, sign=None, **nothing, **moods)
     state = runner.snapshot.state.model_copy(update={"stop": stop, "phase": "stopped"})
-    entry = Entry(number=1, time=1.0, kind="stopped", name=reason, stop=stop)
+    entry = LiveEvent.model_validate(
+        {"boot": "5f2c9a10", "number": 1, "wall": "2026-11-24T10:00:00Z", "time": 1.0}
+        | {"kind": "stop", "name": reason, "stop": stop}
+    )
     return " ".join((*why(state, words(language)), line(entry, words(language))))
 
 
@@ -73,7 +77,11 @@ def test_the_log_says_why_it_felt_something(
     runner.take(notice("stroke"))
     runner.stimulate(Stimulus("anger", 0.5, "touch"))
     runner.tick()
-    first, second, third = (line(entry, words(language)) for entry in runner.log()[:3])
+    first, second, third = (
+        line(entry, words(language))
+        for entry in runner.history.after(0)
+        if entry.kind == "stimulus"
+    )
     assert (first, second) == (said, touched)
     assert third.startswith(words(language)["source"]["touch"])
     assert third.endswith("0.50")
@@ -89,5 +97,5 @@ def test_the_log_says_why_it_felt_something(
 def test_a_tone_of_voice_is_told_in_words(runner: Runner, language: str, told: str) -> None:
     runner.take(coloured(hear("I am so happy today"), "raised"))
     runner.tick()
-    (entry,) = [one for one in runner.log() if one.kind == "stimulus"]
+    (entry,) = [one for one in runner.history.after(0) if one.kind == "stimulus"]
     assert line(entry, words(language)) == told

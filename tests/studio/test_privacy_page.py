@@ -36,8 +36,8 @@ def page(runner: Runner, doors: Doors, reach: Reach, language: str = "en") -> st
 
 
 def test_every_door_has_a_switch() -> None:
-    names = {each.name for each in switches(Doors(), Reach(), recording=False)}
-    assert {field.name for field in fields(Doors)} - {"name"} <= names
+    names = {each.name for each in switches(Doors(), Reach(), said=False, recording=False)}
+    assert {field.name for field in fields(Doors)} - {"name", "care"} <= names
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
@@ -45,7 +45,9 @@ def test_with_all_closed_nothing_is_on(runner: Runner, language: str) -> None:
     said = page(runner, Doors(), Reach(), language)
     say = words(language)["privacy"]
     assert 'class="now on"' not in said
-    assert said.count(f">{say['is_off']}<") == len(switches(Doors(), Reach(), recording=False))
+    assert said.count(f">{say['is_off']}<") == len(
+        switches(Doors(), Reach(), said=False, recording=False)
+    )
 
 
 def test_with_all_open_it_names_with_whom_and_no_secret(runner: Runner) -> None:

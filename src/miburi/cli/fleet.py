@@ -96,7 +96,7 @@ def _table(news: "FleetOut") -> "Table":
             why = [] if report.stopped is None else [report.stopped.spoken, report.motor or ""]
             row += [
                 f"{report.feeling} {report.mood} %",
-                "paused" if report.paused else report.body,
+                "stopped" if report.stopped else "paused" if report.paused else "awake",
                 " ".join(why).strip(),
                 f"{report.stops_today}",
                 "" if partner.hottest is None else f"{partner.hottest:.0f} °C",

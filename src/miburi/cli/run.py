@@ -99,10 +99,6 @@ def run(
             show_default=False,
         ),
     ] = None,
-    tell_words: Annotated[
-        bool,
-        typer.Option("--tell-words", help="Let the log and its doors tell the words of distress."),
-    ] = False,
     temperament: TemperamentName = "playful",
     robot: RobotFile = None,
     servo: ServoName = None,
@@ -147,7 +143,7 @@ def run(
         _doors(agents, ros, broker, broker_ca, name),
         talk=_endpoint(talk, model),
         voice=None if voice is None else find_synthesizer(voice),
-        care=Care(None if region is None else find_region(region), tell_words),
+        care=Care(None if region is None else find_region(region)),
     )
     if doors.broker is not None:
         doors.need()

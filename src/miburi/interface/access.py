@@ -30,6 +30,7 @@ __all__ = [
     "CAME",
     "CONNECTIONS",
     "COOKIE",
+    "EVENTS",
     "HEADERS",
     "HEADER_TIME",
     "LARGEST",
@@ -57,6 +58,8 @@ COOKIE = "miburi_token"
 PAIRING, PRIVACY, AUTHORITY = "/pair", "/privacy", "/ca.pem"
 #: What no limit holds up, for those who may use the partner.
 STOP = "/api/v1/stop"
+#: A stream of events, which lasts as a WebSocket does.
+EVENTS = "/api/v1/events"
 #: In a request's state: when it came, s on the clock of all processes, where a reception knows.
 CAME = "came"
 #: Where agents come in, if the partner lets them.
@@ -85,7 +88,7 @@ PAGE_BREATH = 0.05
 _PAGE_TIME = 1.0
 #: Wrong tokens a second and at once, from one address.
 WRONG_RATE, WRONG_BURST = 0.2, 10.0
-#: WebSockets that may be open at the same time.
+#: WebSockets and streams of events that may be open at the same time.
 SOCKETS = 200
 #: The most keys that one request may present: cookies of one name can exist for several paths.
 _LOOKED_AT = 4
@@ -198,7 +201,7 @@ class Gate:
                 return
             await _refuse(scope, receive, send, refused)
             return
-        if scope["type"] == "http":
+        if not _lasts(scope):
             if scope["path"] == AGENTS and not _has(scope, _AGENTS_STOP):
                 await self._agents_turn(_asker(scope), calls=not _has(scope, _AGENTS_LIST))
             serve = self._serve_page if scope["path"] in _PAGES else self._serve
@@ -213,9 +216,10 @@ class Gate:
     async def _serve_socket(
         self, scope: Scope, receive: Receive, send: Send, key: str | None
     ) -> None:
-        """Serve a socket for as long as the key that opened it fits."""
+        """Serve a socket or a stream for as long as the key that opened it fits."""
+        serve = self._app if scope["type"] == "websocket" else self._serve
         if key is None or self._keys is None:
-            await self._app(scope, receive, send)
+            await serve(scope, receive, send)
             return
         over = False
 
@@ -223,7 +227,7 @@ class Gate:
             if not over:
                 await send(message)
 
-        serving = asyncio.ensure_future(self._app(scope, receive, unless_over))
+        serving = asyncio.ensure_future(serve(scope, receive, unless_over))
         try:
             while not (await asyncio.wait({serving}, timeout=_KEY_LOOK))[0]:
                 if not self._keys.fits(key):
@@ -234,7 +238,7 @@ class Gate:
         finally:
             serving.cancel()
             await asyncio.wait({serving})
-        if over:
+        if over and scope["type"] == "websocket":
             with suppress(OSError, RuntimeError, TimeoutError):  # the client is gone or stuck
                 async with asyncio.timeout(_KEY_LOOK):
                     await send({"type": "websocket.close", "code": 1008, "reason": _FORGOTTEN})
@@ -294,7 +298,7 @@ class Gate:
             raise RefusedError(429, "too many pages at once; wait a moment.")
         if path in _PAGES and not self._all_pages.take("everybody"):
             raise RefusedError(503, "others are opening too many pages; wait a moment.")
-        if scope["type"] == "websocket" and self._sockets >= SOCKETS:
+        if _lasts(scope) and self._sockets >= SOCKETS:
             raise RefusedError(503, f"{SOCKETS} connections are open already; close one.")
         if int_or(headers.get(b"content-length"), 0) > LARGEST:
             raise RefusedError(413, f"a request may have {LARGEST} bytes at most.")
@@ -369,6 +373,11 @@ def _check_site(headers: dict[bytes, str], *, near: bool, encrypted: bool) -> No
 def int_or(text: str | None, otherwise: int) -> int:
     """Return the whole number in ``text``, or ``otherwise``."""
     return int(text) if text is not None and text.isascii() and text.isdigit() else otherwise
+
+
+def _lasts(scope: Scope) -> bool:
+    """Whether a connection stays: a WebSocket, or a stream of events."""
+    return bool(scope["type"] == "websocket" or scope["path"] == EVENTS)
 
 
 def _asker(scope: Scope) -> str:

@@ -27,7 +27,8 @@ from miburi.gestures import Direction
 from miburi.interface.access import AGENTS, Allowance
 from miburi.interface.asker import Asker, beside
 from miburi.interface.wire import ExpressIn, LookIn, SpeakIn, StimulusIn
-from miburi.live.state import Entry, Expressed, Share, State, StopOut
+from miburi.live.events.model import LiveEvent
+from miburi.live.state import Expressed, Share, State, StopOut
 from miburi.partner import LAPSES
 from miburi.safety.stop import StopReason
 from miburi.senses.care import may_be_said
@@ -61,10 +62,11 @@ few seconds."""
 _TOO_FAST = "Nothing was done: too many wishes at once. Wait a second, then ask again."
 _UNSAID = "It does not say that: it could hurt somebody, or sounds as if somebody needed help."
 _WAITS = f"waits for {LAPSES:g} s; a newer wish replaces it."
-#: Log entries that keep a gesture from beginning, and the answer to each.
-_KEPT_BACK = {
+_PAUSED = "A person has paused it; your gesture waits until a person resumes it."
+#: Why a gesture did not begin.
+_DROPPED = {
     "lapsed": "It lapsed: the body was stopped for too long.",
-    "paused": "A person has paused it; your gesture waits until a person resumes it.",
+    "stopped": "A person pressed Stop before it began.",
 }
 _REPLACED = "It did not begin: a newer wish has taken its place."
 
@@ -107,7 +109,7 @@ class _Now(BaseModel):
     body: str = Field(description="idle, moving, stopped or returning")
     paused: bool
     stopped: str | None = Field(description="Why, and how that ends")
-    latest_event: int
+    latest_event: str
 
 
 class _StrictTool(Tool):
@@ -245,10 +247,10 @@ class _Tools:
         if not self._wishes.take("all"):
             return _TOO_FAST
         before = await self._partner.state()
-        await self._partner.tell("/express", ExpressIn(feeling=feeling, mood=intensity))
+        wish = await self._partner.wish("/express", ExpressIn(feeling=feeling, mood=intensity))
         if before.stop is not None and not _passes(before, before.stop):
             return f"{_why(before, before.stop)} Your gesture {_WAITS}"
-        return await self._follow(before.latest, feeling, intensity)
+        return await self._follow(wish, feeling)
 
     @_wish
     async def say(self, words: Annotated[str, Field(min_length=1, max_length=300)]) -> str:
@@ -291,15 +293,21 @@ class _Tools:
             body=state.phase,
             paused=state.paused,
             stopped=None if state.stop is None else _why(state, state.stop),
-            latest_event=state.latest,
+            latest_event=f"{state.boot}:{state.latest}",
         )
 
     @_in_words
-    async def events(self, since: Annotated[int, Field(ge=0, le=10**9)] = 0) -> str:
-        """Tell what happened after event number `since`: words, distress, contacts, stops."""
-        entries = await self._partner.log(since)
-        told = [_event(entry) for entry in entries[-_TOLD:]]
-        return "\n".join(told) or f"Nothing has happened after event {since}."
+    async def events(
+        self, since: Annotated[str, Field(pattern=r"^[0-9a-f:]{0,24}$", max_length=24)] = ""
+    ) -> str:
+        """Tell what happened after the event `since`, also before it last woke: words, stops."""
+        events = await self._partner.log(since or None)
+        told = events[:_TOLD] if since else events[-_TOLD:]
+        lines = [_line(event) for event in told]
+        if left := len(events) - len(told):
+            more = f"{left} more; ask since {told[-1].id}" if since else f"{left} earlier ones"
+            lines.append(f"({more})")
+        return "\n".join(lines) or f"Nothing has happened after event {since}."
 
     @_in_words
     async def gestures(self) -> str:
@@ -317,29 +325,39 @@ class _Tools:
             return f"{_why(state, state.stop)} The look {_WAITS}"
         return told
 
-    async def _follow(self, since: int, feeling: str, intensity: float) -> str:
+    async def _follow(self, wish: str, feeling: str) -> str:
         """Wait until a wished gesture has ended, and say how it ended."""
-        begun = False
+        begun, since, stop = False, wish, None
         for _ in range(round(_PATIENCE / _GLANCE)):
-            # The log first: the state is then at least as new, and knows what has begun.
-            entries = await self._partner.log(since)
-            state = await self._partner.state()
-            for entry in entries:
-                since = entry.number
-                if entry.kind == "stopped" and entry.stop is not None:
-                    return f"{_why(state, entry.stop)} Your gesture {_left(entry.stop, begun)}."
-                if entry.kind in _KEPT_BACK:
-                    return _KEPT_BACK[entry.kind]
-                if entry.kind == "gesture":
-                    if begun:
-                        return _performed(feeling)
-                    begun = (entry.feeling, entry.mood) == (feeling, intensity)
-                    if state.asked and not begun:
-                        return _REPLACED
-            if begun and not state.asked:
-                return _performed(feeling)
+            for event in await self._partner.log(since):
+                since = event.id
+                ours = event.wish == wish
+                match event.kind:
+                    case "stop" if event.stop is not None:
+                        stop = event.stop
+                        if not begun and stop.reason is not StopReason.ASKED:
+                            state = await self._partner.state()
+                            return f"{_why(state, stop)} Your gesture {_left(stop, begun)}."
+                    case "paused" if not begun:
+                        return _PAUSED
+                    case "gesture_begun" if ours:
+                        begun = True
+                    case "gesture_ended" if ours:
+                        return f"It has shown {feeling}."
+                    case "gesture_broken_off" | "wish_dropped" if ours:
+                        return await self._ending(event, stop, begun)
             await asyncio.sleep(_GLANCE)
         return f"It has {'begun' if begun else 'not begun'} after {_PATIENCE:g} s; look at state."
+
+    async def _ending(self, event: LiveEvent, stop: StopOut | None, begun: bool) -> str:
+        """Say why a gesture came to no end of its own."""
+        state = await self._partner.state()
+        stop = stop or state.stop
+        if stop is not None and event.name not in ("lapsed", "replaced"):
+            return f"{_why(state, stop)} Your gesture {_left(stop, begun)}."
+        if event.kind == "wish_dropped":
+            return _DROPPED.get(event.name or "", _REPLACED)
+        return "It was broken off."
 
 
 def _left(stop: StopOut, begun: bool) -> str:
@@ -348,10 +366,6 @@ def _left(stop: StopOut, begun: bool) -> str:
         return "was broken off"
     dropped = stop.reason is StopReason.ASKED
     return "was dropped" if dropped else "has not begun; it waits for the release"
-
-
-def _performed(feeling: str) -> str:
-    return f"It has shown {feeling}."
 
 
 def _expressed(shown: Expressed | None) -> _Shown | None:
@@ -391,15 +405,16 @@ def _reason(stop: StopOut) -> str:
             return reason.spoken
 
 
-def _event(entry: Entry) -> str:
-    """Tell one entry of the log in a line."""
-    words = [f"{entry.number} ({entry.time:.1f} s) {entry.kind}"]
-    if entry.stop is not None:
-        words.append(_reason(entry.stop))
-    elif entry.feeling is not None:
-        amount = entry.mood if entry.strength is None else entry.strength
-        words.append(entry.feeling if amount is None else f"{entry.feeling} {amount:.2f}")
-    elif entry.name is not None:
-        words.append(entry.name)
-    words += [text for text in (entry.source, entry.detail) if text]
-    return ": ".join([words[0], ", ".join(words[1:])] if len(words) > 1 else words)
+def _line(event: LiveEvent) -> str:
+    """Tell an event in a line."""
+    about = [f"{event.id} ({event.wall:%Y-%m-%d %H:%M:%S} UTC) {event.kind}"]
+    if event.stop is not None:
+        about.append(_reason(event.stop))
+    elif event.feeling is not None:
+        amount = event.mood if event.strength is None else event.strength
+        about.append(event.feeling if amount is None else f"{event.feeling} {amount:.2f}")
+    elif event.name is not None:
+        about.append(event.name)
+    about += [f'"{event.text}"'] if event.text else []
+    about += [text for text in (event.source, event.detail, event.by) if text]
+    return ": ".join([about[0], ", ".join(about[1:])] if len(about) > 1 else about)

@@ -5,17 +5,16 @@ from concurrent.futures import Future
 from typing import Annotated, Any
 
 import numpy as np
-from fastapi import APIRouter, FastAPI, Header, HTTPException, Path, Query, Request, Response
+from fastapi import APIRouter, FastAPI, Header, HTTPException, Path, Request, Response
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import FileResponse, JSONResponse
 
-from miburi import gestures
 from miburi.errors import BodyError, InputError, MiburiError, OutputError
 from miburi.feelings import FEELINGS, SOURCES, Expression, Stimulus
-from miburi.gestures import KeyPose, blend
-from miburi.gestures.effort import Effort
 from miburi.interface.access import CAME, Allowance
+from miburi.interface.acting import acts_of, look_of, poses_of, shown_by
 from miburi.interface.endpoint import Endpoint
+from miburi.interface.events import event_router
 from miburi.interface.settle import done
 from miburi.interface.speech import Speech
 from miburi.interface.wire import (
@@ -29,6 +28,9 @@ from miburi.interface.wire import (
     LookIn,
     PartOut,
     PauseIn,
+    PerformanceIn,
+    PosesAct,
+    PosesIn,
     RecordingIn,
     RecordingOut,
     Refusal,
@@ -39,11 +41,13 @@ from miburi.interface.wire import (
     SpeakIn,
     StimulusIn,
     TemperamentIn,
+    WishOut,
+    WordsIn,
 )
 from miburi.live.bodies import KINDS
 from miburi.live.commands import BusyError
 from miburi.live.press import BY, who
-from miburi.live.state import Entry, MotorsOut, Sample, State
+from miburi.live.state import MotorsOut, Sample, State
 from miburi.live.view import LivePartner, UnreachableError
 from miburi.robot import JOINTS
 from miburi.robot.mjcf import HAND_AWAY, HAND_SIZE
@@ -60,7 +64,6 @@ __all__ = [
     "describe",
     "make_api",
     "move_hand",
-    "performance",
     "refuse_in_words",
 ]
 
@@ -79,6 +82,11 @@ _OFTEN: Refusals = {429: {"model": Refusal, "description": "Too many requests."}
 _NONE: Refusals = {404: {"model": Refusal, "description": "There is none of that name."}}
 _NO_ROOM: Refusals = {507: {"model": Refusal, "description": "The folder takes no more."}}
 _BY = "Who presses: `program`, if a program may release it again; else it counts as a person."
+#: Key poses that are rehearsed a second and at once, from one address (ours).
+_REHEARSED_RATE, _REHEARSED_BURST = 0.5, 5.0
+_Asker = Annotated[
+    str, Header(alias=BY, description="Who asks: `program`, `home`, `agent`, `ros`, or a person.")
+]
 _RecordingName = Annotated[str, Path(max_length=60)]
 
 
@@ -119,7 +127,10 @@ def _router(runner: LivePartner, speech: Speech) -> APIRouter:
     limited = APIRouter(responses=refusal | _OFTEN)
     _looking(limited, runner)
     _asking(limited, runner, speech)
+    _showing(limited, runner)
     _recording(limited, runner)
+    _private(limited, runner)
+    limited.include_router(event_router(runner))
     router = APIRouter(prefix="/api/v1", responses=refusal)
     _stopping(router, runner)
     router.include_router(limited)
@@ -150,17 +161,10 @@ def _looking(router: APIRouter, runner: LivePartner) -> None:
         """Return the robot's description: names, limits, links and solids."""
         return describe(runner)
 
-    @router.get("/log")
-    async def log(
-        after: Annotated[int, Query(ge=0, le=10**9, description="The last number known.")] = 0,
-    ) -> list[Entry]:
-        """Return what happened, the oldest first."""
-        return runner.log(after)
-
     @router.get("/samples")
     async def samples() -> list[Sample]:
         """Return the last two minutes, for plots."""
-        return runner.samples()
+        return [sample for _, sample in runner.samples_after(0)]
 
     @router.get("/gestures")
     async def all_gestures() -> list[GestureOut]:
@@ -192,20 +196,16 @@ def _looking(router: APIRouter, runner: LivePartner) -> None:
 def _asking(router: APIRouter, runner: LivePartner, speech: Speech) -> None:
     """Add what can be asked for."""
 
-    @router.post("/stimulus", status_code=_NOTHING, responses=_REFUSED)
-    async def stimulus(wish: StimulusIn) -> None:
-        """Let the partner feel something."""
-        await done(runner.stimulate(Stimulus(wish.feeling, wish.strength, wish.source)))
+    @router.post("/stimulus", responses=_REFUSED)
+    async def stimulus(wish: StimulusIn, by: _Asker = "person") -> WishOut:
+        """Let the partner feel something; returns the event's id."""
+        felt = Stimulus(wish.feeling, wish.strength, wish.source)
+        return WishOut(id=await done(runner.stimulate(felt, who(by))))
 
     @router.post("/say", responses=_REFUSED)
     async def say(wish: SayIn) -> SayOut:
         """Say something to the partner; it takes the feeling of the words, and answers."""
         return await speech.take(wish)
-
-    @router.post("/speak", status_code=_NOTHING, responses=_REFUSED)
-    async def speak(wish: SpeakIn) -> None:
-        """Let the partner say something aloud, where a page has its voice on; the latest wins."""
-        await done(runner.speak(wish.text))
 
     noticing = Allowance(NOTICED_RATE, NOTICED_BURST)
 
@@ -227,17 +227,6 @@ def _asking(router: APIRouter, runner: LivePartner, speech: Speech) -> None:
         """Turn to a face, slowly, while nothing is felt; tell again within 5 s, or it has gone."""
         not_too_often(request)
         await done(runner.see(wish.x))
-
-    @router.post("/express", status_code=_NOTHING, responses=_REFUSED)
-    async def express(wish: ExpressIn) -> None:
-        """Perform a gesture once, whatever the feelings are."""
-        poses = await asyncio.to_thread(performance, runner, wish)
-        await done(runner.perform(Expression(wish.feeling, wish.mood), poses))
-
-    @router.post("/look", status_code=_NOTHING, responses=_REFUSED)
-    async def look(wish: LookIn) -> None:
-        """Look somewhere for a while, as soon as the body is at rest; the next wish ends it."""
-        await done(runner.perform(None, gestures.look(runner.robot, wish.at, wish.seconds)))
 
     @router.post("/release", status_code=_NOTHING, responses=_REFUSED)
     async def release(request: Request) -> None:
@@ -263,6 +252,59 @@ def _asking(router: APIRouter, runner: LivePartner, speech: Speech) -> None:
     async def body(wish: BodyIn) -> None:
         """Move another body from now on."""
         await done(await asyncio.to_thread(runner.use, wish.name, wish.port))
+
+
+def _showing(router: APIRouter, runner: LivePartner) -> None:
+    """Add what it can be asked to show and say; each wish has an id, which its events carry."""
+
+    @router.post("/speak", responses=_REFUSED)
+    async def speak(wish: SpeakIn, by: _Asker = "person") -> WishOut:
+        """Let the partner say something aloud, where a page has its voice on; the latest wins."""
+        return WishOut(id=await done(runner.speak(wish.text, who(by))))
+
+    @router.post("/express", responses=_REFUSED)
+    async def express(wish: ExpressIn, by: _Asker = "person") -> WishOut:
+        """Perform a gesture once, whatever the feelings are."""
+        poses = await asyncio.to_thread(shown_by, runner, wish)
+        shown = Expression(wish.feeling, wish.mood)
+        return WishOut(id=await done(runner.perform(shown, poses, "gesture", who(by))))
+
+    @router.post("/look", responses=_REFUSED)
+    async def look(wish: LookIn, by: _Asker = "person") -> WishOut:
+        """Look somewhere for a while, as soon as the body is at rest; the next wish ends it."""
+        poses = look_of(runner, wish)
+        return WishOut(id=await done(runner.perform(None, poses, "look", who(by))))
+
+    rehearsing = Allowance(_REHEARSED_RATE, _REHEARSED_BURST)
+
+    def rehearsed_seldom(request: Request) -> None:
+        if not rehearsing.take(request.client.host if request.client else ""):
+            raise HTTPException(429, "too many key poses to rehearse at once; wait a moment.")
+
+    @router.post("/poses", responses=_REFUSED)
+    async def poses(wish: PosesIn, request: Request, by: _Asker = "person") -> WishOut:
+        """Perform key poses of your own once; they are rehearsed first, which takes a moment."""
+        rehearsed_seldom(request)
+        own = await asyncio.to_thread(poses_of, runner, wish)
+        shown = None if wish.feeling is None else Expression(wish.feeling, wish.mood)
+        return WishOut(id=await done(runner.perform(shown, own, "poses", who(by))))
+
+    @router.post("/performance", responses=_REFUSED)
+    async def performance(wish: PerformanceIn, request: Request, by: _Asker = "person") -> WishOut:
+        """Perform gestures, looks, key poses and sentences together."""
+        if any(isinstance(act, PosesAct) for act in wish.acts):
+            rehearsed_seldom(request)
+        acts = await asyncio.to_thread(acts_of, runner, wish)
+        return WishOut(id=await done(runner.act(acts, wish.when == "next", who(by))))
+
+
+def _private(router: APIRouter, runner: LivePartner) -> None:
+    """Add what becomes of what one says."""
+
+    @router.post("/words", status_code=_NOTHING, responses=_REFUSED)
+    async def words(wish: WordsIn) -> None:
+        """Let events tell what is said to the partner from now on, or forget what was said."""
+        await done(await asyncio.to_thread(runner.allow_words, wish.allowed))
 
 
 def _recording(router: APIRouter, runner: LivePartner) -> None:
@@ -312,7 +354,9 @@ def _recording(router: APIRouter, runner: LivePartner) -> None:
 
 def _since_contact(runner: LivePartner) -> float | None:
     """Return the s since the latest contact stop that the log knows, if any."""
-    contacts = [e for e in runner.log() if e.stop and e.stop.reason is StopReason.CONTACT]
+    contacts = [
+        e for e in runner.history.after(0) if e.stop and e.stop.reason is StopReason.CONTACT
+    ]
     return runner.snapshot.state.time - contacts[-1].time if contacts else None
 
 
@@ -320,25 +364,6 @@ def move_hand(runner: LivePartner, wish: HandIn) -> Future[None]:
     """Pass a wish for the hand on."""
     position = None if wish.position is None else np.array(wish.position)
     return runner.hand(position, np.array(wish.along))
-
-
-def performance(runner: LivePartner, wish: ExpressIn) -> list[KeyPose] | None:
-    """Return the key poses of a wish that is more than a feeling's own gesture.
-
-    Raises
-    ------
-    InputError
-        The blend names the leading feeling again.
-    """
-    if not wish.blend and wish.effort is None:
-        return None
-    if wish.feeling in wish.blend:
-        raise InputError(f"{wish.feeling} leads already; blend other feelings with it.")
-    lead = runner.repertoire.of(wish.feeling)[0]
-    if wish.effort is not None:
-        lead = lead.model_copy(update={"effort": Effort(**wish.effort.model_dump())})
-    others = [(runner.repertoire.of(name)[0], mood) for name, mood in wish.blend.items()]
-    return blend(runner.robot, [(lead, wish.mood), *others])
 
 
 def describe(runner: LivePartner) -> RobotOut:

@@ -15,17 +15,20 @@ from fastapi import FastAPI
 from pydantic import BaseModel, TypeAdapter
 
 from miburi.interface.client import PATIENCE, ConnectionLostError, accepted, distrust, trust
-from miburi.interface.wire import GestureOut
+from miburi.interface.wire import GestureOut, SayIn, SayOut, WishOut
+from miburi.live.events.model import LiveEvent
 from miburi.live.press import BY, By
-from miburi.live.state import Entry, MotorsOut, State
+from miburi.live.state import MotorsOut, State
 
 __all__ = ["Asker", "beside", "live_beside"]
 
 #: When there are too many requests at once: how often we ask, and s between (ours).
 _TOO_MANY, _TRIES, _BREATH = 429, 20, 0.1
-_ENTRIES = TypeAdapter(list[Entry])
+_EVENTS = TypeAdapter(list[LiveEvent])
 _GESTURES = TypeAdapter(list[GestureOut])
 
+#: s of silence after which an answer that lasts is taken for lost.
+_STREAM_TIME = 30.0
 #: s between two cancellations of a task that does not end (ours).
 _CANCELLED_AGAIN = 1.0
 
@@ -54,20 +57,49 @@ class Asker:
         return cls("the partner", http)
 
     @classmethod
-    def at(cls, url: str, token: str | None = None, authority: Path | str | None = None) -> Self:
+    def at(
+        cls,
+        url: str,
+        token: str | None = None,
+        authority: Path | str | None = None,
+        by: By = "agent",
+    ) -> Self:
         """Return one that asks a server; see :func:`miburi.interface.client.connect`."""
         verify = trust(url, authority) or True
         url = url.rstrip("/")
-        headers = {BY: "agent"} | ({"Authorization": f"Bearer {token}"} if token else {})
+        headers = {BY: str(by)} | ({"Authorization": f"Bearer {token}"} if token else {})
         return cls(url, httpx.AsyncClient(base_url=url + "/api/v1", headers=headers, verify=verify))
 
     async def state(self) -> State:
         """Return everything about the partner, now."""
         return State.model_validate_json(await self._ask("GET", "/state"))
 
-    async def log(self, after: int) -> list[Entry]:
-        """Return the log's entries after number ``after``, the oldest first."""
-        return _ENTRIES.validate_json(await self._ask("GET", f"/log?after={after}"))
+    async def log(self, after: str | None = None) -> list[LiveEvent]:
+        """Return what happened after an event, by its id; without one, the latest."""
+        known = "" if after is None else f"?after={after}"
+        return _EVENTS.validate_json(await self._ask("GET", f"/log{known}"))
+
+    async def say(self, said: SayIn) -> SayOut:
+        """Say something to the partner; return what it heard and answered."""
+        return SayOut.model_validate_json(await self._ask("POST", "/say", said.model_dump_json()))
+
+    @asynccontextmanager
+    async def stream(self, path: str) -> AsyncIterator[AsyncIterator[str]]:
+        """Open an answer that lasts, and give its lines.
+
+        Raises
+        ------
+        httpx.HTTPError
+            The server does not answer, or no longer.
+        """
+        async with self._http.stream("GET", path, timeout=_STREAM_TIME) as answer:
+            if not answer.is_success:
+                await answer.aread()
+            yield accepted(self._url, answer).aiter_lines()
+
+    async def close(self) -> None:
+        """Close the connection."""
+        await self._http.aclose()
 
     async def motors(self) -> MotorsOut:
         """Return the motors' temperatures, supply and calibration."""
@@ -80,6 +112,11 @@ class Asker:
     async def tell(self, path: str, wish: BaseModel | None = None) -> None:
         """Send a wish, such as ``/stop``."""
         await self._ask("POST", path, None if wish is None else wish.model_dump_json())
+
+    async def wish(self, path: str, wish: BaseModel) -> str:
+        """Send a wish, such as ``/express``; return its id, which its events carry."""
+        answer = await self._ask("POST", path, wish.model_dump_json())
+        return WishOut.model_validate_json(answer).id
 
     async def _ask(self, method: str, path: str, content: str | None = None) -> bytes:
         headers = {} if content is None else {"Content-Type": "application/json"}

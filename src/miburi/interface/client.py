@@ -9,8 +9,12 @@
 Expressed(feeling='happiness', mood=0.41)
 """
 
+import logging
+import queue
 import ssl
-from collections.abc import Generator, Mapping
+import threading
+import time
+from collections.abc import Callable, Generator, Mapping
 from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
@@ -25,13 +29,25 @@ from websockets.sync.client import connect as open_socket
 from miburi.errors import BodyError, InputError, MiburiError, OutputError
 from miburi.feelings import Expression, Stimulus
 from miburi.gestures.effort import Effort
-from miburi.interface.wire import BodyOut, GestureOut, RecordingOut, RobotOut, SayOut
+from miburi.interface.wire import (
+    AnyAct,
+    BodyOut,
+    GestureOut,
+    PerformanceIn,
+    PosesIn,
+    RecordingOut,
+    RobotOut,
+    SayOut,
+    WishOut,
+)
+from miburi.live.events.model import LiveEvent
 from miburi.live.press import BY
-from miburi.live.state import Entry, MotorsOut, State
+from miburi.live.state import MotorsOut, State
 from miburi.senses.tone import Tone
 
 __all__ = [
     "PATIENCE",
+    "WAITING",
     "ConnectionLostError",
     "RemotePartner",
     "accepted",
@@ -42,6 +58,12 @@ __all__ = [
 
 #: s to wait for an answer.
 PATIENCE = 10.0
+#: Wishes that may wait to be sent by :meth:`RemotePartner.soon`.
+WAITING = 32
+#: s between two tries to connect anew, and s of silence after which a stream is taken for lost.
+_AGAIN, _STREAM_TIME = 0.5, 30.0
+_DATA = "data: "
+_LOG = logging.getLogger(__name__)
 #: How many requests of a program's threads are open at once; others wait.
 _CONNECTIONS = 100
 
@@ -83,10 +105,13 @@ class RemotePartner:
     ) -> None:
         self._trust = trust(url, authority)
         self._url = url.rstrip("/")
-        self._headers = {"Authorization": f"Bearer {token}"} if token else {}
+        self._headers = {BY: "program"}  # so that this program may release what it has stopped
+        if token:
+            self._headers["Authorization"] = f"Bearer {token}"
         self._http = self._open()
         self._stop = self._open()  # Stop waits for no other thread's answer
-        self._stop.headers[BY] = "program"  # so that this program may release it again
+        self._wishes: queue.Queue[Callable[[], object] | None] = queue.Queue(WAITING)
+        self._sender: threading.Thread | None = None
 
     def __enter__(self) -> Self:
         return self
@@ -100,7 +125,12 @@ class RemotePartner:
         self.close()
 
     def close(self) -> None:
-        """Close the connection."""
+        """Close the connection; wishes that wait are left out."""
+        if self._sender is not None:
+            with suppress(queue.Empty):
+                while True:
+                    self._wishes.get_nowait()
+            self._wishes.put(None)
         self._http.close()
         self._stop.close()
 
@@ -119,20 +149,86 @@ class RemotePartner:
         """The motors' temperatures, supply and calibration."""
         return MotorsOut.model_validate(self._get("/motors"))
 
-    def watch(self, rate: float = 30.0) -> Generator[State, None, None]:
-        """Yield states, ``rate`` a second (0.1 to 50), until you leave the loop."""
-        address = "ws" + self._url.removeprefix("http") + f"/api/v1/live?rate={rate:g}"
-        try:
-            with open_socket(address, additional_headers=self._headers, ssl=self._trust) as socket:
-                for text in socket:
-                    yield self._state(text)
-        except (OSError, ConnectionClosed, InvalidHandshake) as error:
-            words = f"{self._url}: {error or 'the connection was closed'}."
-            raise ConnectionLostError(distrust(self._url, error) or words) from error
+    def watch(self, rate: float = 30.0, patience: float = 60.0) -> Generator[State, None, None]:
+        """Yield states, ``rate`` a second (0.1 to 50), until you leave the loop.
 
-    def stimulate(self, stimulus: Stimulus) -> None:
-        """Let the partner feel something."""
-        self._post(
+        At 50 a second every step of the robot is among them. A connection that is lost, as when the
+        partner starts anew, is made again for up to ``patience`` s.
+        """
+        address = "ws" + self._url.removeprefix("http") + f"/api/v1/live?rate={rate:g}"
+        lost = None
+        while True:
+            try:
+                with open_socket(
+                    address, additional_headers=self._headers, ssl=self._trust
+                ) as socket:
+                    for text in socket:
+                        lost = time.monotonic()
+                        yield self._state(text)
+            except (OSError, ConnectionClosed, InvalidHandshake) as error:
+                if lost is None or time.monotonic() - lost > patience:
+                    words = f"{self._url}: {error or 'the connection was closed'}."
+                    raise ConnectionLostError(distrust(self._url, error) or words) from error
+                time.sleep(min(_AGAIN, patience))
+
+    def events(
+        self, after: str | None = None, patience: float = 60.0
+    ) -> Generator[LiveEvent, None, None]:
+        """Yield what happens after an event, by its id, or from now on, until you leave the loop.
+
+        A connection that is lost is made again for up to ``patience`` s, and what happened
+        meanwhile is told, also what was before the partner's last start. If something is missing, a
+        ``gap`` tells so.
+        """
+        return self._events_after(after or self.state.cursor, patience)
+
+    def _events_after(self, cursor: str, patience: float) -> Generator[LiveEvent, None, None]:
+        lost = time.monotonic()
+        while True:
+            try:
+                with self._http.stream(
+                    "GET", "/events", params={"after": cursor}, timeout=_STREAM_TIME
+                ) as answer:
+                    if not answer.is_success:
+                        answer.read()
+                    accepted(self._url, answer)
+                    for line in answer.iter_lines():
+                        lost = time.monotonic()
+                        if line.startswith(_DATA):
+                            event = LiveEvent.model_validate_json(line.removeprefix(_DATA))
+                            cursor = event.id
+                            yield event
+            except (httpx.HTTPError, ConnectionLostError) as error:
+                if time.monotonic() - lost > patience:
+                    words = f"{self._url} does not answer ({error})."
+                    raise ConnectionLostError(distrust(self._url, error) or words) from error
+            time.sleep(min(_AGAIN, patience))
+
+    def soon(self, wish: Callable[..., object], *args: Any, **kwargs: Any) -> bool:
+        """Let a thread carry out a wish, such as ``soon(partner.stimulate, stimulus)``.
+
+        This returns at once, so a game loses no frame. It is False, and nothing is done, if
+        :data:`WAITING` wishes wait already. What fails is logged.
+        """
+        if self._sender is None:
+            self._sender = threading.Thread(target=self._send_all, name="wishes", daemon=True)
+            self._sender.start()
+        try:
+            self._wishes.put_nowait(lambda: wish(*args, **kwargs))
+        except queue.Full:
+            return False
+        return True
+
+    def _send_all(self) -> None:
+        while (wish := self._wishes.get()) is not None:
+            try:
+                wish()
+            except MiburiError as error:
+                _LOG.warning("a wish was not obeyed: %s", error)
+
+    def stimulate(self, stimulus: Stimulus) -> str:
+        """Let the partner feel something; return the event's id."""
+        return self._wish(
             "/stimulus",
             {
                 "feeling": stimulus.feeling,
@@ -146,9 +242,9 @@ class RemotePartner:
         said = {"text": text, "tone": tone}
         return SayOut.model_validate_json(self._ask("POST", "/say", said).content)
 
-    def speak(self, text: str) -> None:
-        """Let the partner say something aloud, where a page has its voice on."""
-        self._post("/speak", {"text": text})
+    def speak(self, text: str) -> str:
+        """Let the partner say something aloud, where a page has its voice on; return its id."""
+        return self._wish("/speak", {"text": text})
 
     def express(
         self,
@@ -156,9 +252,12 @@ class RemotePartner:
         *,
         blend: Mapping[str, float] | None = None,
         effort: Effort | None = None,
-    ) -> None:
-        """Perform a gesture once; ``blend`` mixes in other feelings' gestures, each with its μ."""
-        self._post(
+    ) -> str:
+        """Perform a gesture once; ``blend`` mixes in other feelings' gestures, each with its μ.
+
+        This and what follows return an id, which events carry as ``wish``.
+        """
+        return self._wish(
             "/express",
             {
                 "feeling": expression.feeling,
@@ -168,9 +267,21 @@ class RemotePartner:
             },
         )
 
-    def look(self, at: str, seconds: float = 2.0) -> None:
+    def look(self, at: str, seconds: float = 2.0) -> str:
         """Look at the user (ahead), left, right, up, down or aside, for so many seconds."""
-        self._post("/look", {"at": at, "seconds": seconds})
+        return self._wish("/look", {"at": at, "seconds": seconds})
+
+    def poses(self, poses: PosesIn) -> str:
+        """Perform key poses of your own once, written as in a gesture file."""
+        return self._wish("/poses", poses.model_dump(mode="json"))
+
+    def perform(self, *acts: AnyAct, now: bool = False) -> str:
+        """Perform gestures, looks, key poses and sentences together, each at its offset.
+
+        It comes after what waits, or ``now`` instead of all that is on.
+        """
+        wish = PerformanceIn(acts=list(acts), when="now" if now else "next")
+        return self._wish("/performance", wish.model_dump(mode="json"))
 
     def stop(self) -> None:
         """Stop all motors until :meth:`release`."""
@@ -178,7 +289,6 @@ class RemotePartner:
             accepted(self._url, self._stop.post("/stop"))
             return
         with self._open() as new:
-            new.headers[BY] = self._stop.headers[BY]
             self._ask("POST", "/stop", by=new)
 
     def release(self) -> None:
@@ -221,9 +331,10 @@ class RemotePartner:
         """Return the movement functions."""
         return TypeAdapter(list[GestureOut]).validate_python(self._get("/gestures"))
 
-    def log(self, after: int = 0) -> list[Entry]:
-        """Return the log entries after number ``after``."""
-        return TypeAdapter(list[Entry]).validate_python(self._get(f"/log?after={after}"))
+    def log(self, after: str | None = None) -> list[LiveEvent]:
+        """Return up to 1,000 events after one, by its id; without one, the latest."""
+        known = "" if after is None else f"?after={after}"
+        return TypeAdapter(list[LiveEvent]).validate_python(self._get(f"/log{known}"))
 
     def bodies(self) -> list[BodyOut]:
         """Return the kinds of body."""
@@ -265,6 +376,9 @@ class RemotePartner:
 
     def _get(self, path: str) -> Any:
         return self._ask("GET", path).json()
+
+    def _wish(self, path: str, content: object) -> str:
+        return WishOut.model_validate_json(self._ask("POST", path, content).content).id
 
     def _post(self, path: str, content: object = None) -> None:
         self._ask("POST", path, content)

@@ -36,7 +36,7 @@ class Doors:
     voice
         What turns its words into sound; None: the devices of its pages do.
     care
-        How it cares for somebody in distress, and whether others hear the words.
+        How it cares for somebody in distress.
     """
 
     agents: bool = False
@@ -56,8 +56,11 @@ class Doors:
         if self.ros is not None:
             need("cyclonedds", "ros")
 
-    def open(self, app: "FastAPI", partner: LivePartner) -> None:
-        """Add the doors to an application of a live partner."""
+    def open(self, app: "FastAPI", partner: LivePartner, studio: str | None = None) -> None:
+        """Add the doors to an application of a live partner.
+
+        ``studio`` is the address at which other devices reach its pages.
+        """
         if self.voice is not None:
             from miburi.interface.voice import voice_router
 
@@ -69,7 +72,7 @@ class Doors:
         if self.broker is not None:
             from miburi.interface.home import add_home
 
-            add_home(app, self.broker, self.name)
+            add_home(app, partner, self.broker, self.name, studio)
         if self.ros is not None:
             from miburi.interface.ros import add_ros
 

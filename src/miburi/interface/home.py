@@ -1,9 +1,10 @@
 """The door for homes: the partner tells a broker how it is, and takes small wishes (MQTT).
 
 A home that runs Home Assistant finds it by itself, by MQTT discovery. Each stop and each distress
-is told at least once, also those that happened while the broker was away, as long as the log holds
-them. The last will says that the partner is gone. Wishes are those of HTTP (feel, say, stop); there
-is none to release. What cannot be done is answered on a topic of its own.
+is told at least once, also those that happened while the broker or the partner was away. Reports
+are few, because a home keeps each of them. The last will says that the partner is gone. Wishes are
+those of HTTP (feel, say, stop); there is none to release. What cannot be done is answered on a
+topic of its own.
 
 This module needs the extra ``mqtt``; nothing loads it before somebody wants it.
 """
@@ -14,11 +15,12 @@ import secrets
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from datetime import date
+from dataclasses import dataclass
+from datetime import UTC, date, datetime
 from typing import Any
 
 from fastapi import FastAPI
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from miburi.errors import InputError, MiburiError, needs_extra
 from miburi.feelings import FEELINGS
@@ -30,13 +32,16 @@ from miburi.interface.report import (
     ALL,
     NEUTRAL,
     DistressNews,
+    GapNews,
     HomeReport,
     Topics,
     make_report,
     make_stop_news,
 )
 from miburi.interface.wire import SpeakIn, StimulusIn
-from miburi.live.state import Entry
+from miburi.live.events.log import History
+from miburi.live.events.model import Cursor, LiveEvent
+from miburi.live.view import LivePartner
 from miburi.safety.stop import StopReason
 from miburi.senses.kinds import KINDS
 from miburi.version import __version__
@@ -50,6 +55,7 @@ __all__ = [
     "BIRTH",
     "BURST",
     "RATE",
+    "About",
     "add_home",
     "check_free",
     "discovery",
@@ -69,23 +75,52 @@ _PERIOD = 0.25
 _ONLINE, _OFFLINE = "online", "offline"
 #: Refusals a second and at once that are told: no more than a person can read (ours).
 _TOLD_RATE, _TOLD_BURST = 1.0, 10.0
+#: Reports a second of what changes often, and of what a home must know soon; with their bursts
+#: that makes ten a minute at most, Stops not counted (ours).
+_REPORT_RATE, _URGENT_RATE, _REPORT_BURST = 3 / 60, 3 / 60, 2.0
+#: The name under which it remembers what the home knows.
+_WHO = "home"
+_WHY_STOPPED = (
+    "{{ {'reason': value_json.stopped, 'motor': value_json.motor, 'held': value_json.held} "
+    "| tojson }}"
+)
 #: s in which a partner that lives under a name has said so (ours).
 _ANSWER = 1.5
 #: s that a start waits for a broker that is away (ours).
 _PATIENCE = 4.0
 
 
+@dataclass(frozen=True)
+class About:
+    """What a home knows a partner by: a name, the robot's, and its studio's address, if any."""
+
+    name: str
+    model: str
+    studio: str | None = None
+
+
 def add_home(
-    app: FastAPI, broker: Broker, name: str, clock: Callable[[], float] = time.monotonic
+    app: FastAPI,
+    partner: LivePartner,
+    broker: Broker,
+    name: str,
+    studio: str | None = None,
+    clock: Callable[[], float] = time.monotonic,
 ) -> None:
-    """Let a partner live at a home's broker, for as long as the server serves."""
-    live_beside(app, lambda: live_at_home(Asker.within(app, "home"), broker, name, clock))
+    """Let a partner live at a home's broker, for as long as the server serves.
+
+    ``studio`` is the address at which other devices reach its pages.
+    """
+    asker = Asker.within(app, "home")
+    about = About(name, partner.robot.name, studio)
+    live_beside(app, lambda: live_at_home(asker, partner.history, broker, about, clock))
 
 
 async def live_at_home(
     partner: Asker,
+    history: History,
     broker: Broker,
-    name: str,
+    about: About,
     clock: Callable[[], float] = time.monotonic,
     today: Callable[[], date] = date.today,
 ) -> None:
@@ -95,14 +130,16 @@ async def live_at_home(
     ----------
     partner
         The partner.
+    history
+        Remembers over restarts up to where the home has been told.
     broker
         The broker.
-    name
-        The partner's name there; no other may have it.
+    about
+        What the home knows it by; no other may have its name.
     clock, today
-        Give s, for the rate of wishes, and the day whose stops are counted.
+        Give s, for the rates of wishes and reports, and the day whose stops are counted.
     """
-    home = _Home(partner, name, clock, today)
+    home, name = _Home(partner, history, about, clock, today), about.name
 
     async def admit() -> None:
         # Two with one name would throw each other out for ever, and Stop would reach one of them.
@@ -164,18 +201,21 @@ class _Home:
     def __init__(
         self,
         partner: Asker,
-        name: str,
+        history: History,
+        about: About,
         clock: Callable[[], float],
         today: Callable[[], date],
     ) -> None:
-        self._partner, self._name = partner, name
+        self._partner, self._history, self._about = partner, history, about
+        self._urgent = Allowance(_URGENT_RATE, _REPORT_BURST, clock)
+        self._reports = Allowance(_REPORT_RATE, _REPORT_BURST, clock)
         self._wishes, self._today = Allowance(RATE, BURST, clock), today
         self._refusals, self._unsaid = Allowance(_TOLD_RATE, _TOLD_BURST, clock), 0
-        self._topics = Topics(name)
+        self._topics = Topics(about.name)
         #: Tells it from another partner of the same name.
         self.instance = secrets.token_hex(8)
         self._contradicted = False  # whether somebody else has said whether it is there
-        self._told: int | None = None  # the last number of the log that the broker knows
+        self._told: Cursor | None = None  # the last event that the broker knows
         self._day, self._stops = today(), 0
         self._stopping: asyncio.Task[None] | None = None
         self._online = False
@@ -219,37 +259,65 @@ class _Home:
         """Tell what is new."""
         state = await self._partner.state()
         if self._told is None:
-            self._told = state.latest
-        entries = await self._partner.log(self._told) if state.latest > self._told else []
-        report_of = make_report(state, await self._partner.motors(), 0)
+            self._told = await asyncio.to_thread(self._history.recall, _WHO)
+        if self._told is None:
+            await self._remember(Cursor(state.boot, state.latest))
+        now = Cursor(state.boot, state.latest)
+        events = [] if self._told == now else await self._partner.log(str(self._told))
+        report_of = make_report(state, await self._partner.motors(), self._about.studio)
         if self._announced != [*report_of.temperatures]:
             self._announced = [*report_of.temperatures]
-            message = json.dumps(discovery(self._name, self._announced))
-            await client.publish(discovery_topic(self._name), message, qos=1, retain=True)
+            message = json.dumps(discovery(self._about, self._announced))
+            await client.publish(discovery_topic(self._about.name), message, qos=1, retain=True)
         if not self._online or self._contradicted:
             self._online, self._contradicted = True, False
             await self._say_whether(client, _ONLINE)
-        for entry in entries:
-            await self._tell(client, entry)
-            self._told = entry.number
+        for event in events:
+            await self._tell(client, event)
+            self._told = event.cursor
         if self._day != self._today():
             self._day, self._stops = self._today(), 0
         report = report_of.model_copy(update={"stops_today": self._stops})
-        if report != self._reported:
-            content = report.model_dump_json()
+        if self._may_report(report):
+            content = report.model_copy(update={"wall": datetime.now(UTC)}).model_dump_json()
             await client.publish(self._topics.report, content, qos=1, retain=True)
             self._reported = report
 
-    async def _tell(self, client: Client, entry: Entry) -> None:
-        if entry.kind == "distress":
-            content = {"event_type": entry.name, "number": entry.number, "words": entry.detail}
-            told = DistressNews.model_validate(content).model_dump_json()
-            await client.publish(self._topics.distress, told, qos=1)
-        if entry.kind != "stopped" or entry.stop is None:
-            return
-        news = make_stop_news(entry.number, entry.stop).model_dump_json()
-        await client.publish(self._topics.stops, news, qos=1)  # returns when the broker has it
-        self._stops += 1
+    def _may_report(self, report: HomeReport) -> bool:
+        """Whether to report now: what a home must know soon at once, all else seldom."""
+        before = self._reported
+        if report == before:
+            return False
+        if before is None or report.held != before.held:  # a fleet waits to see who has stopped
+            return True
+        if (report.stopped, report.paused) != (before.stopped, before.paused):
+            return self._urgent.take("all")
+        return self._reports.take("all")
+
+    async def _tell(self, client: Client, event: LiveEvent) -> None:
+        """Tell a stop, a distress, or that events are missing; the broker has it at the return."""
+        about = {"id": event.id, "wall": event.wall}
+        match event.kind:
+            case "distress":
+                content = {"event_type": event.name, "words": event.text, **about}
+                topic = self._topics.distress
+                news: BaseModel = DistressNews.model_validate(content)
+            case "stop" if event.stop is not None:
+                self._stops += 1
+                topic, news = self._topics.stops, make_stop_news(event, event.stop)
+            case "gap":
+                topic, news = (
+                    self._topics.gaps,
+                    GapNews.model_validate({"why": event.detail, **about}),
+                )
+            case _:
+                return
+        await client.publish(topic, news.model_dump_json(), qos=1)
+        await self._remember(event.cursor)
+
+    async def _remember(self, cursor: Cursor) -> None:
+        self._told = cursor
+        await asyncio.to_thread(self._history.remember, _WHO, cursor)
 
     async def _obey(self, client: Client, tasks: asyncio.TaskGroup) -> None:
         async for message in client.messages:
@@ -305,18 +373,19 @@ def discovery_topic(name: str) -> str:
     return f"homeassistant/device/miburi-{name}/config"
 
 
-def discovery(name: str, joints: list[str]) -> dict[str, Any]:
+def discovery(about: About, joints: list[str]) -> dict[str, Any]:
     """Return the message that describes a partner to Home Assistant.
 
     Parameters
     ----------
-    name
-        The partner's name.
+    about
+        What the home knows the partner by.
     joints
         The joints whose motors report a temperature.
 
     Its keys are those of Home Assistant's MQTT device discovery (2024.11 and later).
     """
+    name = about.name
     topics, key = Topics(name), f"miburi_{name}"
 
     def part(what: str, platform: str, label: str, **more: Any) -> dict[str, Any]:
@@ -339,7 +408,7 @@ def discovery(name: str, joints: list[str]) -> dict[str, Any]:
         "stopped": part(
             "stopped", "binary_sensor", "Stopped",
             state_topic=topics.report, value_template=stopped, device_class="problem",
-            json_attributes_topic=topics.report,
+            json_attributes_topic=topics.report, json_attributes_template=_WHY_STOPPED,
         ),
         "stops": part(
             "stops", "event", "Stop", state_topic=topics.stops, event_types=[*StopReason],
@@ -347,7 +416,10 @@ def discovery(name: str, joints: list[str]) -> dict[str, Any]:
         "distress": part(
             "distress", "event", "Distress", state_topic=topics.distress, event_types=[*KINDS],
         ),
-        "stops_today": part("stops_today", "sensor", "Stops today", **read("stops_today")),
+        "stops_today": part(
+            "stops_today", "sensor", "Stops today", **read("stops_today"),
+            state_class="total_increasing",
+        ),
         "say": part("say", "text", "Say", command_topic=topics.say, min=1, max=255),
         "stop": part("stop", "button", "Stop", command_topic=topics.stop),
     }  # fmt: skip
@@ -364,13 +436,17 @@ def discovery(name: str, joints: list[str]) -> dict[str, Any]:
             **read(f"temperatures.{joint}"), device_class="temperature",
             unit_of_measurement="°C", state_class="measurement", entity_category="diagnostic",
         )  # fmt: skip
+    device = {
+        "identifiers": [key],
+        "name": f"Miburi {name}",
+        "manufacturer": "Miburi",
+        "model": about.model,
+        "sw_version": __version__,
+    }
+    if about.studio is not None:
+        device["configuration_url"] = about.studio
     return {
-        "device": {
-            "identifiers": [key],
-            "name": f"Miburi {name}",
-            "manufacturer": "Miburi",
-            "sw_version": __version__,
-        },
+        "device": device,
         "origin": {"name": "miburi", "sw_version": __version__},
         "availability_topic": topics.available,
         "qos": 1,

@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import h11
 
-from miburi.interface.access import HEADERS, SAFE_HEADERS
+from miburi.interface.access import EVENTS, HEADERS, SAFE_HEADERS
 from miburi.interface.passing import ENCRYPTED
 
 __all__ = ["Address", "Framing", "Guest", "answer_of", "frame"]
@@ -34,11 +34,14 @@ Address = tuple[str, int]
 
 
 class Framing(NamedTuple):
-    """How a request ends: bytes of its body, infinite if unknown; and whether no other follows."""
+    """How a request ends: bytes of its body, infinite if unknown; and whether no other follows.
+
+    ``lasts`` is a WebSocket or a stream of events.
+    """
 
     body: float
     ends: bool
-    upgrades: bool = False
+    lasts: bool = False
 
 
 def frame(head: bytes) -> Framing:
@@ -53,7 +56,9 @@ def frame(head: bytes) -> Framing:
         return Framing(math.inf, ends=True)
     headers = dict(request.headers)
     if not _WISHES.isdisjoint(headers):
-        return Framing(math.inf, ends=True, upgrades=b"upgrade" in headers)
+        return Framing(math.inf, ends=True, lasts=b"upgrade" in headers)
+    if request.target.partition(b"?")[0] == EVENTS.encode():
+        return Framing(math.inf, ends=True, lasts=True)
     ends = request.http_version != b"1.1" or b"close" in headers.get(b"connection", b"").lower()
     return Framing(int(headers.get(b"content-length", b"0")), ends)
 
@@ -89,7 +94,7 @@ class Guest:
     known: bool = False
     stop: int = 0
     ends: bool = False
-    apart: bool = False  # a WebSocket: it is counted by the gate
+    apart: bool = False  # a WebSocket or a stream of events: it is counted by the gate
     seen: int = 0  # bytes of a head that has not ended yet
     head: bytes = b""  # of a request that waits for the server
     waits: bool = False  # whether one does
@@ -136,7 +141,7 @@ class Guest:
         """Relay the request that waits, and what follows it."""
         relay.setblocking(False)
         framing = frame(self.head) if self.head else Framing(math.inf, ends=True)
-        self.relay, self.waits, self.apart = relay, False, framing.upgrades
+        self.relay, self.waits, self.apart = relay, False, framing.lasts
         self.body, self.ends = framing.body, framing.ends
         self._back += self.head
         self.push()
@@ -152,7 +157,8 @@ class Guest:
         if self.relay is not None:
             self.relay.close()
             self.relay = None
-        self.ends |= math.isinf(self.body)
+        if math.isinf(self.body):  # no other request can follow
+            self.ends, self.body = True, 0.0
         self._back.clear()
         self._held.clear()
         self.begun = False

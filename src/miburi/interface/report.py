@@ -2,6 +2,7 @@
 
 from pydantic import BaseModel, Field
 
+from miburi.live.events.model import LiveEvent, Wall
 from miburi.live.state import MotorsOut, State, StopOut
 from miburi.safety.stop import StopReason
 from miburi.senses.kinds import Distress
@@ -10,6 +11,7 @@ __all__ = [
     "ALL",
     "NEUTRAL",
     "DistressNews",
+    "GapNews",
     "HomeReport",
     "StopNews",
     "Topics",
@@ -30,7 +32,7 @@ class Topics:
         base = f"miburi/{name}"
         self.available, self.report = f"{base}/available", f"{base}/report"
         self.stops, self.refused = f"{base}/stops", f"{base}/refused"
-        self.distress = f"{base}/distress"
+        self.distress, self.gaps = f"{base}/distress", f"{base}/gaps"
         self.feel, self.say, self.stop = f"{base}/feel", f"{base}/say", f"{base}/stop"
         #: Here somebody asks who lives under this name, and there the partner says so.
         self.who, self.here = f"{base}/who", f"{base}/here"
@@ -41,20 +43,22 @@ class HomeReport(BaseModel):
 
     feeling: str = Field(description="The strongest feeling, or neutral.")
     mood: int = Field(description="Its mood, %.")
-    body: str
     paused: bool
     stopped: StopReason | None = Field(description="Why the body is stopped; null while it is not.")
     motor: str | None = Field(description="The motor that met something.")
     held: bool = Field(description="Whether it waits for a person to release it.")
     stops_today: int = Field(description="Stops since midnight, or since the partner woke.")
     temperatures: dict[str, float] = Field(description="°C, of the motors that report one.")
+    studio: str | None = Field(default=None, description="Where other devices find its pages.")
+    wall: Wall | None = Field(default=None, description="When this was so, UTC.")
 
 
 class StopNews(BaseModel):
-    """A stop; who gets the same number twice has heard of it before."""
+    """A stop. It may come twice; the id is then the same."""
 
     event_type: StopReason
-    number: int = Field(description="In the log of a partner that is awake.")
+    id: str = Field(description="BOOT:NUMBER; no other event has it, also after a restart.")
+    wall: Wall = Field(description="When, UTC.")
     motor: str | None
     force: float | None = Field(description="On the hand, N; simulation only.")
 
@@ -63,22 +67,31 @@ class DistressNews(BaseModel):
     """A distress that the partner has heard; it is no alarm, and may be wrong or missing."""
 
     event_type: Distress
-    number: int = Field(description="In the log of a partner that is awake.")
+    id: str = Field(description="BOOT:NUMBER; no other event has it, also after a restart.")
+    wall: Wall = Field(description="When, UTC.")
     words: str | None = Field(description="What was said, if the user lets others hear it.")
 
 
-def make_report(state: State, motors: MotorsOut, stops_today: int) -> HomeReport:
+class GapNews(BaseModel):
+    """Events before this one are missing: the partner does not have them any more."""
+
+    id: str = Field(description="BOOT:NUMBER of where it goes on.")
+    wall: Wall = Field(description="When, UTC.")
+    why: str
+
+
+def make_report(state: State, motors: MotorsOut, studio: str | None = None) -> HomeReport:
     """Return the report of a state."""
     stop, felt = state.stop, state.felt
     return HomeReport(
         feeling=NEUTRAL if felt is None else felt.feeling,
         mood=0 if felt is None else round(100 * felt.mood),
-        body=state.phase,
         paused=state.paused,
         stopped=None if stop is None else stop.reason,
         motor=None if stop is None else stop.motor,
         held=state.held,
-        stops_today=stops_today,
+        stops_today=0,
+        studio=studio,
         temperatures={
             motor.joint: motor.temperature
             for motor in motors.motors
@@ -87,6 +100,8 @@ def make_report(state: State, motors: MotorsOut, stops_today: int) -> HomeReport
     )
 
 
-def make_stop_news(number: int, stop: StopOut) -> StopNews:
-    """Return the news of a stop in the log."""
-    return StopNews(event_type=stop.reason, number=number, motor=stop.motor, force=stop.force)
+def make_stop_news(event: LiveEvent, stop: StopOut) -> StopNews:
+    """Return the news of a stop."""
+    return StopNews(
+        event_type=stop.reason, id=event.id, wall=event.wall, motor=stop.motor, force=stop.force
+    )

@@ -40,7 +40,7 @@ from miburi.interface.ros_types import (
     TFMessageMsg,
 )
 from miburi.interface.wire import SpeakIn, StimulusIn
-from miburi.live.state import Snapshot, State
+from miburi.live.state import State
 from miburi.live.view import LivePartner
 from miburi.robot.urdf import to_urdf
 
@@ -60,7 +60,7 @@ __all__ = ["BURST", "LATE", "RATE", "Stamps", "add_ros", "live_in_ros"]
 
 #: Wishes a second and at once, Stop not counted (ours).
 RATE, BURST = 5.0, 10.0
-#: s between two looks at the partner: half a step, so that none is missed.
+#: s between two looks at the partner; all steps between them are told.
 _PERIOD = 0.01
 _LOG = logging.getLogger(__name__)
 #: s between two diagnoses while nothing changes (as diagnostic_updater's default).
@@ -69,8 +69,9 @@ _DIAGNOSIS = 1.0
 _PAUSE = 5.0
 #: The longest wish, characters.
 _LONGEST = 4_000
-#: Stamps that lag behind the clock by more than this, in ns, follow it again (ours).
-LATE = 100_000_000
+#: Stamps that lag behind the clock by more than this, in ns, follow it again (ours): so late may a
+#: step be told on a busy computer.
+LATE = 1_000_000_000
 
 _Message = TypeVar("_Message", bound=IdlStruct)
 #: What a message that is not what it says may raise.
@@ -234,7 +235,7 @@ class _Door:
             _Inlet(self, "say", StringMsg, self._say),
             _Inlet(self, "robot_face/expression", ExpressionMsg, self._show),
         )
-        self._snapshot: Snapshot | None = None
+        self._serial, self._time = -1, -1.0  # of the latest step that was told
         self._expressed: object = "nothing yet"
         self._diagnosed: object = None
         self._diagnosis_due = 0.0
@@ -267,12 +268,13 @@ class _Door:
         """Tell what is new."""
         state = None
         if self._partner.reachable:
-            snapshot, known = self._partner.snapshot, self._snapshot
-            state = snapshot.state
-            if snapshot is not known:
-                self._snapshot = snapshot
-                self._tell_motion(state)
-                self._tell_expression(state)
+            state = self._partner.snapshot.state
+            for step in self._partner.steps_after(self._serial):
+                self._serial = step.serial
+                if step.state.time != self._time:  # else its stamp would be the last one's
+                    self._time = step.state.time
+                    self._tell_motion(step.state)
+            self._tell_expression(state)
         self._tell_diagnosis(state)
 
     def _tell_motion(self, state: State) -> None:

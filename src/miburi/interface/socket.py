@@ -1,7 +1,8 @@
-"""The WebSocket ``/api/v1/live``: states at a chosen rate out, small commands in.
+"""The WebSocket ``/api/v1/live``: states at a chosen rate out, events if wished, commands in.
 
-Each viewer has tasks of its own and reads the latest snapshot when it is its time: a slow viewer
-misses states, a dead one is dropped, and neither the partner nor other viewers wait. Stop waits
+Each viewer has tasks of its own and reads when it is its time: at 50 a second every step, below
+that the latest state. A slow viewer misses states, a dead one is dropped, and neither the partner
+nor other viewers wait. Events are never missed: see :mod:`miburi.interface.events`. Stop waits
 for nothing that the same viewer has sent before it, and makes it void.
 """
 
@@ -13,13 +14,16 @@ from typing import Annotated, Literal
 from fastapi import APIRouter, Query, WebSocket, WebSocketDisconnect
 from pydantic import Field, TypeAdapter, ValidationError
 
-from miburi.errors import MiburiError
+from miburi.errors import InputError, MiburiError
 from miburi.feelings import Stimulus
 from miburi.interface.api import move_hand
+from miburi.interface.events import follow
 from miburi.interface.settle import done
 from miburi.interface.wire import HandIn, Message, StimulusIn
 from miburi.live.commands import BusyError
+from miburi.live.events.model import Cursor
 from miburi.live.press import who
+from miburi.live.runner import STEP
 from miburi.live.view import LivePartner
 
 __all__ = [
@@ -90,9 +94,13 @@ def live_router(runner: LivePartner) -> APIRouter:
     router = APIRouter()
 
     @router.websocket("/api/v1/live")
-    async def live(socket: WebSocket, rate: Annotated[float, Query(ge=0.1, le=50)] = 30.0) -> None:
+    async def live(
+        socket: WebSocket,
+        rate: Annotated[float, Query(ge=0.1, le=50)] = 30.0,
+        events: Annotated[str | None, Query(max_length=30)] = None,
+    ) -> None:
         await socket.accept()
-        await _Viewer(runner, socket, rate).serve()
+        await _Viewer(runner, socket, rate, events).serve()
 
     return router
 
@@ -100,10 +108,12 @@ def live_router(runner: LivePartner) -> APIRouter:
 class _Viewer:
     """One open WebSocket."""
 
-    def __init__(self, runner: LivePartner, socket: WebSocket, rate: float) -> None:
+    def __init__(
+        self, runner: LivePartner, socket: WebSocket, rate: float, events: str | None
+    ) -> None:
         self._runner = runner
         self._socket = socket
-        self._period = 1 / rate
+        self._period, self._events = 1 / rate, events
         self._sending = asyncio.Lock()
         self._mistakes = 0
         self._commands: asyncio.Queue[tuple[str | None, float]] = asyncio.Queue(_WAITING)
@@ -111,7 +121,9 @@ class _Viewer:
 
     async def serve(self) -> None:
         """Send and receive until either side has had enough."""
-        works = (self._send_states(), self._listen(), self._obey_all())
+        works = [self._send_states(), self._listen(), self._obey_all()]
+        if self._events is not None:
+            works.append(self._send_events(self._events))
         tasks = [asyncio.create_task(work) for work in works]
         try:
             await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
@@ -125,15 +137,27 @@ class _Viewer:
             await asyncio.wait_for(self._socket.close(code), 1.0)
 
     async def _send_states(self) -> None:
-        last = None
+        serial = -1
         due = time.monotonic()
         while self._runner.reachable:
-            snapshot = self._runner.snapshot
-            if snapshot is not last:
-                last = snapshot
-                await self._send(snapshot.json)
+            steps = self._runner.steps_after(serial)
+            for step in steps if self._period <= STEP else steps[-1:]:
+                serial = step.serial
+                await self._send(step.json)
             due = max(due + self._period, time.monotonic())
             await asyncio.sleep(due - time.monotonic())  # until this viewer's next state is due
+
+    async def _send_events(self, after: str) -> None:
+        """Send events after a cursor, or with ``new`` from now on."""
+        try:
+            cursor = None if after == "new" else Cursor.of(after)
+        except InputError as error:
+            await self._send(TypeAdapter(dict).dump_json({"refused": str(error)}).decode())
+            return
+        async for event in follow(self._runner, cursor):
+            if event is not None:
+                told = event.model_dump_json(exclude_none=True)
+                await self._send(f'{{"event":{told}}}')
 
     async def _send(self, text: str) -> None:
         async with asyncio.timeout(PATIENCE), self._sending:

@@ -52,15 +52,14 @@ class Speech:
         grave, language = heard.distress is not None, language_of(said.text)
         if grave and self._conversation is not None:
             self._conversation.overtake()
-        told = said.text if grave and self._care.tells_words else None
-        felt = await done(self._partner.take(heard, told))
-        answer = None
+        felt = await done(self._partner.take(heard, said.text))
         if grave or self._partner.snapshot.state.distress is not None:
-            answer = await done(self._partner.speak(self._comfort(heard.distress, language)))
+            answer: str | None = self._comfort(heard.distress, language)
+            await done(self._partner.speak(answer or "", "partner"))
         else:
             answer = await self._reply(said.text, felt)
         if answer is None:
-            answer = await done(self._partner.answer(heard, language))
+            answer = (await done(self._partner.answer(heard, language))).text or ""
         return SayOut(
             feeling=heard.feeling,
             asked=heard.topic == "asked",
@@ -97,8 +96,9 @@ class Speech:
         if self._partner.snapshot.state.distress is not None:
             return ""  # somebody has been in distress meanwhile
         if reply.stimulus is not None:
-            await done(self._partner.stimulate(reply.stimulus))
-        return await done(self._partner.speak(reply.text))
+            await done(self._partner.stimulate(reply.stimulus, "partner"))
+        await done(self._partner.speak(reply.text, "partner"))
+        return reply.text
 
     async def _note(self, talk: "Conversation") -> None:
         self._noted = (talk.trouble,)

@@ -3,34 +3,41 @@
 No model has a field for any part of the contact rule, so no request can change it.
 """
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 
 from miburi.feelings.catalogue import FeelingName, TheirFeeling
 from miburi.feelings.temperament import Source
 from miburi.gestures import Direction
+from miburi.gestures.movement import Posture, Repeat
 from miburi.live.state import Eight, Share
 from miburi.senses.happenings import Kind
 from miburi.senses.kinds import Distress
 from miburi.senses.tone import Tone
 
 __all__ = [
+    "AnyAct",
     "BodyIn",
     "BodyOut",
     "EffortIn",
     "ExpressIn",
     "FaceIn",
     "FeltOut",
+    "GestureAct",
     "GestureOut",
     "HandIn",
     "LinkOut",
+    "LookAct",
     "LookIn",
     "Message",
     "Name",
     "PartOut",
     "PauseIn",
+    "PerformanceIn",
     "Point",
+    "PosesAct",
+    "PosesIn",
     "RecordingIn",
     "RecordingOut",
     "Refusal",
@@ -39,9 +46,12 @@ __all__ = [
     "SayOut",
     "SenseIn",
     "SpeakIn",
+    "SpeechAct",
     "StimulusIn",
     "TemperamentIn",
     "WhyOut",
+    "WishOut",
+    "WordsIn",
 ]
 
 Point = Annotated[list[Annotated[float, Field(ge=-2, le=2)]], Field(min_length=3, max_length=3)]
@@ -142,6 +152,91 @@ class LookIn(Message):
 
     at: Direction
     seconds: Annotated[float, Field(ge=0, le=30)] = 2.0
+
+
+class PosesIn(Message):
+    """Key poses of one's own, written as in a gesture file, to perform once."""
+
+    pose: list[Posture] = Field(
+        min_length=1, max_length=32, description="The key poses, in the order of their phases."
+    )
+    duration: float = Field(
+        ge=0.2, le=20, description="s from neutral to neutral at tempo 1.", examples=[2.0]
+    )
+    effort: EffortIn = Field(
+        default=EffortIn(space=1.0, weight=0.5, time=0.5, flow=0.5),
+        description="Laban's effort at full intensity.",
+    )
+    hedge: Literal["plainly", "very", "more or less"] = Field(
+        default="plainly", description="How the intensity counts: μ, μ², or √μ."
+    )
+    repeat: Repeat | None = Field(default=None, description="A range of poses to play again.")
+    mood: Share = Field(default=1.0, description="The intensity μ.")
+    feeling: FeelingName | None = Field(
+        default=None, description="The feeling that body and face show; null: none."
+    )
+
+
+_Offset = Annotated[
+    float, Field(ge=0, le=60, description="When it is due, s after the performance's beginning.")
+]
+
+
+class GestureAct(ExpressIn):
+    """A feeling's gesture within a performance."""
+
+    do: Literal["gesture"] = Field(description="What kind of act this is.")
+    offset: _Offset = 0.0
+
+
+class LookAct(LookIn):
+    """A look within a performance."""
+
+    do: Literal["look"] = Field(description="What kind of act this is.")
+    offset: _Offset = 0.0
+
+
+class PosesAct(PosesIn):
+    """Key poses within a performance."""
+
+    do: Literal["poses"] = Field(description="What kind of act this is.")
+    offset: _Offset = 0.0
+
+
+class SpeechAct(SpeakIn):
+    """A sentence within a performance."""
+
+    do: Literal["speech"] = Field(description="What kind of act this is.")
+    offset: _Offset = 0.0
+
+
+AnyAct = Annotated[GestureAct | LookAct | PosesAct | SpeechAct, Field(discriminator="do")]
+
+
+class PerformanceIn(Message):
+    """Gestures, looks, key poses and sentences together.
+
+    Acts of the body follow one another, each when it is due and the one before has ended;
+    sentences go beside them.
+    """
+
+    acts: list[AnyAct] = Field(min_length=1, max_length=20, description="What to do.")
+    when: Literal["next", "now"] = Field(
+        default="next",
+        description="`next`: after what waits. `now`: instead of what is on and what waits.",
+    )
+
+
+class WishOut(BaseModel):
+    """What was asked for; events that belong to it carry its id as `wish`."""
+
+    id: str = Field(description="The wish's id, BOOT:NUMBER.", examples=["5f2c9a10:42"])
+
+
+class WordsIn(Message):
+    """Whether events may tell what is said to the partner."""
+
+    allowed: bool = Field(description="false also forgets what has been kept.", examples=[False])
 
 
 class HandIn(Message):

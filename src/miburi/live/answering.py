@@ -86,12 +86,14 @@ class _Answering:
             "note_talk": runner.note_talk,
             "speak": runner.speak,
             "perform": runner.perform,
+            "act": runner.act,
             "pause": runner.pause,
             "hand": runner.hand,
             "temperament": runner.temperament,
         }
         self._waiting: dict[str, Callable[..., Any]] = {
             "use": lambda name, port: runner.use(name, port).result(LONG),
+            "allow_words": lambda allowed: runner.allow_words(allowed).result(LONG),
             "kept": recordings.kept,
             "find": recordings.find,
             "start": recordings.start,
@@ -100,7 +102,14 @@ class _Answering:
         }
         self._post = Post(ends.asking)
         self._post.send(
-            Hello(runner.robot, runner.repertoire, runner.temperaments, recordings.limit)
+            Hello(
+                runner.robot,
+                runner.repertoire,
+                runner.temperaments,
+                recordings.limit,
+                runner.history.boot,
+                runner.history.first,
+            )
         )
 
     def _stop(self, who: str) -> None:
@@ -145,11 +154,11 @@ class _Answering:
         with suppress(OSError, EOFError):
             while True:
                 match self._ends.asking.recv():
-                    case Look(entry, sample, beats):
-                        if beats != self._beats:
-                            self._beats = beats
+                    case Look() as look:
+                        if look.beats != self._beats:
+                            self._beats = look.beats
                             self._watchdog.beat()
-                        self._post.send(self._news(entry, sample))
+                        self._post.send(self._news(look))
                     case Ask() as ask:
                         self._begin(ask)
                     case Ready():
@@ -161,13 +170,19 @@ class _Answering:
                             future.cancel()
         self._over.set()
 
-    def _news(self, entry: int, sample: int) -> Latest:
+    def _news(self, look: Look) -> Latest:
         runner, motors = self._runner, self._runner.motors
         new = None if motors is self._motors else motors
         self._motors = motors
-        state = runner.snapshot
+        latest = runner.snapshot
+        steps = [step for step in runner.steps_after(look.step) if step.serial < latest.serial]
         return Latest(
-            state.state.serial, state.json, runner.log(entry), runner.samples_after(sample), new
+            latest.serial,
+            latest.json,
+            [(step.serial, step.json) for step in steps],
+            runner.history.after(look.event),
+            runner.samples_after(look.sample),
+            new,
         )
 
     def _begin(self, ask: Ask) -> None:
@@ -204,4 +219,4 @@ class _Answering:
             self._tell(number, None, MiburiError(f"{type(error).__name__}: {error}"))
 
     def _tell(self, number: int, result: object, error: MiburiError | None) -> None:
-        self._post.send(Answer(number, result, error, self._runner.snapshot.state.serial))
+        self._post.send(Answer(number, result, error, self._runner.snapshot.serial))

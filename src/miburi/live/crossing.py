@@ -20,7 +20,8 @@ from queue import SimpleQueue
 from typing import Any, NamedTuple
 
 from miburi.gestures import Repertoire
-from miburi.live.state import Entry, MotorsOut, Sample
+from miburi.live.events.model import LiveEvent
+from miburi.live.state import MotorsOut, Sample
 from miburi.robot import Robot
 
 __all__ = [
@@ -60,6 +61,8 @@ class Hello(NamedTuple):
     repertoire: Repertoire
     temperaments: list[str]
     limit: int
+    boot: str
+    first: int
 
 
 class Ask(NamedTuple):
@@ -93,17 +96,22 @@ class Ready(NamedTuple):
 class Look(NamedTuple):
     """Ask for news; what comes after these numbers is new. Beats count while the server serves."""
 
-    entry: int
+    event: int
     sample: int
+    step: int
     beats: int
 
 
 class Latest(NamedTuple):
-    """The latest state as JSON and what is new beside it; None where nothing is."""
+    """The latest state as JSON and what is new beside it; None where nothing is.
+
+    ``steps`` are the states before it that have not been seen, by their serials.
+    """
 
     serial: int
     state: str
-    entries: list[Entry]
+    steps: list[tuple[int, str]]
+    events: list[LiveEvent]
     samples: list[tuple[int, Sample]]
     motors: MotorsOut | None
 

@@ -3,7 +3,7 @@
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from contextlib import suppress
 from functools import partial
@@ -16,10 +16,13 @@ from miburi.gestures import KeyPose
 from miburi.live.archive import Kept
 from miburi.live.commands import Result
 from miburi.live.crossing import LONG, Answer, Ask, Cancel, Hello, Lanes, Latest, Look, Post, Ready
-from miburi.live.log import LOGGED
+from miburi.live.events.log import History
+from miburi.live.events.model import LiveEvent
+from miburi.live.events.store import EventStore
 from miburi.live.press import By, outlasting
-from miburi.live.runner import SAMPLED, STEP
-from miburi.live.state import Entry, MotorsOut, Sample, Snapshot
+from miburi.live.runner import SAMPLED, STEP, STEPPED
+from miburi.live.stage import Act
+from miburi.live.state import MotorsOut, Sample, Snapshot
 from miburi.live.view import UnreachableError
 from miburi.robot import Array
 from miburi.senses import Impression
@@ -40,6 +43,9 @@ class FarPartner:
         The server's ends of the pipes.
     clock
         Gives s, the same in all processes.
+    open_store
+        Opens what the partner keeps its events in, once the partner is there; by default only the
+        latest are known here.
 
     Raises
     ------
@@ -47,7 +53,12 @@ class FarPartner:
         The partner's process has ended before it said anything.
     """
 
-    def __init__(self, ends: Lanes, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self,
+        ends: Lanes,
+        clock: Callable[[], float] = time.monotonic,
+        open_store: Callable[[], EventStore | None] = lambda: None,
+    ) -> None:
         self._ends, self._clock = ends, clock
         self._motors: MotorsOut
         self._lock = threading.Lock()
@@ -58,13 +69,14 @@ class FarPartner:
         self._ticks = deque([clock()], maxlen=2)
         self._sent_stop: Future[None] | None = None
         self._next_stop: Future[None] | None = None
-        self._log: deque[Entry] = deque(maxlen=LOGGED)
         self._samples: deque[tuple[int, Sample]] = deque(maxlen=SAMPLED)
+        self._steps: deque[Snapshot] = deque(maxlen=STEPPED)
         #: Set when the partner's process has ended.
         self.over = threading.Event()
         self._post = Post(ends.asking)
         try:
             hello: Hello = ends.asking.recv()
+            self.history = History(hello.boot, hello.first, open_store())
             self._look()
             self._take(ends.asking.recv())
         except (OSError, EOFError):
@@ -99,17 +111,17 @@ class FarPartner:
         """Whatever came before this has been read: the server has looked around twice since."""
         return self._ticks[0]
 
-    def log(self, after: int = 0) -> list[Entry]:
-        """Return the latest entries whose number is above ``after``."""
-        return [entry for entry in self._log.copy() if entry.number > after]
+    def samples_after(self, serial: int) -> list[tuple[int, Sample]]:
+        """Return the samples of the last two minutes after a step, with their steps' serials."""
+        return [taken for taken in self._samples.copy() if taken[0] > serial]
 
-    def samples(self) -> list[Sample]:
-        """Return the last two minutes, ten samples a second."""
-        return [sample for _, sample in self._samples.copy()]
+    def steps_after(self, serial: int) -> list[Snapshot]:
+        """Return the states after one, the oldest first."""
+        return [step for step in self._steps.copy() if step.serial > serial]
 
-    def stimulate(self, stimulus: Stimulus) -> Future[None]:
+    def stimulate(self, stimulus: Stimulus, by: By = "person") -> Future[str]:
         """Let the partner feel something."""
-        return self.ask("stimulate", stimulus)
+        return self.ask("stimulate", stimulus, by)
 
     def take(self, heard: Impression, words: str | None = None) -> Future[tuple[Stimulus, ...]]:
         """Let the partner take what somebody showed."""
@@ -119,23 +131,35 @@ class FarPartner:
         """Let the partner turn to a face, or to none."""
         return self.ask("see", x)
 
-    def answer(self, heard: Impression, language: Language) -> Future[str]:
+    def answer(self, heard: Impression, language: Language) -> Future[LiveEvent]:
         """Let the partner answer what it heard, aloud."""
         return self.ask("answer", heard, language)
 
-    def note_talk(self, where: str, failure: str | None = None) -> Future[Entry]:
+    def note_talk(self, where: str, failure: str | None = None) -> Future[LiveEvent]:
         """Note where what is said to it goes, or why no reply came from there."""
         return self.ask("note_talk", where, failure)
 
-    def speak(self, text: str) -> Future[str]:
+    def speak(self, text: str, by: By | None = "person") -> Future[str]:
         """Let the partner say something aloud."""
-        return self.ask("speak", text)
+        return self.ask("speak", text, by)
 
     def perform(
-        self, expression: Expression | None, poses: list[KeyPose] | None = None
-    ) -> Future[None]:
+        self,
+        expression: Expression | None,
+        poses: Sequence[KeyPose] | None = None,
+        name: str = "gesture",
+        by: By = "person",
+    ) -> Future[str]:
         """Perform a gesture once."""
-        return self.ask("perform", expression, poses)
+        return self.ask("perform", expression, poses, name, by)
+
+    def act(self, acts: Sequence[Act], queued: bool, by: By = "person") -> Future[str]:
+        """Perform acts in their order."""
+        return self.ask("act", acts, queued, by)
+
+    def allow_words(self, allowed: bool) -> Future[LiveEvent]:
+        """Let events tell what is said to the partner, or forget it."""
+        return self.ask("allow_words", allowed)
 
     def release(
         self, *, by_person: bool = False, came: float | None = None, seen: int | None = None
@@ -230,15 +254,20 @@ class FarPartner:
         self._by = None
 
     def _look(self) -> None:
-        entry = self._log[-1].number if self._log else 0
         sample = self._samples[-1][0] if self._samples else 0
-        self._post.send(Look(entry, sample, self._beats))
+        step = self._steps[-1].serial if self._steps else -1
+        self._post.send(Look(self.history.number, sample, step, self._beats))
 
     def _take(self, news: Latest) -> None:
         self._heard = time.monotonic()
-        self._log.extend(news.entries)
+        self.history.add(news.events)
         self._samples.extend(news.samples)
-        self._snapshot = Snapshot(json=news.state)  # last: who sees it finds its entries
+        latest = Snapshot(json=news.state, serial=news.serial)
+        known = self._steps[-1].serial if self._steps else -1
+        self._steps.extend(Snapshot(json=json, serial=serial) for serial, json in news.steps)
+        if news.serial > known:
+            self._steps.append(latest)
+        self._snapshot = latest  # last: who sees it finds its entries
         self._serial = news.serial
         if news.motors is not None:
             self._motors = news.motors

@@ -5,10 +5,9 @@ others (:mod:`miburi.live.commands`); viewers read the latest snapshot, which is
 so cannot make the loop wait.
 """
 
-import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from typing import Any
 
@@ -20,34 +19,36 @@ from miburi.ground.log import log_once
 from miburi.live.archive import Archive
 from miburi.live.bodies import check_port, make_body
 from miburi.live.commands import STOP_SINCE, Commands
+from miburi.live.events.log import History, Log
+from miburi.live.events.model import LiveEvent
+from miburi.live.events.store import EventStore
 from miburi.live.gaze import Gaze
 from miburi.live.hand import GuidedHand
-from miburi.live.log import Log
 from miburi.live.observer import Observer
+from miburi.live.pace import STEP, Pace
 from miburi.live.press import By, Hold
 from miburi.live.recording import Felt, step_messages
 from miburi.live.speaker import Speaker
-from miburi.live.state import Entry, MotorsOut, Sample, Snapshot, Spoken
-from miburi.live.watchdog import USUAL, Lateness, Watchdog
+from miburi.live.stage import Act
+from miburi.live.state import MotorsOut, Sample, Snapshot
+from miburi.live.watchdog import USUAL, Lateness
+from miburi.live.wishes import Wishes
 from miburi.partner import Event, Partner, Solve, solve_with
 from miburi.robot import Array, Robot, forward
 from miburi.safety.contact import Rule
 from miburi.senses import Impression, stimuli
 from miburi.senses.answers import shipped_answers
 from miburi.senses.language import Language
+from miburi.version import __version__
 
-__all__ = ["SAMPLED", "STEP", "Runner"]
+__all__ = ["SAMPLED", "STEP", "STEPPED", "Runner"]
 
-#: The loop's period in s; the encoders are read twice in it.
-STEP = 0.02
-#: When the loop is further behind than this, in s, the robot's time waits instead of hurrying.
-_PATIENCE = 0.2
 #: A live partner answers sooner than the one of the experiment (ours), s.
 _PERIOD = 0.5
-#: Steps in a row that may fail before the loop is given up: a second.
-_FAILURES = 50
-#: Samples that are kept.
-SAMPLED = 1200
+#: s in which a refusal that repeats is noted once (ours).
+_REPEATS = 60.0
+#: Samples and states that are kept.
+SAMPLED, STEPPED = 1200, 250
 _STEPS_PER_SAMPLE, _STEPS_PER_MOTORS = 5, 50
 
 
@@ -73,6 +74,9 @@ class Runner:
     lateness, hold
         How late a step may be until the watchdog stops the body; who may end a Stop: by default a
         person's is ended by a person alone.
+    events, boot
+        Where events outlast the partner, by default nowhere; and the id of this start, 8 hex
+        digits, by default a new one.
     """
 
     def __init__(
@@ -89,6 +93,8 @@ class Runner:
         solve: Solve | None = None,
         lateness: Lateness = USUAL,
         hold: Hold | None = None,
+        events: EventStore | None = None,
+        boot: str | None = None,
     ) -> None:
         self.robot = robot
         self.repertoire, self.recordings = repertoire or shipped_repertoire(), recordings
@@ -98,22 +104,22 @@ class Runner:
         self._own_temperament = feelings.temperament
         self._seed, self._rule, self._solve = seed, rule, solve or solve_with()
         self._hold = hold or Hold()
-        self._commands, self._log = Commands(self._stop), Log()
-        self._thread: threading.Thread | None = None
-        self._ending, self._over = threading.Event(), threading.Event()
-        self._watchdog = Watchdog(STEP, self._halt, lambda: self._give_up("hangs"), lateness)
-        self._was_late, self._failures, self._patience = False, 0, 0.0
+        self._commands, self._log = Commands(self._stop), Log(events, boot)
+        self._pace, self._was_late = Pace(self, lateness), False
         self._snapshot: Snapshot
-        self._on_failure: Callable[[], None] = lambda: None
-        #: Why the loop had to be given up; None while it lives.
-        self.failure: str | None = None
         self._felt: list[Felt] = []  # since the last step
+        self._steps: deque[Snapshot] = deque(maxlen=STEPPED)
         self._samples: deque[tuple[int, Sample]] = deque(maxlen=SAMPLED)
         self._speaker, self._paused, self._at_home = Speaker(seed), False, False
+        self._wishes = Wishes(self._note, self._speaker)
         self._serial = self._stop_seen_in = 0  # the latter is of the first state with the last Stop
         self._use(body, port, make_body(body, robot, port, rule))
+        self._note("started", name=__version__)
 
-    # What viewers read.
+    @property
+    def failure(self) -> str | None:
+        """Why the loop had to be given up; None while it lives."""
+        return self._pace.failure
 
     @property
     def reachable(self) -> bool:
@@ -160,30 +166,33 @@ class Runner:
         """Now: nothing waits here."""
         return time.monotonic()
 
-    def log(self, after: int = 0) -> list[Entry]:
-        """Return the latest entries whose number is above ``after``."""
-        return self._log.after(after)
+    @property
+    def history(self) -> History:
+        """What has happened, over restarts."""
+        return self._log.history
 
-    def samples(self) -> list[Sample]:
-        """Return the last two minutes, ten samples a second."""
-        return [sample for _, sample in self.samples_after(0)]
+    def steps_after(self, serial: int) -> list[Snapshot]:
+        """Return the states after one, the oldest first; at most those of the last five seconds."""
+        return [step for step in self._steps.copy() if step.serial > serial]
 
     def samples_after(self, serial: int) -> list[tuple[int, Sample]]:
-        """Return the samples that were taken after a step, with the serials of their steps."""
+        """Return the samples of the last two minutes after a step, with their steps' serials."""
         return [taken for taken in self._samples.copy() if taken[0] > serial]
 
-    # What the outside asks for: each runs between two steps.
-
-    def stimulate(self, stimulus: Stimulus) -> Future[None]:
-        """Let the partner feel something."""
-        return self._commands.ask(lambda: self._feel(stimulus))
+    def stimulate(self, stimulus: Stimulus, by: By = "person") -> Future[str]:
+        """Let the partner feel something; returns the event's id."""
+        return self._commands.ask(lambda: self._feel(stimulus, by=by).id)
 
     def take(self, heard: Impression, words: str | None = None) -> Future[tuple[Stimulus, ...]]:
         """Let the partner take what somebody showed, as its temperament does; the log says why."""
 
         def run() -> tuple[Stimulus, ...]:
+            told = words if self._log.words else None
+            if heard.source == "speech":
+                strength = None if heard.feeling is None else heard.strength
+                self._note("heard", feeling=heard.feeling, strength=strength, text=told)
             if heard.distress is not None:
-                self._speaker.attend(self._note("distress", name=heard.distress, detail=words))
+                self._speaker.attend(self._note("distress", name=heard.distress, text=told))
             calm = self._speaker.distress is not None and heard.source == "speech"
             felt = () if calm else stimuli(heard, self._feelings.temperament)
             for stimulus in felt:
@@ -196,28 +205,47 @@ class Runner:
         """Let the partner turn to a face at ``x``, 0 to 1 of a picture's width; None: to none."""
         return self._commands.ask(lambda: self._gaze.see(x, self._partner.body.state))
 
-    def answer(self, heard: Impression, language: Language) -> Future[str]:
+    def answer(self, heard: Impression, language: Language) -> Future[LiveEvent]:
         """Let the partner answer what it heard with a small answer of its own, aloud."""
         shipped_answers(language)  # they are read here, not in the loop
-        answer, felt = self._speaker.answer, self._feelings.express
-        return self._commands.ask(lambda: self._tell(answer(heard, language, felt())))
+        answer, tell, felt = self._speaker.answer, self._wishes.tell, self._feelings.express
+        return self._commands.ask(
+            lambda: tell(self._partner, lambda: answer(heard, language, felt()))
+        )
 
-    def speak(self, text: str) -> Future[str]:
+    def speak(self, text: str, by: By | None = "person") -> Future[str]:
         """Let the partner say something aloud, coloured by what it feels; the latest wish wins."""
-        say, felt = self._speaker.say, self._feelings.express
-        return self._commands.ask(lambda: self._tell(say(text, felt())))
+        felt = self._feelings.express
+        return self._commands.ask(lambda: self._wishes.say(self._partner, text, felt(), by))
 
     def perform(
-        self, expression: Expression | None, poses: list[KeyPose] | None = None
-    ) -> Future[None]:
+        self,
+        expression: Expression | None,
+        poses: Sequence[KeyPose] | None = None,
+        name: str = "gesture",
+        by: By = "person",
+    ) -> Future[str]:
         """Perform a gesture once; refused while the partner rests."""
+        return self._ask_awake(
+            lambda: self._wishes.perform(self._partner, expression, poses, name, by)
+        )
 
-        def run() -> None:
+    def act(self, acts: Sequence[Act], queued: bool, by: By = "person") -> Future[str]:
+        """Perform acts in their order, after what waits or instead of what is on."""
+        return self._ask_awake(lambda: self._wishes.act(acts, by, queued=queued))
+
+    def allow_words(self, allowed: bool) -> Future[LiveEvent]:
+        """Let events tell what is said to the partner from now on, or forget what was said."""
+        self._log.allow_words(allowed)  # the disk is waited for here, not in the loop
+        return self._commands.ask(lambda: self._note("words", name="on" if allowed else "off"))
+
+    def _ask_awake(self, run: Callable[[], str]) -> Future[str]:
+        def unless_paused() -> str:
             if self._paused:
                 raise BodyError("the partner is paused; resume it first.")
-            self._partner.perform(expression, poses)
+            return run()
 
-        return self._commands.ask(run)
+        return self._commands.ask(unless_paused)
 
     def stop(self, by: By = "person") -> Future[None]:
         """Stop the body until :meth:`release`; never refused, and before any other command."""
@@ -241,7 +269,7 @@ class Runner:
                 raise BodyError(STOP_SINCE)
             self._hold.check(by_person=by_person)
             self._partner.release(by_person=by_person)
-            self._note("released", by=self._hold.end(by_person=by_person))
+            self._wishes.release(self._hold.end(by_person=by_person))
 
         return self._commands.ask_unless_stopped(run)
 
@@ -301,6 +329,7 @@ class Runner:
 
         def run() -> None:
             before = self._partner
+            self._wishes.leave(before)
             before.body.close()  # it stops; the next one may be at the same port
             self._use(name, port, body)
             self._partner.succeed(before)
@@ -316,7 +345,8 @@ class Runner:
             self._was_late = False
             self._partner.make_sure()
         self._commands.run()
-        self._partner.calm = self._speaker.step(STEP)
+        self._wishes.step(self._partner, self._feelings.express(), STEP)
+        self._partner.calm = self._speaker.distress is not None
         self._hand.step(self._partner.body.touchable, STEP)
         self._partner.gaze = self._gaze.turn(self._partner.body.state.time)
         events: list[Event] = []
@@ -325,7 +355,7 @@ class Runner:
         except BodyError as error:
             # A card may have stopped, or been lost, between its report and our command: it is
             # stopped then, and the next state says why. What repeats is said once.
-            if self._log.latest != str(error):
+            if not self._log.holds("refused", str(error), seconds=_REPEATS):
                 self._note("refused", name=str(error))
         self._serial += 1
         sampled = self._serial % _STEPS_PER_SAMPLE == 0
@@ -333,18 +363,19 @@ class Runner:
             stopped = self._observer.take(events)
         except Exception as error:
             stopped = None
-            self._excuse(error)
+            self.excuse(error)
         for event in events:
-            self._log.take(event, self._partner.body.state.time, stopped, self._motors.rule.ratio)
+            self._wishes.take(event, stopped, self._motors.rule.ratio)
         self._record(events, sampled)
         try:
             self._look()
             if sampled:
                 self._samples.append((self._serial, Sample.of(self._snapshot.state)))
         except Exception as error:
-            self._excuse(error)
+            self.excuse(error)
             body, held = self._partner.body.state, self._partner.held
-            self._snapshot = self._snapshot.at_least(self._serial, body, held, self._log.number)
+            self._snapshot = self._snapshot.at_least(self._serial, body, held, self.history.number)
+        self._steps.append(self._snapshot)
         self._commands.settle()
 
     def start(self, on_failure: Callable[[], None] = lambda: None) -> None:
@@ -355,75 +386,37 @@ class Runner:
         # A solver that is still to be compiled would hold up the loop, and Stop with it, for 20 s.
         neutral = self.robot.neutral
         self._solve(self.robot, forward(self.robot, neutral), neutral)
-        self._on_failure = on_failure
-        self._watchdog.beat()
-        self._thread = threading.Thread(target=self._pace, name="partner", daemon=True)
-        self._thread.start()
-        threading.Thread(target=self._watchdog.watch, args=(self._over,), daemon=True).start()
+        self._pace.start(on_failure)
 
     def close(self, patience: float = 6.0) -> None:
         """Bring the body home in at most ``patience`` s, end recording, and stop the thread.
 
         A body that somebody stopped stays where it is.
         """
-        if self._thread is not None:
-            self._patience = patience
-            self._ending.set()
-            self._thread.join(None if self.failure is None else 1.0)
-            self._over.set()
-        if self.failure is not None:
-            self.recordings.end()
-            return  # the body was stopped; whoever hangs at it must not hang us
-        self._thread = None
+        self._pace.end(patience)
         self.recordings.end()
-        self._at_home = self._partner.at_rest
-        self._partner.body.close()
+        self._log.close()
+        if self.failure is None:  # else the body was stopped; whoever hangs at it must not hang us
+            self._at_home = self._partner.at_rest
+            self._partner.body.close()
 
-    def _pace(self) -> None:
-        due = time.monotonic()
-        give_up = None
-        while True:
-            if self._ending.is_set() and give_up is None:
-                give_up = time.monotonic() + self._patience
-                self._partner.rest()
-            self._watchdog.beat()
-            try:
-                self.tick()
-                self._failures = 0
-            except Exception as error:
-                self._fail(error)
-            if self.failure is not None:
-                return
-            over = give_up is not None and time.monotonic() > give_up
-            if give_up is not None and (over or self._partner.at_rest or self._partner.held):
-                return
-            due += STEP
-            ahead = due - time.monotonic()
-            if ahead > 0:
-                time.sleep(ahead)  # the one place where the partner's time meets the clock
-            elif ahead < -_PATIENCE:
-                due = time.monotonic()
+    def rest(self) -> None:
+        """Begin to come home; only the thread that paces calls this, and :meth:`halt`."""
+        self._partner.rest()
 
-    def _fail(self, error: Exception) -> None:
-        """Stop the body, and begin anew with the next step; give up when all of them fail."""
-        self._halt()
-        self._excuse(error, "loop_failed")
-        self._failures += 1
-        if self._failures >= _FAILURES:
-            self._give_up(f"fails at every step ({type(error).__name__}: {error})")
+    @property
+    def settled(self) -> bool:
+        """Whether the body is home, or somebody holds it where it is."""
+        return self._partner.at_rest or self._partner.held
 
-    def _halt(self) -> None:
+    def halt(self) -> None:
         """Stop the body without the loop, and show it to everybody; any thread may call this."""
         self._was_late = True
         self._partner.halt()
         self._snapshot = self._snapshot.halted()
         self._commands.settle()
 
-    def _give_up(self, why: str) -> None:
-        self.failure = f"the partner's loop {why}; the body has been stopped where it was."
-        self._on_failure()
-
-    def note_talk(self, where: str, failure: str | None = None) -> Future[Entry]:
+    def note_talk(self, where: str, failure: str | None = None) -> Future[LiveEvent]:
         """Note where what is said to it goes from now on, or why no reply came from there."""
         kind, name = ("talk", where) if failure is None else ("talk_failed", failure)
         return self._commands.ask(lambda: self._note(kind, name=name))
@@ -432,18 +425,23 @@ class Runner:
         if self._hold.press(by):
             self._note("pressed", by=by)
         self._partner.stop()
+        self._wishes.stop()
         self._stop_seen_in = self._serial + 1
 
-    def _feel(self, stimulus: Stimulus, impression: Impression | None = None) -> None:
+    def _feel(
+        self, stimulus: Stimulus, impression: Impression | None = None, by: By | None = None
+    ) -> LiveEvent:
         self._feelings.stimulate(stimulus)
-        felt = Felt(self._partner.body.state.time, stimulus, impression)
-        self._log.feel(felt)
-        self._felt.append(felt)
-
-    def _tell(self, spoken: Spoken) -> str:
-        self._note("spoken", name=spoken.text, feeling=spoken.feeling)
-        self._partner.gesticulate(self._speaker.time(spoken))
-        return spoken.text
+        self._felt.append(Felt(self._partner.body.state.time, stimulus, impression))
+        return self._note(
+            "stimulus",
+            feeling=stimulus.feeling,
+            strength=stimulus.strength,
+            source=stimulus.source,
+            detail=impression and impression.reason,
+            why=impression and impression.why,
+            by=by,
+        )
 
     def _use(self, name: str, port: str | None, body: Body) -> None:
         self._partner = Partner(
@@ -475,7 +473,9 @@ class Runner:
             hand_out=self._hand.goal is not None,
             spoken=self._speaker.spoken,
             distress=self._speaker.distress,
-            latest=self._log.number,
+            words=self._log.words,
+            boot=self.history.boot,
+            latest=self.history.number,
         )
         self._snapshot = Snapshot(state)
 
@@ -488,12 +488,12 @@ class Runner:
         state = self._partner.body.state
         self.recordings.write(lambda: step_messages(state, feelings, events, felt))
 
-    def _excuse(self, error: Exception, kind: str = "trouble") -> None:
+    def excuse(self, error: Exception, kind: str = "trouble") -> None:
         """Note that what only looks on, or the loop, has failed; what repeats is noted once."""
         name = f"{type(error).__name__}: {error}"
         if not self._log.holds(kind, name):
             log_once(f"{name} in the partner's loop", error)
             self._note(kind, name=name)
 
-    def _note(self, kind: str, **content: Any) -> Entry:
+    def _note(self, kind: str, **content: Any) -> LiveEvent:
         return self._log.note(self._partner.body.state.time, kind, **content)

@@ -8,17 +8,14 @@ from pydantic import BaseModel, Field
 from miburi.bodies import BodyState
 from miburi.feelings.catalogue import TheirFeeling
 from miburi.live.archive import EndReason
-from miburi.live.press import By
 from miburi.robot.guards import Guards
 from miburi.safety.stop import StopReason
-from miburi.senses import Brought
 from miburi.senses.kinds import Distress
 from miburi.senses.language import Language
 
 __all__ = [
     "DistressOut",
     "Eight",
-    "Entry",
     "Expressed",
     "Hand",
     "Levels",
@@ -56,20 +53,30 @@ class StopOut(BaseModel):
 
     time: float = Field(description="s on the body's clock.")
     reason: StopReason = Field(description="A contact, a request, or a fault.")
-    motor: str | None = Field(description="The motor that met something.")
-    sign: str | None = Field(description="What the rule noticed: speed, tracking or arrival.")
+    motor: str | None = Field(default=None, description="The motor that met something.")
+    sign: str | None = Field(
+        default=None, description="What the rule noticed: speed, tracking or arrival."
+    )
     ratio: float | None = Field(
+        default=None,
         description="Measured over expected travel: with the sign speed in the judged window, to "
-        "compare with the rule's limit; else since the move began."
+        "compare with the rule's limit; else since the move began.",
     )
-    moved: float | None = Field(description="The measured travel in that ratio, rad.")
-    due: float | None = Field(description="The expected travel in that ratio, rad.")
+    moved: float | None = Field(default=None, description="The measured travel in that ratio, rad.")
+    due: float | None = Field(default=None, description="The expected travel in that ratio, rad.")
     measured: float | None = Field(
-        description="Speed, rad/s: in the judged window (sign speed), or at the stop (tracking)."
+        default=None,
+        description="Speed, rad/s: in the judged window (sign speed), or at the stop (tracking).",
     )
-    expected: float | None = Field(description="The commanded speed at that time, rad/s.")
-    force: float | None = Field(description="Largest force on the human hand, N; simulation only.")
-    part: str | None = Field(description="The part that met the hand; simulation only.")
+    expected: float | None = Field(
+        default=None, description="The commanded speed at that time, rad/s."
+    )
+    force: float | None = Field(
+        default=None, description="Largest force on the human hand, N; simulation only."
+    )
+    part: str | None = Field(
+        default=None, description="The part that met the hand; simulation only."
+    )
     mood_before: Share
     mood_after: Share
 
@@ -156,37 +163,19 @@ class State(BaseModel):
     distress: DistressOut | None = Field(
         default=None, description="The latest distress, for ten minutes after it was heard."
     )
-    latest: int = Field(description="Number of the latest entry of the log.")
-
-
-class Entry(BaseModel):
-    """One line of the log; fields that its kind does not need are null."""
-
-    number: int
-    time: float
-    kind: Literal[
-        "stimulus", "gesture", "pressed", "stopped", "released", "body", "paused", "resumed",
-        "temperament", "recording", "recorded", "recording_ended", "deleted", "refused",
-        "trouble", "loop_failed", "spoken", "talk", "talk_failed", "distress",
-        "lapsed",
-    ]  # fmt: skip
-    feeling: str | None = None
-    mood: float | None = None
-    strength: float | None = None
-    source: str | None = None
-    name: str | None = None
-    reason: EndReason | None = Field(default=None, description="Why a recording ended by itself.")
-    detail: str | None = None
-    why: tuple[Brought, ...] | None = Field(
-        default=None, description="What spoke for a stimulus: words, or the name of a sign."
+    words: bool = Field(
+        description="Whether the user allows that events tell what is said to the partner."
     )
-    stop: StopOut | None = None
-    limit: float | None = Field(default=None, description="The rule's limit at that stop.")
-    by: By | None = Field(
-        default=None,
-        description="Who pressed Stop or released: a person, a home's button, an agent (MCP), ROS, "
-        "a program; or the partner itself, while nobody could reach it.",
+    boot: str = Field(description="The id of this start of the partner.")
+    latest: int = Field(
+        description="Number of the latest event; `boot:latest` is the cursor of a client that "
+        "knows all."
     )
+
+    @property
+    def cursor(self) -> str:
+        """Return the cursor of a client that knows all events up to now."""
+        return f"{self.boot}:{self.latest}"
 
 
 class Sample(BaseModel):
@@ -241,8 +230,10 @@ class MotorsOut(BaseModel):
 class Snapshot:
     """One state, and its JSON; each is made of the other at most once, for all viewers."""
 
-    def __init__(self, state: State | None = None, json: str = "") -> None:
+    def __init__(self, state: State | None = None, json: str = "", serial: int = -1) -> None:
         self._given, self._json = state, json
+        #: The state's own.
+        self.serial = serial if state is None else state.serial
 
     @cached_property
     def state(self) -> State:

@@ -4,6 +4,7 @@
 :class:`miburi.live.crossing.FarPartner`, behind which the runner has a process of its own.
 """
 
+from collections.abc import Sequence
 from concurrent.futures import Future
 from pathlib import Path
 from typing import Protocol
@@ -12,8 +13,11 @@ from miburi.errors import MiburiError
 from miburi.feelings import Expression, Stimulus
 from miburi.gestures import KeyPose, Repertoire
 from miburi.live.archive import Kept
+from miburi.live.events.log import History
+from miburi.live.events.model import LiveEvent
 from miburi.live.press import By
-from miburi.live.state import Entry, MotorsOut, Sample, Snapshot
+from miburi.live.stage import Act
+from miburi.live.state import MotorsOut, Sample, Snapshot
 from miburi.robot import Array, Robot
 from miburi.senses import Impression
 from miburi.senses.language import Language
@@ -98,38 +102,56 @@ class LivePartner(Protocol):
     def read_until(self) -> float:
         """Whatever came before this has been read by now; s on the clock of all processes."""
 
-    def log(self, after: int = 0) -> list[Entry]:
-        """Return the latest entries whose number is above ``after``."""
+    @property
+    def history(self) -> History:
+        """What has happened, over restarts."""
 
-    def samples(self) -> list[Sample]:
-        """Return the last two minutes, ten samples a second."""
+    def samples_after(self, serial: int) -> list[tuple[int, Sample]]:
+        """Return the samples of the last two minutes after a step, with their steps' serials."""
 
-    def stimulate(self, stimulus: Stimulus) -> Future[None]:
-        """Let the partner feel something."""
+    def steps_after(self, serial: int) -> list[Snapshot]:
+        """Return the states after one, the oldest first; at most those of the last five seconds."""
+
+    def stimulate(self, stimulus: Stimulus, by: By = "person") -> Future[str]:
+        """Let the partner feel something; returns the event's id."""
 
     def take(self, heard: Impression, words: str | None = None) -> Future[tuple[Stimulus, ...]]:
         """Let the partner take what somebody showed, as its temperament does; the log says why.
 
-        The result is what it felt at that. Distress is an event, with its ``words`` if given, and
-        moves no feeling; for ten minutes after, neither does anything that is heard.
+        The result is what it felt at that. Distress is an event, and
+        moves no feeling; for ten minutes after, neither does anything that is heard. Events tell
+        the ``words`` only if the user allows that.
         """
 
     def see(self, x: float | None) -> Future[None]:
         """Let the partner turn to a face at ``x``, 0 to 1 of a picture's width; None: to none."""
 
-    def answer(self, heard: Impression, language: Language) -> Future[str]:
+    def answer(self, heard: Impression, language: Language) -> Future[LiveEvent]:
         """Let the partner answer what it heard with a small answer of its own, aloud."""
 
-    def note_talk(self, where: str, failure: str | None = None) -> Future[Entry]:
+    def note_talk(self, where: str, failure: str | None = None) -> Future[LiveEvent]:
         """Note where what is said to it goes from now on, or why no reply came from there."""
 
-    def speak(self, text: str) -> Future[str]:
-        """Let the partner say something aloud, coloured by what it feels; the latest wish wins."""
+    def speak(self, text: str, by: By | None = "person") -> Future[str]:
+        """Let the partner say something aloud, coloured by what it feels; the latest wish wins.
+
+        This and what follows return the wish's id, which later events carry.
+        """
 
     def perform(
-        self, expression: Expression | None, poses: list[KeyPose] | None = None
-    ) -> Future[None]:
+        self,
+        expression: Expression | None,
+        poses: Sequence[KeyPose] | None = None,
+        name: str = "gesture",
+        by: By = "person",
+    ) -> Future[str]:
         """Perform a gesture once; refused while the partner rests."""
+
+    def act(self, acts: Sequence[Act], queued: bool, by: By = "person") -> Future[str]:
+        """Perform acts in their order, after what waits or instead of what is on."""
+
+    def allow_words(self, allowed: bool) -> Future[LiveEvent]:
+        """Let events tell what is said to the partner from now on, or forget what was said."""
 
     def stop(self, by: By = "person") -> Future[None]:
         """Stop the body until :meth:`release`; never refused, and before any other command."""

@@ -10,7 +10,7 @@ from miburi.partner.loop import (
     Released,
     Solve,
     Stopped,
-    WishLapsed,
+    WishDropped,
     solve_with,
 )
 from miburi.partner.recovery import UnsettledError
@@ -26,6 +26,6 @@ __all__ = [
     "Solve",
     "Stopped",
     "UnsettledError",
-    "WishLapsed",
+    "WishDropped",
     "solve_with",
 ]

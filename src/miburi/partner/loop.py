@@ -13,6 +13,7 @@ lowers the mood by 20 %, waits, and lets the body go back to neutral (Section 4)
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
@@ -38,7 +39,7 @@ __all__ = [
     "Released",
     "Solve",
     "Stopped",
-    "WishLapsed",
+    "WishDropped",
     "solve_with",
 ]
 
@@ -58,12 +59,14 @@ Solve = Callable[[Robot, Array, Array], ik.Solution]
 class GestureStarted:
     """A movement function begins, with the mood as its intensity.
 
-    ``gesture`` is its name, or None if a caller gave the key poses.
+    ``gesture`` is its name, or None if a caller gave the key poses; ``expression`` is None if those
+    show no feeling. ``wish`` is what the caller of :meth:`Partner.perform` named it.
     """
 
     time: float
-    expression: Expression
+    expression: Expression | None
     gesture: str | None = None
+    wish: str | None = None
 
 
 @dataclass(frozen=True)
@@ -81,8 +84,9 @@ class GestureEnded:
     """The body is at rest after the last key pose, or something interrupted the gesture."""
 
     time: float
-    expression: Expression
+    expression: Expression | None
     complete: bool
+    wish: str | None = None
 
 
 @dataclass(frozen=True)
@@ -103,14 +107,20 @@ class Released:
 
 
 @dataclass(frozen=True)
-class WishLapsed:
-    """A wish was dropped because the body was stopped for too long."""
+class WishDropped:
+    """A wish was dropped before it began.
+
+    The body was stopped for too long (``lapsed``), a newer wish took its place (``replaced``), a
+    person pressed Stop (``stopped``), or the partner got another body (``body``).
+    """
 
     time: float
     expression: Expression | None
+    why: Literal["lapsed", "replaced", "stopped", "body"]
+    wish: str | None = None
 
 
-Event = GestureStarted | MoveSent | GestureEnded | Stopped | Released | WishLapsed
+Event = GestureStarted | MoveSent | GestureEnded | Stopped | Released | WishDropped
 
 
 class Partner:
@@ -158,6 +168,8 @@ class Partner:
         self._performance: Performance | None = None
         self._asked: Performance | None = None
         self._asked_at = 0.0
+        self._interrupts = False  # whether what was asked for waits for no gesture's end
+        self._untold: list[Event] = []  # since the last step
         self._recovery = Recovery()
         self._angles = np.array(body.robot.neutral)
         self._resting = False
@@ -216,7 +228,12 @@ class Partner:
         self._speaks_until = self.body.state.time + seconds
 
     def perform(
-        self, expression: Expression | None, poses: Sequence[gestures.KeyPose] | None = None
+        self,
+        expression: Expression | None,
+        poses: Sequence[gestures.KeyPose] | None = None,
+        *,
+        wish: str | None = None,
+        interrupt: bool = False,
     ) -> None:
         """Perform a gesture once, as soon as the body is at rest, whatever the feelings are.
 
@@ -230,6 +247,10 @@ class Partner:
             last. None: the poses show no feeling, as a look, and give way to the next wish.
         poses
             Key poses to perform instead of the feeling's own gesture, such as a blend.
+        wish
+            A name for this wish; the events that it causes carry it.
+        interrupt
+            Whether the present gesture is broken off at its next key pose.
 
         Raises
         ------
@@ -244,8 +265,9 @@ class Partner:
             name = function.name
             poses = gestures.key_poses(self.body.robot, function, expression.mood)
         given = list(poses)
-        self._asked = Performance(lambda _mood: given, expression, name, asked=True)
-        self._asked_at = self.body.state.time
+        self._drop("replaced")
+        self._asked = Performance(lambda _mood: given, expression, name, asked=True, wish=wish)
+        self._asked_at, self._interrupts = self.body.state.time, interrupt
 
     def stop(self) -> None:
         """Stop the body because a person asks; it stays stopped until :meth:`release`.
@@ -255,7 +277,19 @@ class Partner:
         """
         self.body.stop()
         self._recovery.held = True
-        self._asked = None
+        self._drop("stopped")
+
+    def leave(self) -> list[Event]:
+        """End what goes on, because another body takes over; return the events."""
+        self._drop("body")
+        return [*self._untold, *self._end(self.body.state.time, complete=False)]
+
+    def _drop(self, why: Literal["lapsed", "replaced", "stopped", "body"]) -> None:
+        """Drop what was asked for and has not begun; the next step tells."""
+        if self._asked is not None:
+            asked, self._asked = self._asked, None
+            time = self.body.state.time
+            self._untold.append(WishDropped(time, asked.expression, why, asked.wish))
 
     def succeed(self, other: "Partner") -> None:
         """Take over from a partner with another body: its stop holds, and its pause goes on."""
@@ -306,20 +340,20 @@ class Partner:
         state = self.body.step(dt)
         begun = int((state.time + 1e-9) // self._period)
         due, self._periods = begun != self._periods, begun
-        match state.phase:
-            case Phase.STOPPED:
-                return list(self._while_stopped(state))
-            case Phase.IDLE:
-                return list(self._while_idle(state, due=due))
-            case _:
-                return []
+        if state.phase is Phase.STOPPED:
+            self._untold += self._while_stopped(state)
+        elif state.phase is Phase.IDLE:
+            # One by one, so that those before an error are told by the next step.
+            for event in self._while_idle(state, due=due):
+                self._untold.append(event)
+        events, self._untold = self._untold, []
+        return events
 
     def _while_stopped(self, state: BodyState) -> Iterator[Event]:
         if state.stop is not None and self._recovery.notice(state.stop):
             yield from self._take_in(state.stop, state.time)
-        if self._asked is not None and state.time - self._asked_at > LAPSES:
-            lapsed, self._asked = self._asked, None
-            yield WishLapsed(state.time, lapsed.expression)
+        if state.time - self._asked_at > LAPSES:
+            self._drop("lapsed")
         self._recovery.look(state)
         if self._recovery.is_due(state.time):
             try:
@@ -376,8 +410,8 @@ class Partner:
             elif variation is not None:
                 self._performance = Performance.of_breath(robot, variation, self._turn())
         begun = self._performance
-        if begun is not None and begun.expression is not None:
-            yield GestureStarted(time, begun.expression, begun.gesture)
+        if begun is not None and begun.tells:
+            yield GestureStarted(time, begun.expression, begun.gesture, begun.wish)
 
     def _felt(self) -> Expression | None:
         """Return the feeling to show, if any."""
@@ -415,15 +449,16 @@ class Partner:
         """Whether it is broken off: for calm, for what somebody asks, or for a beat."""
         if self.calm and performance.expression is not None and not performance.asked:
             return True
-        asked = performance.expression is None and self._asked is not None
+        gives_way = performance.expression is None or self._interrupts
+        asked = gives_way and self._asked is not None
         return asked or (performance.breath and time < self._speaks_until)
 
     def _end(self, time: float, *, complete: bool) -> Iterator[Event]:
-        shown, self._performance = self.expression, None
+        ended, self._performance = self._performance, None
         if complete:
             self._recovery.forget_encounters()
-        if shown is not None:
-            yield GestureEnded(time, shown, complete)
+        if ended is not None and ended.tells:
+            yield GestureEnded(time, ended.expression, complete, ended.wish)
 
     @property
     def _quiet(self) -> bool:

@@ -30,6 +30,8 @@ class Performance:
         Whether somebody asked for it.
     breath
         Whether it is a breath, which gives way to whatever else there is.
+    wish
+        What it is called by who asked for it.
     """
 
     def __init__(
@@ -40,10 +42,11 @@ class Performance:
         *,
         asked: bool = False,
         breath: bool = False,
+        wish: str | None = None,
     ) -> None:
         self.expression = expression
         self.gesture = gesture
-        self.asked, self.breath = asked, breath
+        self.asked, self.breath, self.wish = asked, breath, wish
         self._poses = poses
         self._next, self._count = 0, -1
         self._hold = 0.0
@@ -89,6 +92,11 @@ class Performance:
         for index in range(self._next, len(poses)):
             self._next = index + 1
             yield index, poses[index]
+
+    @property
+    def tells(self) -> bool:
+        """Whether its beginning and its end are events; those of breaths and beats are not."""
+        return self.expression is not None or self.wish is not None
 
     @property
     def complete(self) -> bool:

@@ -59,12 +59,9 @@ class Care:
     ----------
     region
         A name in ``regions.toml``; None: it names no number.
-    tells_words
-        Whether others hear what was said, beside its kind.
     """
 
     region: str | None = None
-    tells_words: bool = False
 
     def help(self, kind: Distress, language: Language, turn: int) -> str:
         """Return the help that fits; ``turn`` counts what has been said of it, from 0."""

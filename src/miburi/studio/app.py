@@ -48,7 +48,7 @@ def make_app(runner: LivePartner, reach: Reach, doors: Doors = _CLOSED) -> FastA
     app.include_router(live_router(runner))
     app.include_router(pairing_router(reach, partial(pairing_page, reach)))
     app.mount("/static", StaticFiles(directory=HERE / "static"), name="static")
-    doors.open(app, runner)
+    doors.open(app, runner, next(iter(reach.addresses), None))
     sounded = () if doors.voice is None else LANGUAGES
     add_face_page(app, runner, sounded)
     app.include_router(_nothing(app))

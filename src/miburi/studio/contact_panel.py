@@ -7,7 +7,8 @@ from math import degrees
 from nicegui import ui
 
 from miburi.live.archive import EndReason
-from miburi.live.state import Entry, State, StopOut
+from miburi.live.events.model import LiveEvent
+from miburi.live.state import State, StopOut
 from miburi.live.view import LivePartner
 from miburi.safety.stop import StopReason
 from miburi.senses import Brought
@@ -52,11 +53,11 @@ def contact_panel(
         first_words, second_words = why(state, words)
         first.set_text(first_words)
         second.set_text(second_words)
-        entries = runner.log()
+        entries = runner.history.after(0)
         measured.set_content(facts(state, entries, words))
         if state.latest != seen:
             seen = state.latest
-            log.set_content(_log(entries[-_LOG_LINES:], words))
+            log.set_content(_log([e for e in entries if _shows(e, words)][-_LOG_LINES:], words))
 
     updates.append(update)
 
@@ -87,7 +88,7 @@ def why_ended(reason: EndReason, detail: str | None, words: Words) -> str:
     return words["recording"][reason].format(detail=detail)
 
 
-def facts(state: State, entries: list[Entry], words: Words) -> str:
+def facts(state: State, entries: list[LiveEvent], words: Words) -> str:
     """Return the measurements of the present contact, or of the latest one, as HTML."""
     stop = state.stop
     if stop is not None:
@@ -140,7 +141,14 @@ def _travel(stop: StopOut, say: dict[str, str]) -> list[tuple[str, str]]:
     ]
 
 
-def _log(entries: list[Entry], words: Words) -> str:
+def _shows(event: LiveEvent, words: Words) -> bool:
+    """Whether people at the page want to know of an event."""
+    if event.kind == "wish_dropped":
+        return event.name == "lapsed"
+    return event.kind == "stop" or event.kind in words["log"]
+
+
+def _log(entries: list[LiveEvent], words: Words) -> str:
     if not entries:
         return escape(words["contact"]["empty"])
     lines = "".join(
@@ -150,7 +158,7 @@ def _log(entries: list[Entry], words: Words) -> str:
     return f'<ol class="log" tabindex="0">{lines}</ol>'
 
 
-def _told(entry: Entry, words: Words) -> str:
+def _told(entry: LiveEvent, words: Words) -> str:
     """Return an entry as HTML; what spoke for it opens with its weights."""
     text = escape(line(entry, words))
     if not entry.why:
@@ -165,7 +173,7 @@ def _told(entry: Entry, words: Words) -> str:
     )
 
 
-def _sign(part: Brought, entry: Entry, words: Words) -> str:
+def _sign(part: Brought, entry: LiveEvent, words: Words) -> str:
     """Return what spoke for a stimulus: a word as it was said, or what happened, in words."""
     if part.what == RAISED:
         return words["talk"]["raised"]
@@ -174,7 +182,7 @@ def _sign(part: Brought, entry: Entry, words: Words) -> str:
     return words["happening"].get(part.what.replace(" ", "_"), part.what)
 
 
-def line(entry: Entry, words: Words) -> str:
+def line(entry: LiveEvent, words: Words) -> str:
     """Return an entry of the log in words."""
     say, stop = words["log"], entry.stop
     if stop is not None and stop.reason is StopReason.CONTACT and stop.motor is not None:
@@ -184,11 +192,12 @@ def line(entry: Entry, words: Words) -> str:
             before=f"{stop.mood_before:.2f}",
             after=f"{stop.mood_after:.2f}",
         )
-    name = entry.name or ""
+    name = entry.text if entry.kind == "speech_begun" else entry.name
+    name = name or ""
     if entry.kind == "distress":
-        quoted = words["talk"]["quoted"].format(what=entry.detail) if entry.detail else ""
+        quoted = words["talk"]["quoted"].format(what=entry.text) if entry.text else ""
         name = f"{words['distress'][name]} {quoted}".strip()
-    if entry.kind == "stopped":
+    if entry.kind == "stop":
         key = "stopped_asked" if name == StopReason.ASKED else "stopped_other"
         return say[key].format(name=words["reason"][name])
     if entry.reason is not None:
@@ -198,8 +207,8 @@ def line(entry: Entry, words: Words) -> str:
         first = line(entry.model_copy(update={"why": None}), words)
         told = ", ".join(_sign(part, entry, words) for part in entry.why[:_WHYS])
         return say["stimulus_why"].format(line=first, why=told)
-    if entry.by is not None:
-        key = "released_by" if entry.kind == "released" else entry.kind
+    if entry.by is not None and entry.kind in ("pressed", "release_begun"):
+        key = "released_by" if entry.kind == "release_begun" else entry.kind
         return say[key].format(by=words["by"][entry.by])
     return say[entry.kind].format(
         name=words["body"].get(name, name) if entry.kind in ("body", "temperament") else name,

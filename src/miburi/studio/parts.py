@@ -4,6 +4,7 @@ import json
 from collections.abc import Sequence
 from concurrent.futures import Future
 from html import escape
+from typing import Any
 
 from nicegui import ui
 from nicegui.element import Element
@@ -21,7 +22,7 @@ __all__ = ["attempt", "button", "heading", "senses_form", "set_label", "signs", 
 _SIGNED = ("ears", "eyes")
 
 
-async def attempt(future: Future[None]) -> None:
+async def attempt(future: Future[Any]) -> None:
     """Wait for a command; show the reason if it is refused."""
     try:
         await done(future)

@@ -46,7 +46,7 @@ class Switch:
     where: str = ""
 
 
-def switches(doors: Doors, reach: Reach, recording: bool) -> list[Switch]:
+def switches(doors: Doors, reach: Reach, *, said: bool, recording: bool) -> list[Switch]:
     """Return all switches of a partner's computer, as they are."""
     encrypted, broker, talk = reach.authority is not None, doors.broker, doors.talk
     return [
@@ -57,7 +57,7 @@ def switches(doors: Doors, reach: Reach, recording: bool) -> list[Switch]:
         Switch("broker", broker is not None, broker.host if broker else ""),
         Switch("ros", doors.ros is not None),
         Switch("voice", doors.voice is not None),
-        Switch("care", doors.care.tells_words),
+        Switch("said", said),
         Switch("recording", recording),
     ]
 
@@ -69,8 +69,11 @@ def privacy_router(runner: LivePartner, reach: Reach, doors: Doors) -> APIRouter
     @router.get(PRIVACY)
     async def privacy(request: Request) -> HTMLResponse:
         preferences = Preferences.of(request)
-        recording = runner.snapshot.state.recording is not None
-        return own_page(_page(preferences, switches(doors, reach, recording)))
+        state = runner.snapshot.state
+        recording = state.recording is not None
+        return own_page(
+            _page(preferences, switches(doors, reach, said=state.words, recording=recording))
+        )
 
     return router
 
@@ -89,6 +92,7 @@ def _page(preferences: Preferences, now: list[Switch]) -> str:
                 say[each.name],
                 each.on,
                 say[f"{each.name}_{'on' if each.on else 'off'}"].format(where=each.where),
+                each.name == "said",
             )
             for each in now
         ],

@@ -38,6 +38,7 @@ from miburi.live.answering import answer
 from miburi.live.archive import Archive
 from miburi.live.bodies import KINDS
 from miburi.live.crossing import Lanes, lanes
+from miburi.live.events.store import kept_events
 from miburi.live.memory import keep, remember, remembered
 from miburi.live.press import Hold
 from miburi.live.runner import Runner
@@ -178,7 +179,8 @@ def _serve(wish: Wish, meanwhile: Callable[[], None]) -> None:
 def _keep_private(folder: Path) -> None:
     """Let nobody but this user read what the partner writes, from now on and of earlier times."""
     os.umask(0o077)  # in the helpers, too: they begin with ours
-    for one in (folder / "feelings.json", folder / "recordings", *folder.glob("recordings/*.mcap")):
+    own = [folder / name for name in ("events.sqlite", "feelings.json", "recordings")]
+    for one in (*own, *folder.glob("recordings/*.mcap")):
         with suppress(OSError):  # it is not there, or somebody else's
             one.chmod(0o700 if one.is_dir() else 0o600)
 
@@ -223,6 +225,7 @@ def _wake(wish: Wish, feelings: EmotionalModel, folder: Path) -> Runner:
         repertoire=wish.repertoire,
         solve=solve_with(wish.settings),
         hold=Hold(programs_may_release=wish.programs_may_release),
+        events=kept_events(folder),
     )
     stop = runner.body.state.stop
     if stop is not None:

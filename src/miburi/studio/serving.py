@@ -8,6 +8,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime
+from functools import partial
 from types import FrameType
 
 import uvicorn
@@ -15,6 +16,7 @@ import uvicorn
 from miburi.interface.access import Gate
 from miburi.interface.http import Passage, configure, encryption, listen_encrypted
 from miburi.live.crossing import Lanes
+from miburi.live.events.store import kept_events
 from miburi.live.far import FarPartner
 from miburi.live.view import UnreachableError
 from miburi.studio.app import make_app
@@ -27,7 +29,7 @@ __all__ = ["serve_until_the_end"]
 def serve_until_the_end(pages: Pages, ends: Lanes) -> None:
     """Serve until SIGTERM, or until the partner's process has ended."""
     try:
-        partner = FarPartner(ends)
+        partner = FarPartner(ends, open_store=partial(kept_events, pages.folder))
     except UnreachableError:
         return  # it could not begin, and has said why
     app = make_app(partner, pages.reach, pages.doors)

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
+from miburi.bodies.rehearsal import rehearse
 from miburi.feelings import FEELINGS
 from miburi.gestures import key_poses, load
 from miburi.studies.gestures.check import check, moods, perform
-from miburi.studies.gestures.rehearsal import rehearse
 
 
 def test_moods_run_from_0_to_1():

@@ -3,11 +3,11 @@ from contextlib import nullcontext
 
 from PIL import Image
 
+from miburi.bodies.rehearsal import rehearse
 from miburi.feelings import FEELINGS
 from miburi.gestures import key_poses, load, shipped_repertoire
 from miburi.studies.gestures import gallery
 from miburi.studies.gestures.pictures import Pictures
-from miburi.studies.gestures.rehearsal import rehearse
 
 
 def test_the_page_shows_every_feeling_at_three_moods(robot, tmp_path, monkeypatch):

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from miburi.bodies.rehearsal import rehearse
 from miburi.gestures import key_poses, load
 from miburi.studies.gestures import pictures
-from miburi.studies.gestures.rehearsal import rehearse
 
 
 @pytest.fixture(scope="module")

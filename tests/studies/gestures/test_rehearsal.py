@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
+from miburi.bodies.rehearsal import PERIOD, rehearse
 from miburi.gestures import KeyPose, blend, breath, key_poses, load
 from miburi.robot import forward
-from miburi.studies.gestures.rehearsal import PERIOD, rehearse
 
 
 def test_a_hold_is_held(robot):

@@ -18,8 +18,9 @@ from tests.fixtures.study import TWO_GESTURES, Lab, Robot
 from miburi.feelings import Expression, Stimulus
 from miburi.interface.access import Gate
 from miburi.interface.client import ConnectionLostError, connect
+from miburi.live.events.model import Cursor, LiveEvent
 from miburi.live.runner import STEP, Runner
-from miburi.live.state import Entry, State
+from miburi.live.state import State
 from miburi.robot import forward
 from miburi.studies.study.live import IDLE, Ending, Showing, show
 from miburi.studies.study.order import film_order
@@ -44,7 +45,7 @@ class Stage:
         self.runner, self._then, self._hidden = runner, then, hidden
         self.asked: list[Expression] = []
 
-    def watch(self, rate: float = 30.0) -> Generator[State, None, None]:
+    def watch(self, rate: float = 30.0, patience: float = 0.0) -> Generator[State, None, None]:
         under_way = 0
         for step in itertools.count():
             (state,) = run(self.runner, STEP)
@@ -61,12 +62,12 @@ class Stage:
         self.runner.tick()
         done.result(0)
 
-    def log(self, after: int = 0) -> list[Entry]:
-        return self.runner.log(after)
+    def log(self, after: str | None = None) -> list[LiveEvent]:
+        return self.runner.history.since(Cursor.of(after or "0"), 1000)
 
 
 def gestures(runner: Runner) -> list[str | None]:
-    return [entry.feeling for entry in runner.log() if entry.kind == "gesture"]
+    return [entry.feeling for entry in runner.history.after(0) if entry.kind == "gesture_begun"]
 
 
 def test_a_gesture_is_made_once_from_its_beginning_to_its_end(runner: Runner) -> None:
@@ -144,7 +145,7 @@ def test_a_partner_that_goes_away_is_absent(runner: Runner) -> None:
         raise ConnectionLostError("gone.")
 
     class Closed(Stage):
-        def watch(self, rate: float = 30.0) -> Generator[State, None, None]:
+        def watch(self, rate: float = 30.0, patience: float = 0.0) -> Generator[State, None, None]:
             yield from ()
 
     assert show(Stage(runner, go), FEAR) == Showing(Ending.ABSENT, begun=True)

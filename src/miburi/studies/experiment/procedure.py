@@ -316,7 +316,7 @@ class _Observer:
         self._contacts(touch, state)
         for event in events:
             match event:
-                case GestureStarted(time, expression):
+                case GestureStarted(time, Expression() as expression):
                     self._gesture, self._began_at = (time, expression), len(result.hands) - 1
                 case GestureEnded(time, _, complete):
                     self._end_gesture(time, complete)

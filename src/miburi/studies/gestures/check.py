@@ -11,10 +11,10 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from miburi.bma.settings import Settings
+from miburi.bodies.rehearsal import PERIOD, rehearse
 from miburi.gestures import MovementFunction, key_poses, misfits
 from miburi.robot import Robot, forward
-from miburi.studies.gestures.measures import Measures
-from miburi.studies.gestures.rehearsal import rehearse
+from miburi.studies.gestures.measures import Measures, measure
 
 __all__ = ["MOST_ERROR", "Measured", "check", "moods", "perform"]
 
@@ -77,7 +77,7 @@ def perform(
     return Measured(
         feeling=function.feeling,
         mood=mood,
-        measures=rehearsal.measures,
+        measures=measure(rehearsal.positions, PERIOD),
         ik_error=rehearsal.ik_error,
         self_collisions=rehearsal.self_collisions,
         contact_stops=int(stop is not None),

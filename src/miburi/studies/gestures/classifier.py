@@ -11,10 +11,11 @@ from dataclasses import astuple
 import numpy as np
 from numpy.typing import NDArray
 
+from miburi.bodies.rehearsal import PERIOD, Rehearsal, rehearse
 from miburi.feelings import FEELINGS
 from miburi.gestures import MovementFunction, Repertoire, key_poses
 from miburi.robot import Array, Robot
-from miburi.studies.gestures.rehearsal import Rehearsal, rehearse
+from miburi.studies.gestures.measures import measure
 
 __all__ = ["LEARNT_MOODS", "NearestNeighbour", "confusion", "features", "learn"]
 
@@ -32,7 +33,7 @@ def features(robot: Robot, rehearsal: Rehearsal) -> Array:
     offset = rehearsal.angles - robot.neutral
     mean = offset.mean(axis=0)
     widest = offset[np.abs(offset).max(axis=1).argmax()]
-    measures = np.log(np.array(astuple(rehearsal.measures)) + 1e-9)
+    measures = np.log(np.array(astuple(measure(rehearsal.positions, PERIOD))) + 1e-9)
     return np.concatenate([measures, *(_shape(posture) for posture in (mean, widest))])
 
 

@@ -14,13 +14,13 @@ from matplotlib.collections import LineCollection
 from PIL import Image
 
 from miburi.bma.settings import Settings
+from miburi.bodies.rehearsal import PERIOD, Rehearsal, rehearse
 from miburi.feelings import Expression
 from miburi.gestures import MovementFunction, key_poses
 from miburi.robot import Array, Robot
 from miburi.studies import face as faces
 from miburi.studies.film import Camera, Picture, Scene, camera, contact_sheet, write_film
-from miburi.studies.gestures.measures import Measures
-from miburi.studies.gestures.rehearsal import PERIOD, Rehearsal, rehearse
+from miburi.studies.gestures.measures import Measures, measure
 
 __all__ = [
     "STRIP_MOMENTS",
@@ -60,7 +60,7 @@ class Pictures:
     @property
     def measures(self) -> Measures:
         """Laban's effort in the motion; only this needs SciPy."""
-        return self.rehearsal.measures
+        return measure(self.rehearsal.positions, PERIOD)
 
 
 def camera_on(robot: Robot) -> AbstractContextManager[Camera]:

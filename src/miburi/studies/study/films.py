@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from pathlib import Path
 
+from miburi.bodies.rehearsal import rehearse
 from miburi.errors import InputError
 from miburi.feelings import Expression
 from miburi.gestures import Repertoire, key_poses
@@ -10,7 +11,6 @@ from miburi.ground.files import whole_files
 from miburi.robot import Robot
 from miburi.studies.face import face
 from miburi.studies.gestures.pictures import film as write_film
-from miburi.studies.gestures.rehearsal import rehearse
 from miburi.studies.study.plan import Film, Study
 
 __all__ = ["FILMS", "draw_missing", "find_films"]

@@ -15,7 +15,8 @@ from typing import Protocol
 
 from miburi.errors import BodyError, MiburiError
 from miburi.feelings import Expression
-from miburi.live.state import Entry, State, StopOut
+from miburi.live.events.model import LiveEvent
+from miburi.live.state import State, StopOut
 from miburi.safety.stop import StopReason
 
 __all__ = ["IDLE", "Ending", "Perform", "Performer", "Showing", "Turn", "Turns", "show"]
@@ -57,14 +58,14 @@ Perform = Callable[[Expression], Showing]
 class Performer(Protocol):
     """A partner as :func:`show` needs it; :func:`miburi.connect` returns one."""
 
-    def watch(self, rate: float = 30.0) -> Generator[State, None, None]:
+    def watch(self, rate: float = 30.0, patience: float = 0.0) -> Generator[State, None, None]:
         """Yield states."""
 
-    def express(self, expression: Expression) -> None:
+    def express(self, expression: Expression) -> object:
         """Perform a gesture once."""
 
-    def log(self, after: int = 0) -> list[Entry]:
-        """Return the log entries after a number."""
+    def log(self, after: str | None = None) -> list[LiveEvent]:
+        """Return the events after one, by its id."""
 
 
 def show(
@@ -78,7 +79,7 @@ def show(
     """
     view = _View(expression, is_over)
     try:
-        with closing(robot.watch(_RATE)) as states:
+        with closing(robot.watch(_RATE, 0.0)) as states:
             ending = view.follow(robot, states)
     except BodyError:  # it was paused in between
         ending = Ending.PAUSED
@@ -105,7 +106,7 @@ class _View:
                 return hindered
             if latest is None:
                 if state.expressed is None and state.phase != "returning":
-                    latest = state.latest
+                    latest = state.cursor
                     robot.express(self._expression)
             elif self._is_shown(state):
                 self.begun = True
@@ -136,11 +137,11 @@ def _stopped(stop: StopOut | None) -> Ending:
             return Ending.STOPPED
 
 
-def _judge(entries: list[Entry]) -> Ending:
+def _judge(entries: list[LiveEvent]) -> Ending:
     """Say what became of a gesture from the log since then; no state in between is missed so."""
     for entry in entries:
         match entry.kind:
-            case "stopped":
+            case "stop":
                 return _stopped(entry.stop)
             case "paused":
                 return Ending.PAUSED

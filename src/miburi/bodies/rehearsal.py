@@ -12,7 +12,6 @@ from miburi.gestures import KeyPose
 from miburi.robot import Array, Robot, forward
 from miburi.safety.move import plan_move
 from miburi.safety.stop import Phase, Stop
-from miburi.studies.gestures.measures import Measures, measure
 
 __all__ = ["PERIOD", "Rehearsal", "rehearse"]
 
@@ -46,11 +45,6 @@ class Rehearsal:
     self_collisions: int
     met: tuple[str, str] | None
     stop: Stop | None
-
-    @property
-    def measures(self) -> Measures:
-        """Laban's effort in this motion."""
-        return measure(self.positions, PERIOD)
 
 
 def rehearse(

@@ -1,0 +1,126 @@
+"""Turn wishes for gestures, key poses and performances into what a partner can carry out.
+
+Key poses of one's own are held against the robot before it is asked: reach, limits, and in a
+rehearsal on the simulated body whether parts meet or the contact rule stops it.
+"""
+
+import threading
+from collections.abc import Sequence
+
+from pydantic import ValidationError
+
+from miburi import gestures
+from miburi.errors import InputError
+from miburi.feelings import FEELINGS, Expression
+from miburi.gestures import KeyPose, MovementFunction, blend, key_poses, misfits
+from miburi.gestures.effort import Effort
+from miburi.interface.wire import (
+    ExpressIn,
+    GestureAct,
+    LookAct,
+    LookIn,
+    PerformanceIn,
+    PosesAct,
+    PosesIn,
+    SpeechAct,
+)
+from miburi.live.stage import Act
+from miburi.live.view import LivePartner
+
+__all__ = ["LONGEST", "acts_of", "look_of", "poses_of", "shown_by"]
+
+#: The longest that key poses of one's own may take, s (ours).
+LONGEST = 30.0
+#: m; as `miburi gesture check` has it.
+_MOST_ERROR = 1e-3
+_REHEARSING = threading.Lock()  # one at a time: each takes a core for a moment
+
+
+def shown_by(partner: LivePartner, wish: ExpressIn) -> list[KeyPose] | None:
+    """Return the key poses of a wish that is more than a feeling's own gesture.
+
+    Raises
+    ------
+    InputError
+        The blend names the leading feeling again.
+    """
+    if not wish.blend and wish.effort is None:
+        return None
+    if wish.feeling in wish.blend:
+        raise InputError(f"{wish.feeling} leads already; blend other feelings with it.")
+    lead = partner.repertoire.of(wish.feeling)[0]
+    if wish.effort is not None:
+        lead = lead.model_copy(update={"effort": Effort(**wish.effort.model_dump())})
+    others = [(partner.repertoire.of(name)[0], mood) for name, mood in wish.blend.items()]
+    return blend(partner.robot, [(lead, wish.mood), *others])
+
+
+def look_of(partner: LivePartner, wish: LookIn) -> list[KeyPose]:
+    """Return the key poses of a look."""
+    return gestures.look(partner.robot, wish.at, wish.seconds)
+
+
+def poses_of(partner: LivePartner, wish: PosesIn) -> list[KeyPose]:
+    """Return key poses that somebody has written, once the robot can do them; it takes a moment.
+
+    Raises
+    ------
+    InputError
+        A pose is out of reach or beyond a limit, parts would meet, or it takes too long.
+    """
+    written = wish.model_dump(include=set(MovementFunction.model_fields) - {"feeling"})
+    try:
+        # The feeling is only a name here: these poses show what the wish says.
+        function = MovementFunction.model_validate(
+            {**written, "name": "poses", "feeling": FEELINGS[0]}
+        )
+    except ValidationError as error:
+        said = error.errors(include_url=False, include_input=False)[0]["msg"]
+        raise InputError(f"these are no key poses: {said}.") from error
+    if problems := list(misfits(partner.robot, function)):
+        raise InputError("; ".join(problems)[:900] + ".")
+    poses = key_poses(partner.robot, function, wish.mood)
+    _rehearse(partner, poses)
+    return poses
+
+
+def acts_of(partner: LivePartner, wish: PerformanceIn) -> list[Act]:
+    """Return the acts of a performance; it may take a moment.
+
+    Raises
+    ------
+    InputError
+        One of them cannot be done.
+    """
+    return [_act(partner, act) for act in wish.acts]
+
+
+def _act(partner: LivePartner, act: GestureAct | LookAct | PosesAct | SpeechAct) -> Act:
+    match act:
+        case GestureAct():
+            shown = Expression(act.feeling, act.mood)
+            return Act(act.offset, expression=shown, poses=shown_by(partner, act))
+        case LookAct():
+            return Act(act.offset, poses=look_of(partner, act))
+        case PosesAct():
+            shown_or_none = None if act.feeling is None else Expression(act.feeling, act.mood)
+            return Act(act.offset, expression=shown_or_none, poses=poses_of(partner, act))
+        case SpeechAct():
+            return Act(act.offset, words=act.text)
+
+
+def _rehearse(partner: LivePartner, poses: Sequence[KeyPose]) -> None:
+    from miburi.bodies.rehearsal import rehearse  # it loads MuJoCo
+
+    seconds = sum(pose.duration + pose.hold for pose in poses)
+    if seconds > LONGEST:
+        raise InputError(f"these poses take {seconds:.1f} s; at most {LONGEST:g} s are allowed.")
+    with _REHEARSING:
+        tried = rehearse(partner.robot, poses)
+    if tried.met is not None:
+        raise InputError(f"the robot's {' and '.join(tried.met)} would meet.")
+    if tried.stop is not None:
+        stop = tried.stop
+        raise InputError(f"the contact rule would stop it at {stop.time:.2f} s ({stop.motor}).")
+    if tried.ik_error > _MOST_ERROR:
+        raise InputError(f"a pose would be missed by {1e3 * tried.ik_error:.1f} mm.")

@@ -1,0 +1,156 @@
+"""Control a live partner from an asynchronous program, as :mod:`miburi.interface.client` does.
+
+>>> from miburi import Stimulus, connect_async
+>>> async def greet() -> None:
+...     async with connect_async("http://127.0.0.1:8080") as partner:
+...         await partner.stimulate(Stimulus("happiness", 0.8))
+...         async for event in partner.events():
+...             print(event.kind)
+"""
+
+import asyncio
+from collections.abc import AsyncGenerator
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import httpx
+
+from miburi.feelings import Expression, Stimulus
+from miburi.gestures import Direction
+from miburi.interface.asker import Asker
+from miburi.interface.client import ConnectionLostError
+from miburi.interface.wire import (
+    AnyAct,
+    ExpressIn,
+    LookIn,
+    PauseIn,
+    PerformanceIn,
+    PosesIn,
+    SayIn,
+    SayOut,
+    SpeakIn,
+    StimulusIn,
+)
+from miburi.live.events.model import LiveEvent
+from miburi.live.state import State
+from miburi.senses.tone import Tone
+
+__all__ = ["AsyncPartner", "connect_async"]
+
+#: s between two tries to connect anew (ours).
+_AGAIN = 0.5
+_DATA = "data: "
+
+
+def connect_async(
+    url: str, token: str | None = None, authority: Path | str | None = None
+) -> "AsyncPartner":
+    """Return a live partner at ``url``, for an asynchronous program; see :func:`miburi.connect`.
+
+    Raises
+    ------
+    InputError
+        The address does not start with ``http://`` or ``https://``; the file is no certificate.
+    """
+    return AsyncPartner(Asker.at(url, token, authority, by="program"))
+
+
+class AsyncPartner:
+    """A live partner at the other end of a connection; made by :func:`miburi.connect_async`.
+
+    Use it as an asynchronous context manager, or call :meth:`close`. Its methods raise what those
+    of :class:`miburi.RemotePartner` raise; those that ask for something return the wish's id, which
+    events carry as ``wish``.
+    """
+
+    def __init__(self, asker: Asker) -> None:
+        self._asker = asker
+
+    async def __aenter__(self) -> Self:
+        return self
+
+    async def __aexit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        await self.close()
+
+    async def close(self) -> None:
+        """Close the connection."""
+        await self._asker.close()
+
+    async def state(self) -> State:
+        """Return everything about the partner, now."""
+        return await self._asker.state()
+
+    async def log(self, after: str | None = None) -> list[LiveEvent]:
+        """Return up to 1,000 events after one, by its id; without one, the latest."""
+        return await self._asker.log(after)
+
+    async def events(
+        self, after: str | None = None, patience: float = 60.0
+    ) -> AsyncGenerator[LiveEvent, None]:
+        """Yield what happens after an event, or from now on; see :meth:`RemotePartner.events`."""
+        cursor = after or (await self.state()).cursor
+        loop = asyncio.get_running_loop()
+        lost = loop.time()
+        while True:
+            try:
+                async with self._asker.stream(f"/events?after={cursor}") as lines:
+                    async for line in lines:
+                        lost = loop.time()
+                        if line.startswith(_DATA):
+                            event = LiveEvent.model_validate_json(line.removeprefix(_DATA))
+                            cursor = event.id
+                            yield event
+            except (httpx.HTTPError, ConnectionLostError) as error:
+                if loop.time() - lost > patience:
+                    raise ConnectionLostError(f"the partner does not answer ({error}).") from error
+            await asyncio.sleep(min(_AGAIN, patience))
+
+    async def stimulate(self, stimulus: Stimulus) -> str:
+        """Let the partner feel something."""
+        fields = {"feeling": stimulus.feeling, "strength": stimulus.strength}
+        wish = StimulusIn.model_validate({**fields, "source": stimulus.source})
+        return await self._asker.wish("/stimulus", wish)
+
+    async def say(self, text: str, tone: Tone = "plain") -> SayOut:
+        """Say something to the partner; returns what it heard, why, what it felt and answered."""
+        return await self._asker.say(SayIn(text=text, tone=tone))
+
+    async def speak(self, text: str) -> str:
+        """Let the partner say something aloud, where a page has its voice on."""
+        return await self._asker.wish("/speak", SpeakIn(text=text))
+
+    async def express(self, expression: Expression) -> str:
+        """Perform a gesture once."""
+        shown = {"feeling": expression.feeling, "mood": expression.mood}
+        return await self._asker.wish("/express", ExpressIn.model_validate(shown))
+
+    async def look(self, at: Direction, seconds: float = 2.0) -> str:
+        """Look at the user (ahead), left, right, up, down or aside, for so many seconds."""
+        return await self._asker.wish("/look", LookIn(at=at, seconds=seconds))
+
+    async def poses(self, poses: PosesIn) -> str:
+        """Perform key poses of your own once, written as in a gesture file."""
+        return await self._asker.wish("/poses", poses)
+
+    async def perform(self, *acts: AnyAct, now: bool = False) -> str:
+        """Perform gestures, looks, key poses and sentences together, each at its offset."""
+        wish = PerformanceIn(acts=list(acts), when="now" if now else "next")
+        return await self._asker.wish("/performance", wish)
+
+    async def stop(self) -> None:
+        """Stop all motors until :meth:`release`."""
+        await self._asker.tell("/stop")
+
+    async def release(self) -> None:
+        """Let a stopped body go back to neutral, then continue; a person's Stop, a person ends."""
+        await self._asker.tell("/release")
+
+    async def pause(self, paused: bool = True) -> None:
+        """Let the partner rest at neutral, or continue."""
+        await self._asker.tell("/pause", PauseIn(paused=paused))

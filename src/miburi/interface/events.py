@@ -1,0 +1,156 @@
+"""Tell what happens: as a list after a cursor, or as a stream of server-sent events.
+
+Both tell the same events under the same names, also those from before the partner's last start. A
+stream is told by its reader's cursor what it has missed, so a connection may break at any time.
+"""
+
+import asyncio
+from collections.abc import AsyncIterator
+from typing import Annotated
+
+from fastapi import APIRouter, Header, Query
+from fastapi.responses import StreamingResponse
+
+from miburi.errors import InputError
+from miburi.interface.access import EVENTS
+from miburi.interface.wire import Refusal
+from miburi.live.events.log import without_words
+from miburi.live.events.model import CURSOR, Cursor, EventKind, LiveEvent
+from miburi.live.view import LivePartner
+
+__all__ = ["MOST", "AfterCursor", "event_router", "events_after", "follow"]
+
+#: Events that one answer tells.
+MOST = 1_000
+#: s between two looks for news; s of silence after which a stream shows that it lives; ms after
+#: which a reader comes back (ours).
+_GLANCE, _SILENCE, _RETRY = 0.01, 10.0, 1_000
+_PIECE = 100
+
+AfterCursor = Annotated[
+    str,
+    Query(
+        pattern=CURSOR,
+        description="The id of the latest event that you know, `BOOT:NUMBER`, or its number.",
+        examples=["5f2c9a10:42"],
+    ),
+]
+
+
+def event_router(partner: LivePartner) -> APIRouter:
+    """Return the router of what has happened, and what happens."""
+    router = APIRouter(tags=["events"])
+
+    @router.get("/log", operation_id="log", response_model=list[LiveEvent])
+    async def log(after: AfterCursor | None = None) -> list[LiveEvent]:
+        """Return what happened after an event, the oldest first; without one, the latest.
+
+        At most 1,000 at once; ask again with the last one's id. Where events before the first are
+        no longer kept, the first is a `gap`.
+        """
+        if after is None:
+            return _told(partner, partner.history.after(0))
+        return await events_after(partner, Cursor.of(after), MOST)
+
+    @router.get(
+        EVENTS.removeprefix("/api/v1"),
+        operation_id="events",
+        response_class=StreamingResponse,
+        responses={
+            200: {"content": {"text/event-stream": {"example": _EXAMPLE}}},
+            400: {"model": Refusal, "description": "There is no such kind."},
+            503: {"model": Refusal, "description": "Too many streams are open."},
+        },
+    )
+    async def events(
+        after: AfterCursor | None = None,
+        kinds: Annotated[
+            str | None,
+            Query(max_length=400, description="Only these, with commas.", examples=["stop"]),
+        ] = None,
+        last_event_id: Annotated[
+            str | None,
+            Header(pattern=CURSOR, description="As a browser sends it when it comes back."),
+        ] = None,
+    ) -> StreamingResponse:
+        """Send events as they happen (server-sent events), each with its `id` and JSON `data`.
+
+        It begins after the event that is named, or now.
+        """
+        known = last_event_id or after
+        cursor = _now(partner) if known is None else Cursor.of(known)
+        wanted = None if kinds is None else _kinds(kinds)
+        return StreamingResponse(
+            _stream(partner, cursor, wanted),
+            media_type="text/event-stream",
+            headers={"Cache-Control": "no-store"},
+        )
+
+    return router
+
+
+_EXAMPLE = (
+    'id: 5f2c9a10:42\ndata: {"boot":"5f2c9a10","number":42,"wall":"2026-11-24T10:00:00.000+00:00",'
+    '"time":12.4,"kind":"stop","id":"5f2c9a10:42"}\n\n'
+)
+
+
+async def events_after(partner: LivePartner, cursor: Cursor, most: int) -> list[LiveEvent]:
+    """Return at most so many events after a cursor; a ``gap`` stands where some are missing."""
+    history = partner.history
+    if history.reaches(cursor):
+        return _told(partner, history.since(cursor, most))
+    return _told(partner, await asyncio.to_thread(history.since, cursor, most))
+
+
+async def follow(
+    partner: LivePartner, after: Cursor | None = None, silence: float = _SILENCE
+) -> AsyncIterator[LiveEvent | None]:
+    """Yield events after a cursor, or from now on, for ever; None after a silence of so many s."""
+    cursor = after or _now(partner)
+    loop = asyncio.get_running_loop()
+    spoke, seen = loop.time(), -1
+    while True:
+        if partner.history.number == seen:
+            if loop.time() - spoke > silence:
+                spoke = loop.time()
+                yield None
+            await asyncio.sleep(_GLANCE)
+            continue
+        seen = partner.history.number
+        while events := await events_after(partner, cursor, _PIECE):
+            cursor, spoke = events[-1].cursor, loop.time()
+            for event in events:
+                yield event
+
+
+async def _stream(
+    partner: LivePartner, after: Cursor, kinds: set[str] | None
+) -> AsyncIterator[str]:
+    yield f"retry: {_RETRY}\n\n"
+    async for event in follow(partner, after):
+        if event is None:
+            yield ": nothing new\n\n"
+        elif kinds is None or event.kind in kinds:
+            yield f"id: {event.id}\ndata: {event.model_dump_json(exclude_none=True)}\n\n"
+
+
+def _now(partner: LivePartner) -> Cursor:
+    return Cursor(partner.history.boot, partner.history.number)
+
+
+def _told(partner: LivePartner, events: list[LiveEvent]) -> list[LiveEvent]:
+    if partner.snapshot.state.words:
+        return events
+    return [without_words(event) for event in events]
+
+
+def _kinds(text: str) -> set[str]:
+    known = EventKind.__args__  # type: ignore[attr-defined]
+    kinds = {kind.strip() for kind in text.split(",") if kind.strip()}
+    if unknown := kinds.difference(known):
+        raise InputError(
+            f"{', '.join(sorted(unknown))}: there is no such kind of event; the kinds are "
+            f"{', '.join(known)}."
+        )
+    return kinds | {"gap"}

@@ -1,0 +1,240 @@
+"""The log of a live partner: what happened, by number, over restarts.
+
+The latest events are in memory, older ones in an :class:`~miburi.live.events.store.EventStore`. The
+partner's loop only notes: a thread writes, so that no disk holds up the loop.
+"""
+
+import math
+import sqlite3
+import threading
+from collections import deque
+from collections.abc import Callable, Iterable
+from datetime import UTC, datetime, timedelta
+from queue import SimpleQueue
+from typing import Any
+from uuid import uuid4
+
+from miburi.ground.log import log_once
+from miburi.live.events.model import Cursor, LiveEvent
+from miburi.live.events.store import EventStore
+
+__all__ = ["LOGGED", "History", "Log", "new_boot", "without_words"]
+
+#: Events that are kept in memory.
+LOGGED = 300
+_LOST = "events before this one are no longer kept"
+_UNKNOWN = "this partner does not know that event: it keeps its events in another folder, or anew"
+#: A note in the store: whether what is said to the partner may be told.
+_WORDS = "words"
+_SAID = ("heard", "distress")
+#: s to wait for the disk.
+_PATIENCE = 2.0
+
+
+def new_boot() -> str:
+    """Return an id for a start of the partner."""
+    return uuid4().hex[:8]
+
+
+def _now() -> datetime:
+    return datetime.now(UTC)
+
+
+class History:
+    """What has happened, for those who ask; one thread adds, any may read.
+
+    Parameters
+    ----------
+    boot, first
+        The present start, and the number of its first event.
+    store
+        Where older events are; None: there are none.
+    """
+
+    def __init__(self, boot: str, first: int, store: EventStore | None = None) -> None:
+        self.boot, self.first = boot, first
+        #: The number of the latest event.
+        self.number = first - 1
+        self._oldest = first
+        self._events: deque[LiveEvent] = deque(maxlen=LOGGED)
+        self._store = store
+
+    def add(self, events: Iterable[LiveEvent]) -> None:
+        """Add events that have happened since."""
+        for event in events:
+            self._events.append(event)
+            self.number = event.number
+        if self._events:
+            self._oldest = self._events[0].number
+
+    @property
+    def latest(self) -> LiveEvent | None:
+        """The latest event of this start."""
+        return self._events[-1] if self._events else None
+
+    def after(self, number: int) -> list[LiveEvent]:
+        """Return those in memory above a number, the oldest first."""
+        return [event for event in self._events.copy() if event.number > number]
+
+    def reaches(self, cursor: Cursor) -> bool:
+        """Whether what came after a cursor is in memory, so that nobody waits for the disk."""
+        ours = cursor.boot in (None, self.boot) and cursor.number <= self.number
+        return ours and cursor.number >= self._oldest - 1
+
+    def since(self, cursor: Cursor, most: int) -> list[LiveEvent]:
+        """Return at most so many events after a cursor, the oldest first.
+
+        If some that came after it are no longer kept, or it is of another folder, the first is a
+        ``gap``.
+        """
+        pruned = self._oldest - 1 if self._store is None else self._store.pruned
+        start, missing = self._resolve(cursor, pruned)
+        if start >= self._oldest - 1:
+            events = self.after(start)[:most]
+        else:
+            events = self._store.read(start, most) if self._store else []
+            if len(events) < most:
+                last = events[-1].number if events else start
+                events += self.after(last)[: most - len(events)]
+        told = [] if missing is None else [self._gap(start, events[0] if events else None, missing)]
+        last = max(start, pruned)
+        for event in events:
+            if event.number > last + 1:  # a disk was full, or too slow
+                told.append(self._gap(event.number - 1, event, _LOST))
+            last = max(event.number, pruned)
+            told.append(event)
+        return told
+
+    def recall(self, who: str) -> Cursor | None:
+        """Return up to where somebody has been told, as :meth:`remember` has kept it."""
+        kept = self._store.note(f"told {who}") if self._store else None
+        return None if kept is None else Cursor.of(kept)
+
+    def remember(self, who: str, cursor: Cursor) -> None:
+        """Keep up to where somebody has been told; it waits for the disk."""
+        if self._store is not None:
+            try:
+                self._store.set_note(f"told {who}", str(cursor))
+            except sqlite3.Error as error:
+                log_once("events are not kept", error)
+
+    def _resolve(self, cursor: Cursor, pruned: int) -> tuple[int, str | None]:
+        """Return the number after which to go on, and why something before it is missing."""
+        boot, number = cursor
+        end = None
+        if boot == self.boot or (boot is None and number <= self.number):
+            end = self.number
+        elif boot is not None and self._store is not None:
+            end = self._store.end_of(boot)
+        start, missing = (0, _UNKNOWN) if end is None else (min(number, end), None)
+        if missing is None and start < pruned:
+            missing = _LOST
+        return start if self._store else max(start, pruned), missing
+
+    def _gap(self, number: int, after: LiveEvent | None, why: str) -> LiveEvent:
+        """Return what tells that events up to a number are missing."""
+        after = after or self.latest
+        boot, wall = (after.boot, after.wall) if after is not None else (self.boot, _now())
+        time = 0.0 if after is None else after.time
+        return LiveEvent(boot=boot, number=number, wall=wall, time=time, kind="gap", detail=why)
+
+
+class Log:
+    """Takes down what happens; the loop's thread alone notes.
+
+    Parameters
+    ----------
+    store
+        Where events outlast the program; None: nowhere.
+    boot
+        The id of this start.
+    now
+        Gives the time by the computer's clock.
+    """
+
+    def __init__(
+        self,
+        store: EventStore | None = None,
+        boot: str | None = None,
+        now: Callable[[], datetime] = _now,
+    ) -> None:
+        boot = boot or new_boot()
+        self._store, self._now = store, now
+        self._words = store is not None and store.note(_WORDS) == "1"
+        #: What has happened.
+        self.history = History(boot, 1 if store is None else store.begin(boot), store)
+        self._told: SimpleQueue[LiveEvent | threading.Event | None] = SimpleQueue()
+        self._thread: threading.Thread | None = None
+        if store is not None:
+            self._thread = threading.Thread(
+                target=_write, args=(store, self._told), name="events", daemon=True
+            )
+            self._thread.start()
+
+    @property
+    def words(self) -> bool:
+        """Whether what is said to the partner may be told and kept."""
+        return self._words
+
+    def allow_words(self, allowed: bool) -> None:
+        """Let what is said be told from now on, or forget what was; it waits for the disk."""
+        self._words = allowed
+        if self._store is not None:
+            self._store.set_note(_WORDS, "1" if allowed else "0")
+            if not allowed:
+                self._told.put(written := threading.Event())
+                written.wait(_PATIENCE)
+                self._store.forget_words()
+
+    def holds(self, kind: str, name: str, seconds: float = math.inf) -> bool:
+        """Whether one of the latest events, of so many s, is of this kind and names this."""
+        since = self._now() - timedelta(seconds=min(seconds, 1e9))
+        events = self.history.after(0)
+        return any(e.kind == kind and e.name == name and e.wall >= since for e in events)
+
+    def note(self, time: float, kind: str, **content: Any) -> LiveEvent:
+        """Note an event with the fields of its kind at a time, s; return it."""
+        now = self._now()
+        event = LiveEvent.model_validate(
+            {
+                "boot": self.history.boot,
+                "number": self.history.number + 1,
+                "wall": now.replace(microsecond=now.microsecond // 1000 * 1000),
+                "time": round(time, 2),
+                "kind": kind,
+                **content,
+            }
+        )
+        self.history.add([event])
+        if self._thread is not None:
+            self._told.put(event if self._words else without_words(event))
+        return event
+
+    def close(self, patience: float = _PATIENCE) -> None:
+        """Write what waits."""
+        if self._thread is not None:
+            self._told.put(None)
+            self._thread.join(patience)
+            self._thread = None
+
+
+def _write(store: EventStore, told: "SimpleQueue[LiveEvent | threading.Event | None]") -> None:
+    """Write all that waits at once, until a None; a flag in between is set once it is reached."""
+    ended = False
+    while not ended:
+        waiting = [told.get(), *(told.get_nowait() for _ in range(told.qsize()))]
+        try:
+            store.write(one for one in waiting if isinstance(one, LiveEvent))
+        except sqlite3.Error as error:  # no room: what follows may find some
+            log_once("events are not kept", error)
+        for flag in waiting:
+            if isinstance(flag, threading.Event):
+                flag.set()
+        ended = None in waiting
+
+
+def without_words(event: LiveEvent) -> LiveEvent:
+    """Return an event without what was said to the partner."""
+    if event.kind in _SAID or event.source == "speech":
+        return event.model_copy(update={"text": None, "why": None, "detail": None})
+    return event

@@ -1,0 +1,122 @@
+"""One event of a live partner, and the cursor that says up to where somebody has heard."""
+
+import re
+from datetime import UTC, datetime
+from typing import Annotated, Literal, NamedTuple
+
+from pydantic import AwareDatetime, BaseModel, Field, PlainSerializer, computed_field
+
+from miburi.errors import InputError
+from miburi.live.archive import EndReason
+from miburi.live.press import By
+from miburi.live.state import StopOut
+from miburi.senses import Brought
+
+__all__ = ["CURSOR", "Cursor", "EventKind", "LiveEvent", "Wall"]
+
+EventKind = Literal[
+    "started",
+    "stimulus", "heard", "distress",
+    "wish", "wish_dropped",
+    "gesture_begun", "gesture_ended", "gesture_broken_off",
+    "speech_begun", "speech_ended", "speech_broken_off",
+    "performance_begun", "performance_ended", "performance_broken_off",
+    "pressed", "stop", "release_begun", "release_ended", "release_broken_off",
+    "paused", "resumed", "body", "temperament", "words",
+    "recording", "recorded", "recording_ended", "deleted",
+    "talk", "talk_failed", "refused", "trouble", "loop_failed",
+    "gap",
+]  # fmt: skip
+
+
+def _iso(moment: datetime) -> str:
+    return moment.astimezone(UTC).isoformat(timespec="milliseconds")
+
+
+#: A moment in UTC; in JSON as ISO 8601 with milliseconds.
+Wall = Annotated[AwareDatetime, PlainSerializer(_iso, return_type=str, when_used="json")]
+
+#: What a cursor looks like.
+CURSOR = r"^(?:([0-9a-f]{8}):)?([0-9]{1,15})$"
+
+
+class Cursor(NamedTuple):
+    """The latest event that somebody has heard: its number, and the start that it belongs to.
+
+    ``boot`` is None for a bare number.
+    """
+
+    boot: str | None
+    number: int
+
+    @classmethod
+    def of(cls, text: str) -> "Cursor":
+        """Return the cursor in a text, ``BOOT:NUMBER`` or ``NUMBER``.
+
+        Raises
+        ------
+        InputError
+            It is none.
+        """
+        found = re.match(CURSOR, text.strip())
+        if found is None:
+            raise InputError(
+                f"an event is named BOOT:NUMBER, such as 5f2c9a10:42, or NUMBER; got {text[:40]!r}."
+            )
+        return cls(found[1], int(found[2]))
+
+    def __str__(self) -> str:
+        return str(self.number) if self.boot is None else f"{self.boot}:{self.number}"
+
+
+class LiveEvent(BaseModel):
+    """Something that happened; fields that its kind does not need are null."""
+
+    boot: str = Field(
+        description="Which start of the partner it belongs to.", examples=["5f2c9a10"]
+    )
+    number: int = Field(
+        ge=0, description="Counts up by one, over all starts with the same folder.", examples=[42]
+    )
+    wall: Wall = Field(description="When, by the computer's clock, UTC.")
+    time: float = Field(description="When, by the robot's clock, s since this start.")
+    kind: EventKind = Field(description="What happened.")
+    by: By | None = Field(
+        default=None,
+        description="Who caused it: a person, a home's button, an agent (MCP), ROS, a program; or "
+        "the partner itself, while nobody could reach it.",
+    )
+    wish: str | None = Field(
+        default=None, description="The id of the wish that it belongs to, if somebody asked."
+    )
+    feeling: str | None = Field(default=None, description="The feeling that is felt or shown.")
+    mood: float | None = Field(default=None, description="The mood with which it shows, 0 to 1.")
+    strength: float | None = Field(default=None, description="A stimulus's strength, 0 to 1.")
+    source: str | None = Field(default=None, description="What a stimulus came from.")
+    name: str | None = Field(
+        default=None,
+        description="The name of what it is about: a gesture, a recording, a body, a reason.",
+    )
+    text: str | None = Field(
+        default=None,
+        description="What the partner said. What was said to it stands here only if the user "
+        "allows that.",
+    )
+    reason: EndReason | None = Field(default=None, description="Why a recording ended by itself.")
+    detail: str | None = Field(default=None, description="More about it, in words.")
+    why: tuple[Brought, ...] | None = Field(
+        default=None, description="What spoke for a stimulus: words, or the name of a sign."
+    )
+    stop: StopOut | None = Field(default=None, description="What is known about a stop.")
+    limit: float | None = Field(default=None, description="The rule's limit at that stop.")
+
+    @computed_field(description="BOOT:NUMBER, which names it over restarts.")  # type: ignore[prop-decorator]
+    @property
+    def id(self) -> str:
+        """Return what names it over restarts."""
+        return f"{self.boot}:{self.number}"
+
+    @property
+    def cursor(self) -> Cursor:
+        """Return the cursor of somebody who has heard it."""
+        return Cursor(self.boot, self.number)

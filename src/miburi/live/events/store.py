@@ -1,0 +1,214 @@
+"""The file in which a partner's events outlast it: SQLite, the last month, and stops for a year.
+
+The partner's process writes, the server's reads. What has been committed outlasts a program that is
+killed; a power cut may take the last moments. Besides events the file holds where each start of the
+partner began, and small notes, such as how far a home has been told.
+"""
+
+import sqlite3
+import sys
+import threading
+from collections.abc import Iterable
+from contextlib import suppress
+from datetime import timedelta
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from miburi.errors import OutputError
+from miburi.live.events.model import LiveEvent
+
+__all__ = ["KEPT", "MONTH", "SURE", "YEAR", "EventStore", "kept_events"]
+
+#: Events that are kept, and for how long; what is about stops is kept for a year (ours).
+KEPT, MONTH, YEAR = 100_000, timedelta(days=30), timedelta(days=365)
+#: The latest events are kept whatever the clock says: a computer may wake in 1970 and then learn
+#: the time.
+SURE = 1_000
+#: Events between two looks at what is too old.
+_PRUNED_EVERY = 1_000
+_STOPS = ("stop", "pressed", "release_begun")
+_TABLES = """
+CREATE TABLE IF NOT EXISTS events
+    (number INTEGER PRIMARY KEY, wall REAL NOT NULL, long INTEGER NOT NULL, content TEXT NOT NULL);
+CREATE TABLE IF NOT EXISTS boots (boot TEXT PRIMARY KEY, first INTEGER NOT NULL);
+CREATE TABLE IF NOT EXISTS notes (name TEXT PRIMARY KEY, value TEXT NOT NULL);
+"""
+_OLD = """
+    number <= :sure AND (wall < :year OR (NOT long AND (number <= :kept OR wall < :month)))
+"""
+_FORGET = """
+UPDATE events SET content = json_remove(content, '$.text', '$.why', '$.detail')
+    WHERE json_extract(content, '$.kind') IN ('heard', 'distress')
+    OR json_extract(content, '$.source') = 'speech'
+"""
+
+
+class EventStore:
+    """The events of one folder; any thread may use it.
+
+    Parameters
+    ----------
+    path
+        The file; one that is no database of ours is put aside, and a new one begun.
+
+    Raises
+    ------
+    OutputError
+        The file cannot be written.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path, self._lock = path, threading.Lock()
+        self._written = _PRUNED_EVERY  # since the last pruning
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            try:
+                self._file = self._open()
+            except sqlite3.DatabaseError as error:
+                if isinstance(error, sqlite3.OperationalError):
+                    raise  # no room, no right: the file itself may be good
+                path.replace(path.with_name(f"{path.name}.bad"))
+                for suffix in ("-wal", "-shm"):
+                    path.with_name(path.name + suffix).unlink(missing_ok=True)
+                self._file = self._open()
+        except (sqlite3.Error, OSError) as error:
+            raise OutputError(f"{path}: events cannot be kept there: {error}.") from error
+
+    def _open(self) -> sqlite3.Connection:
+        file = sqlite3.connect(self._path, timeout=5.0, check_same_thread=False)
+        file.execute("PRAGMA journal_mode=WAL")
+        file.execute("PRAGMA synchronous=NORMAL")
+        file.execute("PRAGMA secure_delete=ON")
+        file.executescript(_TABLES)
+        return file
+
+    def close(self) -> None:
+        """Close the file."""
+        with self._lock:
+            self._file.close()
+
+    @property
+    def latest(self) -> int:
+        """The highest number that is kept, or 0."""
+        return self._number("SELECT max(number) FROM events")
+
+    @property
+    def pruned(self) -> int:
+        """The highest number of what has been left out because it was too old, or 0."""
+        return int(self.note("pruned") or 0)
+
+    def begin(self, boot: str) -> int:
+        """Note that a start of the partner begins here; return the number of its first event."""
+        with self._lock, self._file:
+            kept = "SELECT max(number) FROM events UNION SELECT max(first) - 1 FROM boots"
+            rows = self._file.execute(kept).fetchall()
+            first = max(number or 0 for (number,) in rows) + 1
+            self._file.execute("INSERT INTO boots VALUES (?, ?)", (boot, first))
+        return first
+
+    def end_of(self, boot: str) -> int | None:
+        """Return the last number that a start may have given; None if it is unknown here.
+
+        It is above all numbers for the latest start.
+        """
+        with self._lock:
+            first = self._file.execute("SELECT first FROM boots WHERE boot = ?", (boot,)).fetchone()
+            if first is None:
+                return None
+            after = "SELECT min(first) FROM boots WHERE first > ?"
+            (then,) = self._file.execute(after, first).fetchone()
+        return int(then) - 1 if then is not None else 2**53
+
+    def write(self, events: Iterable[LiveEvent]) -> None:
+        """Add events, all or none.
+
+        Raises
+        ------
+        sqlite3.Error
+            The file cannot be written.
+        """
+        rows = [
+            (
+                event.number,
+                event.wall.timestamp(),
+                event.kind in _STOPS,
+                event.model_dump_json(exclude_none=True, exclude={"id"}),
+            )
+            for event in events
+        ]
+        with self._lock, self._file:
+            self._file.executemany("INSERT OR REPLACE INTO events VALUES (?, ?, ?, ?)", rows)
+            self._written += len(rows)
+            if self._written >= _PRUNED_EVERY:
+                self._written = 0
+                self._prune()
+
+    def read(self, after: int, most: int) -> list[LiveEvent]:
+        """Return at most so many events above a number, the oldest first."""
+        query = "SELECT content FROM events WHERE number > ? ORDER BY number LIMIT ?"
+        with self._lock:
+            rows = self._file.execute(query, (after, most)).fetchall()
+        events = []
+        for (content,) in rows:
+            with suppress(ValidationError):  # of another version; whoever asks is told of a gap
+                events.append(LiveEvent.model_validate_json(content))
+        return events
+
+    def note(self, name: str) -> str | None:
+        """Return a small note, or None."""
+        with self._lock:
+            query = "SELECT value FROM notes WHERE name = ?"
+            row = self._file.execute(query, (name,)).fetchone()
+        return None if row is None else str(row[0])
+
+    def set_note(self, name: str, value: str) -> None:
+        """Keep a small note.
+
+        Raises
+        ------
+        sqlite3.Error
+            The file cannot be written.
+        """
+        with self._lock, self._file:
+            self._set(name, value)
+
+    def forget_words(self) -> None:
+        """Take out of all events what was said to the partner; no byte of it stays in the file."""
+        with self._lock:
+            with self._file:
+                self._file.execute(_FORGET)
+            self._file.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+
+    def _set(self, name: str, value: str) -> None:
+        self._file.execute("INSERT OR REPLACE INTO notes VALUES (?, ?)", (name, value))
+
+    def _prune(self) -> None:
+        (latest, now) = self._file.execute("SELECT max(number), max(wall) FROM events").fetchone()
+        if latest is None:
+            return
+        bounds = {
+            "sure": latest - SURE,
+            "kept": latest - KEPT,
+            "month": now - MONTH.total_seconds(),
+            "year": now - YEAR.total_seconds(),
+        }
+        query = f"SELECT max(number) FROM events WHERE {_OLD}"  # noqa: S608  # our own words
+        (last,) = self._file.execute(query, bounds).fetchone()
+        if last is not None:
+            self._set("pruned", str(last))
+            self._file.execute(f"DELETE FROM events WHERE {_OLD}", bounds)  # noqa: S608
+
+    def _number(self, query: str) -> int:
+        with self._lock:
+            (number,) = self._file.execute(query).fetchone()
+        return int(number or 0)
+
+
+def kept_events(folder: Path) -> EventStore | None:
+    """Return the events of a partner's folder; None, and a line for the user, where none can be."""
+    try:
+        return EventStore(folder / "events.sqlite")
+    except OutputError as error:
+        print(f"miburi: {error} Events will be forgotten when the partner ends.", file=sys.stderr)
+        return None

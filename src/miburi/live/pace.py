@@ -1,0 +1,114 @@
+"""The clock of a live partner: a thread that lets its steps pass, and a watchdog beside it."""
+
+import threading
+import time
+from collections.abc import Callable
+from typing import Protocol
+
+from miburi.live.watchdog import Lateness, Watchdog
+
+__all__ = ["STEP", "Pace", "Paced"]
+
+#: The loop's period in s; the encoders are read twice in it.
+STEP = 0.02
+#: When the loop is further behind than this, in s, the robot's time waits instead of hurrying.
+_PATIENCE = 0.2
+#: Steps in a row that may fail before the loop is given up: a second.
+_FAILURES = 50
+
+
+class Paced(Protocol):
+    """What is paced."""
+
+    def tick(self) -> None:
+        """Let one step pass."""
+
+    def halt(self) -> None:
+        """Stop the body without the loop; any thread may call this."""
+
+    def excuse(self, error: Exception, kind: str) -> None:
+        """Say that a step has failed."""
+
+    def rest(self) -> None:
+        """Begin to come home."""
+
+    @property
+    def settled(self) -> bool:
+        """Whether it is home, or somebody holds it where it is."""
+
+
+class Pace:
+    """Lets steps pass on the clock.
+
+    Parameters
+    ----------
+    paced
+        Whose steps.
+    lateness
+        How late a step may be until the watchdog stops the body.
+    """
+
+    def __init__(self, paced: Paced, lateness: Lateness) -> None:
+        self._paced = paced
+        self._watchdog = Watchdog(STEP, paced.halt, lambda: self._give_up("hangs"), lateness)
+        self._thread: threading.Thread | None = None
+        self._ending, self._over = threading.Event(), threading.Event()
+        self._failures, self._patience = 0, 0.0
+        self._on_failure: Callable[[], None] = lambda: None
+        #: Why the loop had to be given up; None while it lives.
+        self.failure: str | None = None
+
+    def start(self, on_failure: Callable[[], None]) -> None:
+        """Start both threads; ``on_failure`` is called once, from any thread, if it is given up."""
+        self._on_failure = on_failure
+        self._watchdog.beat()
+        self._thread = threading.Thread(target=self._run, name="partner", daemon=True)
+        self._thread.start()
+        threading.Thread(target=self._watchdog.watch, args=(self._over,), daemon=True).start()
+
+    def end(self, patience: float) -> None:
+        """Come home within ``patience`` s, and end both threads."""
+        if self._thread is None:
+            return
+        self._patience = patience
+        self._ending.set()
+        self._thread.join(None if self.failure is None else 1.0)
+        self._over.set()
+        if self.failure is None:
+            self._thread = None
+
+    def _run(self) -> None:
+        due = time.monotonic()
+        give_up = None
+        while True:
+            if self._ending.is_set() and give_up is None:
+                give_up = time.monotonic() + self._patience
+                self._paced.rest()
+            self._watchdog.beat()
+            try:
+                self._paced.tick()
+                self._failures = 0
+            except Exception as error:
+                self._fail(error)
+            if self.failure is not None:
+                return
+            if give_up is not None and (self._paced.settled or time.monotonic() > give_up):
+                return
+            due += STEP
+            ahead = due - time.monotonic()
+            if ahead > 0:
+                time.sleep(ahead)  # the one place where the partner's time meets the clock
+            elif ahead < -_PATIENCE:
+                due = time.monotonic()
+
+    def _fail(self, error: Exception) -> None:
+        """Stop the body, and begin anew with the next step; give up when all of them fail."""
+        self._paced.halt()
+        self._paced.excuse(error, "loop_failed")
+        self._failures += 1
+        if self._failures >= _FAILURES:
+            self._give_up(f"fails at every step ({type(error).__name__}: {error})")
+
+    def _give_up(self, why: str) -> None:
+        self.failure = f"the partner's loop {why}; the body has been stopped where it was."
+        self._on_failure()

@@ -1,0 +1,239 @@
+"""Events at the doors: the list, the stream, the WebSocket, and both clients."""
+
+import asyncio
+import itertools
+import json
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+
+import httpx
+import pytest
+from tests.fixtures.live import PATIENT, Server, block_the_right_arm, interface, serving
+from tests.fixtures.waiting import until
+from websockets.sync.client import connect as open_socket
+
+import miburi
+from miburi.errors import InputError
+from miburi.feelings import EmotionalModel, Expression, Stimulus
+from miburi.gestures.movement import Posture
+from miburi.interface.client import WAITING
+from miburi.interface.wire import GestureAct, PosesAct, PosesIn, SpeechAct
+from miburi.live.archive import Archive
+from miburi.live.events.store import kept_events
+from miburi.live.runner import Runner
+from miburi.robot import Robot
+
+LIMIT = 30.0
+RAISED = Posture(phase=0.5, right=[0.7, 0.5, 0.3], left=[0.7, 0.5, 0.3], head=[0.6, 0.3, 0.74])
+ARMS_APART = PosesIn(pose=[RAISED], duration=2.0)
+
+
+def streamed(url: str, query: str = "", **headers: str) -> Iterator[dict[str, str]]:
+    """Yield the events of a stream, as any reader of server-sent events takes them."""
+    with httpx.stream("GET", f"{url}/api/v1/events{query}", headers=headers, timeout=LIMIT) as it:
+        assert it.headers["content-type"].startswith("text/event-stream")
+        fields: dict[str, str] = {}
+        for line in it.iter_lines():
+            if not line and "data" in fields:
+                yield fields
+                fields = {}
+            name, _, value = line.partition(": ")
+            fields[name] = value
+
+
+def test_a_stream_tells_each_event_with_its_id_as_one_json_object(server: Server) -> None:
+    with closing(streamed(server.url, "?after=0")) as events, miburi.connect(server.url) as partner:
+        first = next(events)
+        told = json.loads(first["data"])
+        assert (told["kind"], first["id"]) == ("started", f"{told['boot']}:{told['number']}")
+        assert told["wall"].endswith("+00:00")
+        partner.stop()
+        stop = next(one for one in (json.loads(e["data"]) for e in events) if one.get("stop"))
+        assert (stop["kind"], stop["stop"]["reason"]) == ("stop", "asked")
+
+
+def test_a_reader_that_comes_back_hears_what_it_missed_and_only_what_it_wants(
+    server: Server,
+) -> None:
+    with miburi.connect(server.url) as partner:
+        partner.stimulate(Stimulus("happiness", 0.5))
+        last = partner.state.cursor
+        partner.stop()
+        until(lambda: partner.state.stop)
+    for query, headers in (
+        (f"?after={last}&kinds=stop", {}),
+        ("?kinds=stop", {"Last-Event-ID": last}),
+    ):
+        with closing(streamed(server.url, query, **headers)) as events:
+            assert json.loads(next(events)["data"])["kind"] == "stop"
+
+
+@pytest.mark.parametrize(
+    ("query", "status"),
+    [("?after=x", 422), ("?after=-1", 422), ("?kinds=explosion", 400), ("?after=5f2c9a10:", 422)],
+)
+def test_what_names_no_event_is_refused(server: Server, query: str, status: int) -> None:
+    answer = httpx.get(f"{server.url}/api/v1/events{query}", timeout=LIMIT)
+    assert answer.status_code == status
+    assert answer.json()["detail"]
+
+
+def test_the_socket_tells_events_beside_its_states(server: Server) -> None:
+    address = server.url.replace("http", "ws") + "/api/v1/live?rate=10&events=0"
+    with open_socket(address) as socket:
+        told = [json.loads(socket.recv(LIMIT)) for _ in range(20)]
+    assert any("serial" in one for one in told)
+    assert next(one["event"]["kind"] for one in told if "event" in one) == "started"
+    with open_socket(address.replace("events=0", "events=nonsense")) as socket:
+        texts = (json.loads(socket.recv(LIMIT)) for _ in itertools.count())
+        assert "BOOT:NUMBER" in next(one["refused"] for one in texts if "refused" in one)
+
+
+def test_at_fifty_a_second_the_socket_tells_every_step(server: Server) -> None:
+    with miburi.connect(server.url) as partner, closing(partner.watch(50)) as states:
+        serials = [next(states).serial for _ in range(100)]
+    assert serials == [*range(serials[0], serials[0] + 100)]
+
+
+def awake(robot: Robot, folder: Path, boot: str) -> Runner:
+    store = kept_events(folder)
+    runner = Runner(
+        robot, EmotionalModel(), Archive(folder), lateness=PATIENT, events=store, boot=boot
+    )
+    runner.start()
+    return runner
+
+
+def test_over_a_restart_the_clients_come_back_and_miss_nothing(
+    robot: Robot, tmp_path: Path
+) -> None:
+    """The logger of an earlier version kept the number 26, and heard none of three stops."""
+    runner = awake(robot, tmp_path, "00000001")
+    with serving(interface(runner)) as url:
+        port = int(url.rsplit(":", 1)[1])
+        partner = miburi.connect(url)
+        events, states = partner.events(patience=LIMIT), partner.watch(50, patience=LIMIT)
+        next(states)
+        partner.stop()
+        heard = [next(event.id for event in events if event.kind == "stop")]
+        runner.release(by_person=True).result(LIMIT)
+    runner.close(patience=0.0)
+    runner = awake(robot, tmp_path, "00000002")
+    runner.stop().result(LIMIT)
+    until(lambda: runner.snapshot.state.stop)
+    with serving(interface(runner), port=port):
+        heard += [next(event.id for event in events if event.kind == "stop")]
+        assert next(state.boot for state in states if state.boot != "00000001") == "00000002"
+        events.close()
+        states.close()
+    runner.close(patience=0.0)
+    partner.close()
+    assert [one.partition(":")[0] for one in heard] == ["00000001", "00000002"]
+
+
+def test_what_was_asked_for_has_an_id_and_an_end(server: Server) -> None:
+    with miburi.connect(server.url) as partner, closing(partner.events()) as events:
+        next_of = {
+            partner.express(Expression("surprise", 0.6)): "gesture_ended",
+            partner.speak("Hello."): "speech_ended",
+        }
+        while next_of:
+            event = next(events)
+            if event.wish in next_of and event.kind == next_of[event.wish]:
+                del next_of[event.wish]
+        wish = next(event for event in partner.log() if event.kind == "wish")
+    assert wish.by == "program"
+
+
+def test_a_performance_over_the_interface(server: Server) -> None:
+    with miburi.connect(server.url) as partner, closing(partner.events()) as events:
+        wish = partner.perform(
+            GestureAct(do="gesture", feeling="happiness", mood=0.5),
+            SpeechAct(do="speech", text="Look!", offset=0.2),
+            PosesAct(do="poses", **ARMS_APART.model_dump()),
+            now=True,
+        )
+        ours = (event for event in events if event.wish == wish)
+        kinds = [*itertools.takewhile(lambda kind: kind != "performance_ended",
+                                      (event.kind for event in ours))]  # fmt: skip
+    assert kinds[0] == "performance_begun"
+    assert kinds.count("gesture_ended") == 2
+    assert "speech_begun" in kinds
+
+
+@pytest.mark.parametrize(
+    ("change", "why"),
+    [
+        ({"head": [-0.9, 0.1, 0.3]}, "head .* allowed are"),
+        ({"right": [-0.6, -0.75, 0.0]}, "out of reach"),
+        ({"right": [0.6, -0.7, 0.1], "left": [0.6, -0.7, 0.1]}, "would meet|out of reach"),
+    ],
+)
+def test_key_poses_that_the_robot_cannot_do_are_refused(
+    server: Server, change: dict[str, list[float]], why: str
+) -> None:
+    wrong = ARMS_APART.model_copy(update={"pose": [RAISED.model_copy(update=change)]})
+    with miburi.connect(server.url) as partner, pytest.raises(InputError, match=why):
+        partner.poses(wrong)
+
+
+def test_key_poses_that_take_too_long_are_refused(server: Server) -> None:
+    poses = [RAISED.model_copy(update={"phase": 0.2, "until": 0.4}), RAISED]
+    slow = {"repeat": {"first": 1, "last": 2, "times": 8, "back": 0.5}, "duration": 20.0}
+    wrong = PosesIn.model_validate({"pose": [p.model_dump() for p in poses], **slow})
+    with miburi.connect(server.url) as partner, pytest.raises(InputError, match="at most 30 s"):
+        partner.poses(wrong)
+
+
+def test_words_are_told_only_if_the_user_allows(server: Server) -> None:
+    with miburi.connect(server.url) as partner:
+        partner.say("My marmalade makes me sad")
+        httpx.post(f"{server.url}/api/v1/words", json={"allowed": True}).raise_for_status()
+        partner.say("My hyacinth makes me sad")
+        httpx.post(f"{server.url}/api/v1/words", json={"allowed": False}).raise_for_status()
+        said = str(partner.log())
+        assert "marmalade" not in said
+        assert "hyacinth" not in said
+        assert [event.kind for event in partner.log()].count("heard") == 2
+
+
+def test_a_wish_that_is_sent_soon_holds_up_nobody_and_more_than_a_few_are_left_out(
+    server: Server,
+) -> None:
+    with miburi.connect(server.url) as partner:
+        taken = [partner.soon(partner.stimulate, Stimulus("fear", 0.01)) for _ in range(500)]
+        assert taken[:WAITING] == [True] * WAITING
+        assert not all(taken)
+        until(lambda: sum(e.kind == "stimulus" for e in partner.log()) == sum(taken))
+
+
+def test_an_asynchronous_program_asks_and_hears(server: Server) -> None:
+    async def work() -> list[str]:
+        async with miburi.connect_async(server.url) as partner:
+            events = partner.events()
+            wish = await partner.express(Expression("surprise", 0.6))
+            kinds = []
+            async for event in events:
+                if event.wish == wish:
+                    kinds.append(event.kind)
+                if event.kind == "gesture_ended" and event.wish == wish:
+                    break
+            await events.aclose()
+            await partner.stop()
+            assert (await partner.state()).stop is not None
+            await partner.release()
+            return kinds
+
+    # What has begun before the stream was opened is not among them.
+    assert asyncio.run(work())[-1] == "gesture_ended"
+
+
+def test_a_contact_is_told_with_all_that_is_known(server: Server) -> None:
+    with miburi.connect(server.url) as partner, closing(partner.events()) as events:
+        block_the_right_arm(partner)
+        partner.stimulate(Stimulus("happiness", 1.0))
+        stop = next(event for event in events if event.kind == "stop").stop
+    assert stop is not None
+    assert stop.reason == "contact"
+    assert stop.motor is not None

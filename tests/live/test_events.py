@@ -1,0 +1,306 @@
+"""Events outlast the partner: cursors over restarts, gaps, words that are forgotten, ends."""
+
+import itertools
+import sqlite3
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from tests.fixtures.live import block, run, until
+
+from miburi.errors import InputError
+from miburi.feelings import EmotionalModel, Expression, Stimulus
+from miburi.live.archive import Archive
+from miburi.live.events.log import LOGGED, Log
+from miburi.live.events.model import Cursor, LiveEvent
+from miburi.live.events.store import SURE, EventStore, kept_events
+from miburi.live.runner import Runner
+from miburi.live.stage import Act
+from miburi.robot import Robot
+from miburi.senses.words import hear
+
+BEGAN = datetime(2026, 11, 24, 10, tzinfo=UTC)
+
+
+def kept(folder: Path, days: float = 0.0) -> Log:
+    """Return the log of a start of the partner, so many days after the first."""
+    return Log(EventStore(folder / "events.sqlite"), now=lambda: BEGAN + timedelta(days=days))
+
+
+def woken(robot: Robot, folder: Path) -> Runner:
+    return Runner(robot, EmotionalModel(), Archive(folder), events=kept_events(folder))
+
+
+def heard(log: Log, cursor: Cursor) -> list[str]:
+    return [event.name or event.kind for event in log.history.since(cursor, 10_000)]
+
+
+def test_a_cursor_goes_on_after_a_restart(tmp_path: Path) -> None:
+    first = kept(tmp_path)
+    cursor = first.note(1.0, "stop", name="known").cursor
+    first.note(2.0, "stop", name="missed")
+    first.close()
+    second = kept(tmp_path)
+    second.note(1.0, "stop", name="new")
+    assert heard(second, cursor) == ["missed", "new"]
+    assert heard(second, Cursor(None, cursor.number)) == ["missed", "new"], "a bare number, too"
+    assert second.history.boot != first.history.boot
+
+
+def test_what_a_killed_partner_had_told_and_not_written_hides_nothing_new(tmp_path: Path) -> None:
+    """Its last number is given again; a cursor of the old start must not take it for known."""
+    first = kept(tmp_path)
+    first.note(1.0, "stop", name="written")
+    first.close()
+    told = first.history.number + 1
+    second = kept(tmp_path)
+    assert second.note(1.0, "stop", name="new").number == told
+    assert heard(second, Cursor(first.history.boot, told)) == ["new"]
+
+
+@given(st.lists(st.integers(0, 400), min_size=1, max_size=4), st.data())
+def test_whoever_asks_from_event_to_event_hears_each_once(
+    tmp_path_factory: pytest.TempPathFactory, starts: list[int], data: st.DataObject
+) -> None:
+    folder = tmp_path_factory.mktemp("events")
+    cursor, names, got = Cursor(None, 0), itertools.count(), []
+    for count in starts:
+        log = kept(folder)
+        for _ in range(count):
+            log.note(0.0, "refused", name=str(next(names)))
+        log.close()
+        if data.draw(st.booleans()):
+            while told := log.history.since(cursor, data.draw(st.integers(1, 200))):
+                got += [int(event.name or -1) for event in told]
+                cursor = told[-1].cursor
+    while told := kept(folder).history.since(cursor, 100):
+        got += [int(event.name or -1) for event in told]
+        cursor = told[-1].cursor
+    assert got == list(range(next(names)))
+
+
+def test_a_cursor_of_another_folder_hears_that_it_is_unknown_and_then_all(tmp_path: Path) -> None:
+    other, log = kept(tmp_path / "other"), kept(tmp_path)
+    cursor = other.note(1.0, "stop").cursor
+    log.note(1.0, "stop", name="ours")
+    assert heard(log, cursor) == ["gap", "ours"]
+    assert heard(log, Cursor(None, 99)) == ["gap", "ours"], "a number that was never given"
+
+
+def test_what_is_too_old_is_left_out_and_said_to_be_and_stops_stay(tmp_path: Path) -> None:
+    log = kept(tmp_path)
+    log.note(0.0, "stop", name="old stop")
+    for number in range(SURE):
+        log.note(0.0, "refused", name=f"old {number}")
+    log.close()
+    later = kept(tmp_path, days=31)
+    for number in range(3 * SURE):
+        later.note(0.0, "refused", name=f"new {number}")
+    later.close()
+    told = heard(kept(tmp_path), Cursor(None, 0))
+    assert told[:2] == ["gap", "old stop"]
+    assert told[-3 * SURE :] == [f"new {number}" for number in range(3 * SURE)]
+    assert "old 0" not in told
+
+
+def test_a_clock_that_jumps_takes_nothing_away(tmp_path: Path) -> None:
+    """A small computer wakes in 1970, and learns the time later."""
+    log = kept(tmp_path, days=-20_000)
+    log.note(0.0, "gesture_begun", name="in 1970")
+    log.close()
+    kept(tmp_path).close()
+    assert heard(kept(tmp_path), Cursor(None, 0)) == ["in 1970"]
+
+
+def test_events_that_a_full_disk_did_not_take_are_a_gap(tmp_path: Path) -> None:
+    log = kept(tmp_path)
+    cursor = log.note(0.0, "stop").cursor
+    log.close()
+    with sqlite3.connect(tmp_path / "events.sqlite") as file:
+        log = kept(tmp_path)
+        for number in range(2 * LOGGED):
+            log.note(0.0, "refused", name=str(number))
+        log.close()
+        file.execute("DELETE FROM events WHERE number BETWEEN 10 AND 20")
+    told = log.history.since(cursor, 10_000)
+    (gap,) = [event for event in told if event.kind == "gap"]
+    assert told[told.index(gap) + 1].number == gap.number + 1 == 21
+    assert len(told) == 2 * LOGGED - 11 + 1
+
+
+def test_a_file_that_is_none_of_ours_is_put_aside(tmp_path: Path) -> None:
+    (tmp_path / "events.sqlite").write_text("nonsense " * 1000)
+    log = kept(tmp_path)
+    log.note(0.0, "stop", name="new")
+    log.close()
+    assert heard(kept(tmp_path), Cursor(None, 0)) == ["new"]
+    assert (tmp_path / "events.sqlite.bad").read_text().startswith("nonsense")
+
+
+def test_without_a_place_it_lives_on(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "folder").write_text("a file")
+    assert kept_events(tmp_path / "folder") is None
+    assert "events cannot be kept there" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("text", ["", "x", "5f2c9a10:", ":1", "5F2C9A10:1", "-1", "1 1"])
+def test_what_names_no_event_is_refused(text: str) -> None:
+    with pytest.raises(InputError, match="BOOT:NUMBER"):
+        Cursor.of(text)
+
+
+def test_no_byte_of_what_was_said_is_kept_unless_allowed_and_none_after(
+    robot: Robot, tmp_path: Path
+) -> None:
+    def said(runner: Runner, text: str) -> None:
+        runner.take(hear(text), text)
+        run(runner, 0.1)
+
+    def kept_bytes() -> bytes:
+        return b"".join(path.read_bytes() for path in tmp_path.glob("events.sqlite*"))
+
+    runner = woken(robot, tmp_path)
+    said(runner, "I am so sad, my marmalade is mouldy")
+    runner.allow_words(True)
+    run(runner, 0.1)
+    assert b"marmalade" not in kept_bytes()
+    assert b"mouldy" not in kept_bytes()
+    said(runner, "I am so sad, my hyacinth is dead")
+    runner.close(patience=0.0)
+    assert b"hyacinth" in kept_bytes()
+    runner = woken(robot, tmp_path)
+    assert runner.snapshot.state.words, "the switch is as it was"
+    said(runner, "I fell in the larder")
+    runner.allow_words(False)
+    run(runner, 0.1)
+    runner.close(patience=0.0)
+    for word in (b"hyacinth", b"larder"):
+        assert word not in kept_bytes()
+    kinds = [e.kind for e in kept(tmp_path).history.since(Cursor(None, 0), 1000)]
+    assert kinds.count("heard") == 3, "that something was said stays"
+
+
+def ends(runner: Runner, wish: str) -> list[LiveEvent]:
+    """Return the events of a wish that end it."""
+    ending = ("_ended", "_broken_off", "_dropped")
+    events = runner.history.after(0)
+    return [event for event in events if event.wish == wish and event.kind.endswith(ending)]
+
+
+def test_every_wish_ends_once(runner: Runner) -> None:
+    first = runner.perform(Expression("happiness", 0.5))
+    replaced = runner.perform(Expression("anger", 0.5))
+    said = runner.speak("Hello.")
+    over = runner.speak("Good morning to all of you.")
+    runner.tick()
+    third = runner.perform(Expression("fear", 0.5))
+    until(runner, lambda state: state.asked)
+    run(runner, 0.2)
+    runner.stop()
+    until(runner, lambda state: state.stop)
+    dropped = runner.perform(Expression("fear", 0.5))
+    run(runner, 9.0)
+    told = [
+        [event.kind for event in ends(runner, wish.result())]
+        for wish in (first, replaced, said, over, third, dropped)
+    ]
+    assert told == [
+        ["wish_dropped"],
+        ["gesture_broken_off"],
+        ["speech_broken_off"],
+        ["speech_ended"],
+        ["wish_dropped"],
+        ["wish_dropped"],
+    ]
+    assert ends(runner, dropped.result())[0].name == "lapsed"
+
+
+def test_a_gesture_tells_its_wish_its_beginning_and_its_end(runner: Runner) -> None:
+    wish = runner.perform(Expression("surprise", 0.8), None, "gesture", "agent")
+    until(runner, lambda state: state.asked)
+    until(runner, lambda state: not state.asked)
+    events = [event for event in runner.history.after(0) if wish.result() in (event.id, event.wish)]
+    assert [event.kind for event in events] == ["wish", "gesture_begun", "gesture_ended"]
+    assert (events[0].by, events[1].feeling, events[1].mood) == ("agent", "surprise", 0.8)
+
+
+def test_another_body_ends_what_was_asked_of_the_last(runner: Runner) -> None:
+    wish = runner.perform(Expression("surprise", 0.8))
+    until(runner, lambda state: state.asked)
+    runner.use("simulated")
+    run(runner, 0.1)
+    assert [event.kind for event in ends(runner, wish.result())] == ["gesture_broken_off"]
+
+
+def test_a_release_has_an_end_or_is_broken_off(runner: Runner) -> None:
+    block(runner)
+    until(runner, lambda state: state.phase == "returning")
+    runner.stop()
+    until(runner, lambda state: state.held and state.phase == "stopped")
+    run(runner, 1.0)
+    runner.release(by_person=True)
+    until(runner, lambda state: state.phase == "idle")
+    runner.tick()
+    kinds = [e.kind for e in runner.history.after(0) if e.kind.startswith(("stop", "release"))]
+    assert kinds[:2] == ["stop", "release_begun"]
+    assert kinds[2:4] == ["stop", "release_broken_off"]
+    assert kinds[-2:] == ["release_begun", "release_ended"]
+
+
+ACTS = [
+    Act(0.0, expression=Expression("happiness", 0.6)),
+    Act(0.5, words="Look at this!"),
+    Act(1.0, expression=Expression("surprise", 0.6)),
+]
+
+
+def test_a_performance_does_all_in_order_and_ends_once(runner: Runner) -> None:
+    wish = runner.act(ACTS, True)
+    run(runner, 15.0)
+    told = [(e.kind, e.feeling) for e in runner.history.after(0) if e.wish == wish.result()]
+    assert [one for one in told if "speech" not in one[0]] == [
+        ("performance_begun", None),
+        ("gesture_begun", "happiness"),
+        ("gesture_ended", "happiness"),
+        ("gesture_begun", "surprise"),
+        ("gesture_ended", "surprise"),
+        ("performance_ended", None),
+    ]
+    kinds = [kind for kind, _ in told]
+    assert kinds.index("gesture_begun") < kinds.index("speech_begun") < kinds.index("gesture_ended")
+
+
+def test_performances_wait_for_one_another_and_now_comes_before_all(runner: Runner) -> None:
+    first, second = runner.act(ACTS[:1], True), runner.act(ACTS[2:], True)
+    until(runner, lambda state: state.asked)
+    now = runner.act([Act(0.0, expression=Expression("fear", 0.9))], False)
+    until(runner, lambda state: state.expressed and state.expressed.feeling == "fear", seconds=2.0)
+    run(runner, 8.0)
+    told = [
+        [e.kind for e in ends(runner, wish.result()) if "gesture" not in e.kind]
+        for wish in (first, second, now)
+    ]
+    assert told == [["performance_broken_off"], ["wish_dropped"], ["performance_ended"]]
+
+
+def test_a_contact_breaks_a_performance_off_and_stop_drops_those_that_wait(runner: Runner) -> None:
+    block(runner)
+    until(runner, lambda state: state.phase == "idle", seconds=30.0)
+    wide = [Act(0.0, expression=Expression("happiness", 1.0)), *ACTS]
+    first, second = runner.act(wide, True), runner.act(wide, True)
+    until(runner, lambda state: state.stop)
+    run(runner, 0.1)
+    assert [e.kind for e in ends(runner, first.result())][-1] == "performance_broken_off"
+    runner.stop()
+    run(runner, 0.2)
+    assert [e.kind for e in ends(runner, second.result())] == ["wish_dropped"]
+    assert runner.history.latest is not None
+
+
+def test_the_log_of_a_feeling_names_its_event(runner: Runner) -> None:
+    told = runner.stimulate(Stimulus("happiness", 0.5), "home")
+    runner.tick()
+    (event,) = [event for event in runner.history.after(0) if event.kind == "stimulus"]
+    assert (event.id, event.by) == (told.result(), "home")
