@@ -77,6 +77,7 @@ def test_what_names_no_event_is_refused(server: Server, query: str, status: int)
     answer = httpx.get(f"{server.url}/api/v1/events{query}", timeout=LIMIT)
     assert answer.status_code == status
     assert answer.json()["detail"]
+    assert answer.headers["connection"] == "close", "nothing may follow on that connection"
 
 
 def test_the_socket_tells_events_beside_its_states(server: Server) -> None:

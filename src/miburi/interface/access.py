@@ -338,6 +338,7 @@ class Gate:
                 began = True
                 own = dict(message["headers"])  # our own pages set a stricter policy
                 more = [header for header in SAFE_HEADERS if header[0] not in own]
+                more += _farewell(scope)
                 message = {**message, "headers": [*message["headers"], *more]}
             await send(message)
 
@@ -425,6 +426,11 @@ async def _lead(where: str, send: Send) -> None:
     await send({"type": "http.response.body"})
 
 
+def _farewell(scope: Scope) -> list[tuple[bytes, bytes]]:
+    """Return the header that tells a client to send nothing more after the answer to a stream."""
+    return [(b"connection", b"close")] if scope["path"] == EVENTS else []
+
+
 async def _refuse(scope: Scope, receive: Receive, send: Send, refused: RefusedError) -> None:
     if scope["type"] == "websocket":
         await receive()  # the client's wish to connect
@@ -435,6 +441,7 @@ async def _refuse(scope: Scope, receive: Receive, send: Send, refused: RefusedEr
         (b"content-type", b"application/json"),
         (b"content-length", str(len(body)).encode()),
         *SAFE_HEADERS,
+        *_farewell(scope),
     ]
     if refused.status == HTTPStatus.UNAUTHORIZED:
         headers.append((b"www-authenticate", b'Bearer realm="miburi"'))
