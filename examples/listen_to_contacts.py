@@ -8,10 +8,7 @@ from contextlib import suppress
 
 from miburi import connect
 
-latest = None
 with suppress(KeyboardInterrupt), connect(sys.argv[1]) as partner:
-    for state in partner.watch(rate=20):
-        stop = state.stop
-        if stop is not None and stop.reason == "contact" and stop.time != latest:
-            latest = stop.time
-            print(f"{stop.time:.2f} s: the {stop.motor} met something", flush=True)
+    for event in partner.events():
+        if event.stop is not None and event.stop.reason == "contact":
+            print(f"{event.time:.2f} s: the {event.stop.motor} met something", flush=True)

@@ -2,6 +2,7 @@
 
 import re
 import signal
+import sqlite3
 import subprocess
 import sys
 import threading
@@ -31,7 +32,11 @@ def test_a_script_is_short(script: Path) -> None:
     assert len(script.read_text(encoding="utf-8").splitlines()) <= 40
 
 
-@pytest.mark.parametrize("name", [s.stem for s in SCRIPTS if s.stem != "listen_to_contacts"])
+#: Those that need a live partner.
+LIVE = ("listen_to_contacts", "tea_timer", "guessing_game", "log_to_sqlite")
+
+
+@pytest.mark.parametrize("name", [s.stem for s in SCRIPTS if s.stem not in LIVE])
 def test_a_script_shows_what_it_promises(name: str, tmp_path: Path) -> None:
     done = subprocess.run(
         [sys.executable, "-W", "error", FOLDER / f"{name}.py"],
@@ -42,27 +47,68 @@ def test_a_script_shows_what_it_promises(name: str, tmp_path: Path) -> None:
 
 
 def test_a_contact_is_heard(server: Server) -> None:
-    with connect(server.url) as partner:
-        partner.place_hand((0.12, -0.11, 0.12), (1, 0, 0))  # where the right arm will pass
-        partner.express(Expression("happiness", 1.0))
-        for state in partner.watch():
-            if state.stop is not None and state.stop.reason == "contact":
-                break
-            if state.phase == "stopped":  # a slow machine's loop may be late, and stop it
-                partner.release()
-            elif state.expressed is None:
-                partner.express(Expression("happiness", 1.0))
-        partner.stop()  # the stop lasts until the script has heard of it
-        with subprocess.Popen(
+    with (
+        connect(server.url) as partner,
+        subprocess.Popen(
             [sys.executable, FOLDER / "listen_to_contacts.py", server.url],
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-        ) as listener:  # fmt: skip
+        ) as listener,
+    ):  # fmt: skip
+        partner.place_hand((0.12, -0.11, 0.12), (1, 0, 0))  # where the right arm will pass
+        heard, lines = threading.Event(), list[str]()
+
+        def hear() -> None:
             assert listener.stdout is not None
-            patience = threading.Timer(60.0, listener.kill)  # or it would be waited for for ever
-            patience.start()
-            line = listener.stdout.readline().rstrip()
-            patience.cancel()
-            assert re.fullmatch(LINES["listen_to_contacts"], line)
-            listener.send_signal(signal.SIGINT)
-            assert listener.communicate(timeout=30) == ("", "")
-            assert listener.returncode == 0
+            lines.append(listener.stdout.readline())
+            heard.set()
+
+        threading.Thread(target=hear).start()
+        for state in partner.watch():  # contacts end by themselves; it meets the hand again
+            if heard.is_set():
+                break
+            if state.expressed is None and not state.stop:
+                partner.express(Expression("happiness", 1.0))
+        listener.send_signal(signal.SIGINT)
+        assert listener.stderr is not None
+        assert listener.stderr.read() == ""
+    assert re.fullmatch(LINES["listen_to_contacts"], lines[0].strip())
+
+
+def run_script(name: str, *arguments: str, said: str = "") -> str:
+    command = [sys.executable, "-W", "error", FOLDER / f"{name}.py", *arguments]
+    done = subprocess.run(command, input=said, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    return done.stdout
+
+
+def test_a_timer_makes_it_happy_and_knows_when_that_is_over(server: Server) -> None:
+    said = run_script("tea_timer", server.url, "0.1")
+    assert said.splitlines() == ["performance begun", "performance ended"]
+    assert server.runner.snapshot.state.spoken is not None
+    assert server.runner.snapshot.state.spoken.text == "Your tea is ready!"
+
+
+def test_a_game_is_played_to_its_end(server: Server) -> None:
+    said = run_script("guessing_game", server.url, said="fear\nfear\nfear\n")
+    assert re.search(r"[0-3] of 3\.$", said.strip())
+    with connect(server.url) as partner:
+        sources = {event.by for event in partner.log() if event.kind == "stimulus"}
+    assert sources == {"program"}
+
+
+def test_a_logger_that_was_killed_begins_where_it_was(server: Server, tmp_path: Path) -> None:
+    path, command = tmp_path / "events.db", [sys.executable, FOLDER / "log_to_sqlite.py"]
+    for _ in range(2):
+        with (
+            connect(server.url) as partner,
+            subprocess.Popen([*command, server.url, path], stdout=-1, text=True) as logger,
+        ):
+            partner.express(Expression("surprise", 0.3))
+            assert logger.stdout is not None
+            while not logger.stdout.readline().endswith("gesture_ended\n"):
+                pass
+            logger.kill()
+    with sqlite3.connect(path) as file:
+        kept = [row[0] for row in file.execute("SELECT id FROM events ORDER BY rowid")]
+    numbers = [int(one.partition(":")[2]) for one in kept]
+    assert numbers == [*range(1, len(numbers) + 1)], "none is missing, and none twice"

@@ -1,0 +1,29 @@
+"""A timer that makes the partner happy. Start a partner with `make run`, then, for three minutes:
+
+python examples/tea_timer.py http://127.0.0.1:8080 180
+"""
+
+import asyncio
+import sys
+
+from miburi import Stimulus, connect_async
+from miburi.interface.wire import GestureAct, SpeechAct
+
+
+async def time_tea(url: str, seconds: float) -> None:
+    async with connect_async(url) as partner:
+        await asyncio.sleep(seconds)
+        await partner.stimulate(Stimulus("happiness", 0.9))
+        wish = await partner.perform(
+            GestureAct(do="gesture", feeling="happiness", mood=0.9),
+            SpeechAct(do="speech", text="Your tea is ready!", offset=0.5),
+            now=True,
+        )
+        async for event in partner.events(after=wish):
+            if event.wish == wish and event.kind.startswith("performance_"):
+                print(event.kind.replace("_", " "), flush=True)
+                if event.kind != "performance_begun":
+                    return
+
+
+asyncio.run(time_tea(sys.argv[1], float(sys.argv[2])))
