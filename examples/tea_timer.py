@@ -1,4 +1,4 @@
-"""A timer that makes the partner happy. Start a partner with `make run`, then, for three minutes:
+"""A timer, of so many seconds, that makes the partner happy. Start one with `make run`.
 
 python examples/tea_timer.py http://127.0.0.1:8080 180
 """
@@ -11,6 +11,7 @@ from miburi.interface.wire import GestureAct, SpeechAct
 
 
 async def time_tea(url: str, seconds: float) -> None:
+    """Wait, be glad, and end when the partner has said so."""
     async with connect_async(url) as partner:
         await asyncio.sleep(seconds)
         await partner.stimulate(Stimulus("happiness", 0.9))

@@ -53,11 +53,13 @@ class Posture(Table):
         length. A direction to the side turns the waist.
     """
 
-    phase: Phase
-    until: Phase | None = None
-    right: Direction
-    left: Direction
-    head: Direction
+    phase: Phase = Field(description="When the body arrives, as a share of the duration.")
+    until: Phase | None = Field(default=None, description="When it leaves; null: at once.")
+    right: Direction = Field(
+        description="The right hand, relative to its shoulder: forward, out, up, in arm's reaches."
+    )
+    left: Direction = Field(description="The left hand, in the same way.")
+    head: Direction = Field(description="The head's direction: forward, left, up.")
 
     @property
     def leaves(self) -> float:
@@ -98,10 +100,12 @@ class Repeat(Table):
     repeat makes the gesture longer.
     """
 
-    first: Annotated[int, Field(ge=1)]
-    last: Annotated[int, Field(ge=1)]
-    times: Annotated[int, Field(ge=2, le=8)]
-    back: Annotated[float, Field(gt=0, le=1)]
+    first: Annotated[int, Field(ge=1)] = Field(description="The first pose of the range, from 1.")
+    last: Annotated[int, Field(ge=1)] = Field(description="The last one.")
+    times: Annotated[int, Field(ge=2, le=8)] = Field(description="How often in all.")
+    back: Annotated[float, Field(gt=0, le=1)] = Field(
+        description="The way back, as a share of the duration."
+    )
 
 
 class MovementFunction(Table):

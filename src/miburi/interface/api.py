@@ -1,7 +1,9 @@
 """The interface for programs: ``/api/v1``, described by OpenAPI at ``/api/openapi.json``."""
 
 import asyncio
+from collections.abc import Callable
 from concurrent.futures import Future
+from functools import partial
 from typing import Annotated, Any
 
 import numpy as np
@@ -67,6 +69,21 @@ __all__ = [
     "refuse_in_words",
 ]
 
+_ABOUT = """A robot partner: what it feels, what it shows, and how to talk to it.
+
+The WebSocket `/api/v1/live?rate=30&events=new` sends states, and events as `{"event": …}`; it takes
+`{"do": "stimulus", "feeling": …}`, `{"do": "hand", "position": …}`, `{"do": "stop"}`,
+`{"do": "release"}` and `{"do": "rate", "rate": 10}`, and answers what it refuses with
+`{"refused": "…"}`."""
+_TAGS = {
+    "stop": "What no limit holds up.",
+    "look": "How the partner is.",
+    "events": "What happened, and what happens.",
+    "ask": "What it shall feel, notice and do.",
+    "show": "What it shall show and say; each wish has an id, which its events carry.",
+    "recordings": "Files of its motion and feelings (MCAP).",
+    "privacy": "What is told of what one says.",
+}
 _NOTHING = 204
 _PLAIN = Care()
 #: Touches, motions and sounds that are noticed a second and at once, from one address (ours).
@@ -87,7 +104,7 @@ _REHEARSED_RATE, _REHEARSED_BURST = 0.5, 5.0
 _Asker = Annotated[
     str, Header(alias=BY, description="Who asks: `program`, `home`, `agent`, `ros`, or a person.")
 ]
-_RecordingName = Annotated[str, Path(max_length=60)]
+_RecordingName = Annotated[str, Path(max_length=60, description="The name of its file.")]
 
 
 def make_api(runner: LivePartner, endpoint: Endpoint | None = None, care: Care = _PLAIN) -> FastAPI:
@@ -105,13 +122,17 @@ def make_api(runner: LivePartner, endpoint: Endpoint | None = None, care: Care =
     app = FastAPI(
         title="Miburi",
         version=__version__,
-        description="A robot partner: what it feels, what it shows, and how to talk to it.",
+        description=_ABOUT,
+        servers=[{"url": "http://127.0.0.1:8080", "description": "as `miburi run` says"}],
+        openapi_tags=[{"name": name, "description": what} for name, what in _TAGS.items()],
+        generate_unique_id_function=lambda route: route.name,
         openapi_url="/api/openapi.json",
         docs_url=None,
         redoc_url=None,
     )
     speech = Speech(runner, endpoint, care)
     app.include_router(_router(runner, speech))
+    _describe(app)
     refuse_in_words(app)
     return app
 
@@ -123,18 +144,37 @@ def refuse_in_words(app: FastAPI) -> None:
 
 
 def _router(runner: LivePartner, speech: Speech) -> APIRouter:
-    refusal: Refusals = {422: {"model": Refusal}}
-    limited = APIRouter(responses=refusal | _OFTEN)
-    _looking(limited, runner)
-    _asking(limited, runner, speech)
-    _showing(limited, runner)
-    _recording(limited, runner)
-    _private(limited, runner)
-    limited.include_router(event_router(runner))
-    router = APIRouter(prefix="/api/v1", responses=refusal)
-    _stopping(router, runner)
-    router.include_router(limited)
+    router = APIRouter(prefix="/api/v1", responses={422: {"model": Refusal}})
+    stop = APIRouter(tags=["stop"])
+    _stopping(stop, runner)
+    router.include_router(stop)
+    parts: dict[str, Callable[[APIRouter, LivePartner], None]] = {
+        "look": _looking,
+        "ask": partial(_asking, speech=speech),
+        "show": _showing,
+        "recordings": _recording,
+        "privacy": _private,
+    }
+    for tag, add in parts.items():
+        part = APIRouter(tags=[tag], responses=_OFTEN)
+        add(part, runner)
+        router.include_router(part)
+    router.include_router(event_router(runner), responses=_OFTEN)
     return router
+
+
+def _describe(app: FastAPI) -> None:
+    """Add to the description what FastAPI cannot know: the token, and the WebSocket."""
+    described = app.openapi
+
+    def whole() -> dict[str, Any]:
+        schema = described()
+        key = {"type": "http", "scheme": "bearer", "description": "Needed from other computers."}
+        schema["components"]["securitySchemes"] = {"token": key}
+        schema["security"] = [{}, {"token": []}]
+        return schema
+
+    app.openapi = whole  # type: ignore[method-assign]
 
 
 def _stopping(router: APIRouter, runner: LivePartner) -> None:
@@ -167,7 +207,7 @@ def _looking(router: APIRouter, runner: LivePartner) -> None:
         return [sample for _, sample in runner.samples_after(0)]
 
     @router.get("/gestures")
-    async def all_gestures() -> list[GestureOut]:
+    async def gestures() -> list[GestureOut]:
         """Return the movement functions."""
         return [
             GestureOut.model_validate(function.model_dump(include=set(GestureOut.model_fields)))

@@ -28,7 +28,7 @@ _GLANCE, _SILENCE, _RETRY = 0.01, 10.0, 1_000
 _PIECE = 100
 
 AfterCursor = Annotated[
-    str,
+    str | None,
     Query(
         pattern=CURSOR,
         description="The id of the latest event that you know, `BOOT:NUMBER`, or its number.",
@@ -42,7 +42,7 @@ def event_router(partner: LivePartner) -> APIRouter:
     router = APIRouter(tags=["events"])
 
     @router.get("/log", operation_id="log", response_model=list[LiveEvent])
-    async def log(after: AfterCursor | None = None) -> list[LiveEvent]:
+    async def log(after: AfterCursor = None) -> list[LiveEvent]:
         """Return what happened after an event, the oldest first; without one, the latest.
 
         At most 1,000 at once; ask again with the last one's id. Where events before the first are
@@ -63,7 +63,7 @@ def event_router(partner: LivePartner) -> APIRouter:
         },
     )
     async def events(
-        after: AfterCursor | None = None,
+        after: AfterCursor = None,
         kinds: Annotated[
             str | None,
             Query(max_length=400, description="Only these, with commas.", examples=["stop"]),

@@ -67,40 +67,50 @@ class Message(BaseModel):
 class StimulusIn(Message):
     """Something that the partner shall feel."""
 
-    feeling: FeelingName
-    strength: Share = 0.7
-    source: Source = "application"
+    model_config = ConfigDict(
+        json_schema_extra={"examples": [{"feeling": "happiness", "strength": 0.8}]}
+    )
+
+    feeling: FeelingName = Field(description="What it feels.")
+    strength: Share = Field(default=0.7, description="How strongly, 0 to 1.")
+    source: Source = Field(
+        default="application", description="What it comes from; the temperament weighs that."
+    )
 
 
 class SayIn(Message):
     """What somebody says to the partner, in English or Japanese."""
 
-    text: Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=1000)]
+    model_config = ConfigDict(json_schema_extra={"examples": [{"text": "I am so happy today"}]})
+
+    text: Annotated[
+        str, StringConstraints(strip_whitespace=True, min_length=1, max_length=1000)
+    ] = Field(description="What is said.")
     tone: Tone = Field(default="plain", description="How it was said; weighs what the words say.")
 
 
 class WhyOut(BaseModel):
     """A word, and how much it spoke for the feeling (log-odds over none)."""
 
-    what: str
-    weight: float
+    what: str = Field(description="The word.")
+    weight: float = Field(description="How much it spoke for the feeling.")
 
 
 class FeltOut(BaseModel):
     """What moved the partner's feelings."""
 
-    feeling: TheirFeeling
-    strength: Share
-    source: Source
+    feeling: TheirFeeling = Field(description="The feeling that was moved.")
+    strength: Share = Field(description="By how much, before the temperament weighs it.")
+    source: Source = Field(description="What it came from.")
 
 
 class SayOut(BaseModel):
     """What was heard in it, why, and what the partner felt at it."""
 
-    feeling: TheirFeeling | None
-    strength: Share
-    why: list[WhyOut]
-    felt: list[FeltOut]
+    feeling: TheirFeeling | None = Field(description="The feeling that was heard; null: none.")
+    strength: Share = Field(description="How likely it is; without a feeling, that of the nearest.")
+    why: list[WhyOut] = Field(description="What spoke for it.")
+    felt: list[FeltOut] = Field(description="What the partner felt at it.")
     asked: bool = Field(default=False, description="Whether it was asked what it feels itself.")
     distress: Distress | None = Field(
         default=None, description="What somebody needs help with now; it calls nobody."
@@ -111,18 +121,30 @@ class SayOut(BaseModel):
 class SpeakIn(Message):
     """What the partner shall say aloud; English and Japanese are told apart by their letters."""
 
-    text: Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=300)]
+    model_config = ConfigDict(
+        json_schema_extra={"examples": [{"text": "Somebody is at the door."}]}
+    )
+
+    text: Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=300)] = (
+        Field(description="What it says.")
+    )
 
 
 class SenseIn(Message):
     """Something that happened to the partner, as a page noticed it."""
 
-    kind: Kind
+    model_config = ConfigDict(
+        json_schema_extra={"examples": [{"kind": "stroke", "clearness": 1.0}]}
+    )
+
+    kind: Kind = Field(description="What happened.")
     clearness: Share = Field(default=1.0, description="How clear or sudden it was.")
 
 
 class FaceIn(Message):
     """Where in a camera's picture a face is; the picture itself stays in the page."""
+
+    model_config = ConfigDict(json_schema_extra={"examples": [{"x": 0.5}]})
 
     x: Share | None = Field(description="Its middle, of the width from the left; null: nobody.")
 
@@ -130,32 +152,60 @@ class FaceIn(Message):
 class EffortIn(Message):
     """Laban's effort, to replace the effort in a gesture's file."""
 
-    space: Share
-    weight: Share
-    time: Share
-    flow: Share
+    space: Share = Field(description="How far the gesture goes, 0 to 1.")
+    weight: Share = Field(description="How strong it is, 0 to 1.")
+    time: Share = Field(description="How sudden it is, 0 to 1.")
+    flow: Share = Field(description="How freely it flows, 0 to 1.")
 
 
 class ExpressIn(Message):
     """A gesture to perform once, whatever the feelings are."""
 
-    feeling: FeelingName
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [{"feeling": "surprise", "mood": 0.6, "blend": {"thrill": 0.3}}]
+        }
+    )
+
+    feeling: FeelingName = Field(description="The feeling whose gesture leads.")
     mood: Share = Field(default=0.7, description="The intensity μ.")
     blend: dict[FeelingName, Share] = Field(
         default_factory=dict, description="Other feelings' gestures to mix in, each with its μ."
     )
-    effort: EffortIn | None = None
+    effort: EffortIn | None = Field(default=None, description="null: the gesture's own.")
 
 
 class LookIn(Message):
     """Where to look, and for how long; ``user`` is ahead, ``aside`` looks thoughtful."""
 
-    at: Direction
-    seconds: Annotated[float, Field(ge=0, le=30)] = 2.0
+    model_config = ConfigDict(json_schema_extra={"examples": [{"at": "left", "seconds": 2.0}]})
+
+    at: Direction = Field(description="`user` is ahead; `aside` looks thoughtful.")
+    seconds: Annotated[float, Field(ge=0, le=30)] = Field(
+        default=2.0, description="For how long, s."
+    )
 
 
 class PosesIn(Message):
     """Key poses of one's own, written as in a gesture file, to perform once."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [
+                {
+                    "pose": [
+                        {
+                            "phase": 0.5,
+                            "right": [0.7, 0.5, 0.3],
+                            "left": [0.7, 0.5, 0.3],
+                            "head": [0.6, 0.3, 0.74],
+                        }
+                    ],
+                    "duration": 2.0,
+                }
+            ]
+        }
+    )
 
     pose: list[Posture] = Field(
         min_length=1, max_length=32, description="The key poses, in the order of their phases."
@@ -220,6 +270,19 @@ class PerformanceIn(Message):
     sentences go beside them.
     """
 
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [
+                {
+                    "acts": [
+                        {"do": "gesture", "feeling": "happiness", "mood": 0.8},
+                        {"do": "speech", "text": "Look at this!", "offset": 0.5},
+                    ]
+                }
+            ]
+        }
+    )
+
     acts: list[AnyAct] = Field(min_length=1, max_length=20, description="What to do.")
     when: Literal["next", "now"] = Field(
         default="next",
@@ -236,11 +299,19 @@ class WishOut(BaseModel):
 class WordsIn(Message):
     """Whether events may tell what is said to the partner."""
 
+    model_config = ConfigDict(json_schema_extra={"examples": [{"allowed": False}]})
+
     allowed: bool = Field(description="false also forgets what has been kept.", examples=[False])
 
 
 class HandIn(Message):
     """A place for the simulated human hand; a null position takes it away."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [{"position": [0.12, -0.11, 0.12], "along": [1.0, 0.0, 0.0]}]
+        }
+    )
 
     position: Point | None = Field(description="The middle of the fingers, m in the base frame.")
     along: Point = Field(default=[0.0, 0.0, 1.0], description="The direction of the fingers.")
@@ -249,99 +320,109 @@ class HandIn(Message):
 class BodyIn(Message):
     """The body to change to."""
 
-    name: Name
-    port: Annotated[str, Field(max_length=200)] | None = None
+    model_config = ConfigDict(json_schema_extra={"examples": [{"name": "simulated"}]})
+
+    name: Name = Field(description="`simulated`, `card` or `emulated-card`.")
+    port: Annotated[str, Field(max_length=200)] | None = Field(
+        default=None, description="A card's serial port."
+    )
 
 
 class PauseIn(Message):
     """Whether the partner rests at neutral; it still feels, and still stops when touched."""
 
-    paused: bool
+    model_config = ConfigDict(json_schema_extra={"examples": [{"paused": True}]})
+
+    paused: bool = Field(description="true: rest at neutral; false: go on.")
 
 
 class TemperamentIn(Message):
     """The temperament to change to."""
 
-    name: Name
+    model_config = ConfigDict(json_schema_extra={"examples": [{"name": "calm"}]})
+
+    name: Name = Field(description="A shipped one, or the one that the partner began with.")
 
 
 class RecordingIn(Message):
     """Whether to start or end a recording."""
 
-    on: bool
+    model_config = ConfigDict(json_schema_extra={"examples": [{"on": True}]})
+
+    on: bool = Field(description="true: start one unless one is on; false: end it.")
 
 
 class GestureOut(BaseModel):
     """A movement function."""
 
-    name: str
-    feeling: TheirFeeling
+    name: str = Field(description="Its name.")
+    feeling: TheirFeeling = Field(description="The feeling that it shows.")
     duration: float = Field(description="s at tempo 1, repeats not counted.")
-    effort: EffortIn
+    effort: EffortIn = Field(description="Laban's effort at full intensity.")
 
 
 class BodyOut(BaseModel):
     """A kind of body."""
 
-    name: str
-    available: bool
-    needs_port: bool
-    chosen: bool
+    name: str = Field(description="Its name.")
+    available: bool = Field(description="Whether it can be had on this computer.")
+    needs_port: bool = Field(description="Whether it needs a serial port.")
+    chosen: bool = Field(description="Whether it moves now.")
 
 
 class RecordingOut(BaseModel):
     """A recording; ``whole`` is false until it has ended properly."""
 
-    name: str
-    bytes: int
-    whole: bool
+    name: str = Field(description="Its file.")
+    bytes: int = Field(description="Its size.")
+    whole: bool = Field(description="Whether it has ended properly.")
 
 
 class LinkOut(BaseModel):
     """A rigid link: its parent, and the joint that turns it."""
 
-    name: str
-    parent: str
-    joint: str
-    position: list[float]
-    axis: list[float]
+    name: str = Field(description="Its name.")
+    parent: str = Field(description="The link that carries it.")
+    joint: str = Field(description="The joint that turns it.")
+    position: list[float] = Field(description="The joint's place on the parent, m.")
+    axis: list[float] = Field(description="The joint's axis.")
 
 
 class PartOut(BaseModel):
     """A solid on a link."""
 
-    link: str
-    name: str
-    kind: str
-    size: list[float]
-    position: list[float]
-    end: list[float] | None
-    tilt: float
-    colour: list[float]
+    link: str = Field(description="The link that it belongs to.")
+    name: str = Field(description="Its name.")
+    kind: str = Field(description="Its shape.")
+    size: list[float] = Field(description="Its sizes, m.")
+    position: list[float] = Field(description="Its place on the link, m.")
+    end: list[float] | None = Field(description="A capsule's other end, m.")
+    tilt: float = Field(description="Its turn about the y axis, rad.")
+    colour: list[float] = Field(description="Red, green, blue, 0 to 1.")
 
 
 class RobotOut(BaseModel):
     """The robot's description, from which a viewer can draw it."""
 
-    name: str
-    joints: list[str]
-    feelings: list[str]
-    sources: list[str]
-    temperaments: list[str]
-    neutral: Eight
-    lower: Eight
-    upper: Eight
+    name: str = Field(description="Its name.")
+    joints: list[str] = Field(description="The joints, in the order of all arrays.")
+    feelings: list[str] = Field(description="The feelings, in the order of all levels.")
+    sources: list[str] = Field(description="What a stimulus may come from.")
+    temperaments: list[str] = Field(description="The temperaments to choose from.")
+    neutral: Eight = Field(description="The neutral pose, rad.")
+    lower: Eight = Field(description="The joints' lower limits, rad.")
+    upper: Eight = Field(description="The joints' upper limits, rad.")
     floor: float = Field(description="Height of the table, m.")
     threshold: float = Field(
         description="The contact rule's limit on measured over expected travel."
     )
     hand: list[float] = Field(description="The human hand: radius and half length, m.")
-    hand_away: list[float]
-    links: list[LinkOut]
-    parts: list[PartOut]
+    hand_away: list[float] = Field(description="Where the human hand waits, m.")
+    links: list[LinkOut] = Field(description="The links.")
+    parts: list[PartOut] = Field(description="The solids on them.")
 
 
 class Refusal(BaseModel):
     """The reason for a refusal, in words."""
 
-    detail: str
+    detail: str = Field(description="What was wrong, and what is allowed.")

@@ -44,8 +44,8 @@ Levels = list[float]
 class Expressed(BaseModel):
     """A feeling that is shown, with the mood as its intensity μ."""
 
-    feeling: TheirFeeling
-    mood: Share
+    feeling: TheirFeeling = Field(description="The feeling.")
+    mood: Share = Field(description="Its mood, the intensity μ.")
 
 
 class StopOut(BaseModel):
@@ -77,16 +77,16 @@ class StopOut(BaseModel):
     part: str | None = Field(
         default=None, description="The part that met the hand; simulation only."
     )
-    mood_before: Share
-    mood_after: Share
+    mood_before: Share = Field(description="The shown mood before the stop.")
+    mood_after: Share = Field(description="And after it: a contact lowers it by 20 %.")
 
 
 class Spoken(BaseModel):
     """What the partner says aloud; a page with its voice on speaks it."""
 
     number: int = Field(description="Another number is another sentence.")
-    text: str
-    language: Language
+    text: str = Field(description="The sentence.")
+    language: Language = Field(description="`en` or `ja`.")
     feeling: TheirFeeling | None = Field(description="What it felt then: it colours the voice.")
 
 
@@ -95,15 +95,15 @@ class DistressOut(BaseModel):
 
     number: int = Field(description="Of its entry in the log.")
     time: float = Field(description="s on the body's clock.")
-    kind: Distress
+    kind: Distress = Field(description="What somebody needs help with.")
     words: str | None = Field(description="What was said, if the user lets others hear it.")
 
 
 class RecordingEnd(BaseModel):
     """A recording that ended by itself."""
 
-    name: str
-    reason: EndReason
+    name: str = Field(description="Its file.")
+    reason: EndReason = Field(description="Why it ended.")
     detail: str = Field(description="The system's message.")
 
 
@@ -117,8 +117,8 @@ class RuleOut(BaseModel):
 class Hand(BaseModel):
     """The simulated human hand's pose."""
 
-    position: list[float]
-    quaternion: list[float]
+    position: list[float] = Field(description="m in the base frame.")
+    quaternion: list[float] = Field(description="w, x, y, z.")
 
 
 class State(BaseModel):
@@ -126,19 +126,21 @@ class State(BaseModel):
 
     serial: int = Field(description="Counts up by one at each step.")
     time: float = Field(description="s on the body's clock.")
-    body: str
-    phase: Literal["idle", "moving", "stopped", "returning"]
-    paused: bool
-    temperament: str
+    body: str = Field(description="The kind of body.")
+    phase: Literal["idle", "moving", "stopped", "returning"] = Field(
+        description="What the body does."
+    )
+    paused: bool = Field(description="Whether it rests at neutral until somebody lets it go on.")
+    temperament: str = Field(description="The present one.")
     recording: str | None = Field(description="The file of the present recording.")
     recording_end: RecordingEnd | None = Field(
         description="Why the latest recording ended by itself; null when another begins."
     )
     angles: Eight = Field(description="rad")
     velocities: Eight = Field(description="rad/s")
-    emotion: Levels
-    feeling: Levels
-    mood: Levels
+    emotion: Levels = Field(description="The fast level, 0 to 1.")
+    feeling: Levels = Field(description="The middle level, 0 to 1.")
+    mood: Levels = Field(description="The slow level, 0 to 1.")
     felt: Expressed | None = Field(description="The strongest emotion, with its mood.")
     expressed: Expressed | None = Field(description="The present gesture; null between gestures.")
     asked: bool = Field(description="Whether somebody asked for the present gesture.")
@@ -148,13 +150,13 @@ class State(BaseModel):
         description="Measured over expected travel in the latest window; null if not judged. "
         "A card reports only that of the motor that stopped it."
     )
-    rule: RuleOut
-    stop: StopOut | None
+    rule: RuleOut = Field(description="The contact rule in force.")
+    stop: StopOut | None = Field(description="Why the body is stopped; null while it is not.")
     held: bool = Field(
         description="Whether somebody pressed Stop, so that the body waits for a release."
     )
     force: float | None = Field(description="Force on the human hand now, N; simulation only.")
-    hand: Hand | None
+    hand: Hand | None = Field(description="The simulated human hand; null on a card.")
     hand_out: bool = Field(
         description="Whether the hand reaches in; else it waits beside the table."
     )
@@ -181,12 +183,12 @@ class State(BaseModel):
 class Sample(BaseModel):
     """One moment of the last minutes, for plots."""
 
-    time: float
-    mood: Levels
-    hand_speed: float
-    extent: float
-    ratios: list[float | None]
-    stopped: bool
+    time: float = Field(description="s on the body's clock.")
+    mood: Levels = Field(description="The moods.")
+    hand_speed: float = Field(description="As in the state, m/s.")
+    extent: float = Field(description="As in the state, m.")
+    ratios: list[float | None] = Field(description="As in the state.")
+    stopped: bool = Field(description="Whether the body was stopped.")
 
     @classmethod
     def of(cls, state: State) -> "Sample":
@@ -204,9 +206,9 @@ class Sample(BaseModel):
 class MotorOut(BaseModel):
     """One motor; null for what the body does not report."""
 
-    joint: str
+    joint: str = Field(description="The joint that it turns.")
     servo: int | None = Field(description="The servo's id on the bus.")
-    answers: bool | None
+    answers: bool | None = Field(description="Whether it answers on the bus.")
     temperature: float | None = Field(description="°C")
     voltage: float | None = Field(description="V")
     guards: Guards[float] = Field(description="What the contact rule grants this motor.")
@@ -215,16 +217,16 @@ class MotorOut(BaseModel):
 class MotorsOut(BaseModel):
     """The motors' health and calibration."""
 
-    body: str
-    port: str | None
+    body: str = Field(description="The kind of body.")
+    port: str | None = Field(description="A card's serial port.")
     calibrated: bool = Field(
         description="Whether the guards differ from those that ship with the robot."
     )
     settings: str | None = Field(description="The check sum of a card's settings.")
     hottest: float | None = Field(description="A hotter motor stops the body, °C.")
     lowest: float | None = Field(description="A lower supply stops the body, V.")
-    rule: RuleOut
-    motors: list[MotorOut]
+    rule: RuleOut = Field(description="The contact rule in force.")
+    motors: list[MotorOut] = Field(description="Each motor, in the order of the joints.")
 
 
 class Snapshot:

@@ -6,7 +6,9 @@ A sense is a function from what somebody did (words, a sound, a face, a touch) t
 """
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
+
+from pydantic import Field
 
 from miburi.errors import InputError
 from miburi.feelings import FEELINGS, SOURCES, Stimulus, Temperament
@@ -17,18 +19,12 @@ __all__ = ["Brought", "Impression", "stimuli"]
 
 @dataclass(frozen=True)
 class Brought:
-    """One thing that spoke for a feeling.
+    """One thing that spoke for a feeling."""
 
-    Parameters
-    ----------
-    what
-        In words: a word of the sentence, say.
-    weight
-        How much it spoke for the feeling, over nothing special (log-odds, above 0).
-    """
-
-    what: str
-    weight: float
+    what: Annotated[str, Field(description="In words: a word of the sentence, say.")]
+    weight: Annotated[
+        float, Field(description="How much it spoke for the feeling, over none; log-odds, above 0.")
+    ]
 
 
 @dataclass(frozen=True)
