@@ -8,6 +8,7 @@ import asyncio
 import re
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from datetime import UTC, datetime
 
 from pydantic import BaseModel, Field, ValidationError
 
@@ -38,10 +39,11 @@ class PartnerOut(BaseModel):
     lost: bool = Field(description="Whether it is gone, or its broker is.")
     report: HomeReport | None
     hottest: float | None = Field(description="The highest temperature of its motors, °C.")
+    age: float | None = Field(description="s since its report, by the two computers' clocks.")
 
 
 class FleetOut(BaseModel):
-    """All partners, by name."""
+    """All partners: those that are stopped first, then those that are lost, each by name."""
 
     connected: bool = Field(description="Whether the broker can be reached.")
     partners: list[PartnerOut]
@@ -78,9 +80,12 @@ class Fleet:
                 lost=not (connected and self._online[name]),
                 report=(report := self._reports.get(name)),
                 hottest=max(report.temperatures.values(), default=None) if report else None,
+                age=_age(report),
             )
             for name in sorted(self._online)
         ]
+        # Whoever needs a person comes first.
+        partners.sort(key=lambda one: (not _is_stopped(one), not one.lost))
         return FleetOut(connected=connected, partners=partners)
 
     async def stop(self, name: str = ALL) -> None:
@@ -187,6 +192,12 @@ async def stop_and_look(broker: Broker, name: str = ALL) -> tuple[list[str], lis
             "others did, nobody has seen. Look there, or use several brokers."
         )
     return stopped, [one.name for one in partners if one.name not in stopped]
+
+
+def _age(report: HomeReport | None) -> float | None:
+    if report is None or report.wall is None:
+        return None
+    return max(0.0, (datetime.now(UTC) - report.wall).total_seconds())
 
 
 def _is_stopped(partner: PartnerOut) -> bool:

@@ -93,7 +93,7 @@ def test_the_fleet_has_no_violation(page: Page, broker: Mosquitto, listener: Lis
             Topics(name).available, "offline" if name == "attic" else "online", retain=True
         )
         report = HomeReport(
-            feeling="happiness", mood=60, body="stopped" if stopped else "moving", paused=False,
+            feeling="happiness", mood=60, paused=False,
             stopped=stopped, motor="waist" if stopped else None, held=False, stops_today=3,
             temperatures={"waist": 41.0},
         )  # fmt: skip
