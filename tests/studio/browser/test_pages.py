@@ -57,7 +57,7 @@ def felt_gesture(page: Page) -> tuple[float, float]:
 
     def gestures() -> list[dict[str, Any]]:
         entries = page.request.get(urljoin(page.url, f"/api/v1/log?after={latest}")).json()
-        return [entry for entry in entries if entry["kind"] == "gesture"]
+        return [entry for entry in entries if entry["kind"] == "gesture_begun"]
 
     latest = state(page)["latest"]
     # Strong enough to be shown twice, too weak to change the mood by much.
