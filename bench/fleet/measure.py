@@ -16,6 +16,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from datetime import UTC, datetime
 from multiprocessing.synchronize import Event
 from pathlib import Path
 
@@ -29,7 +30,7 @@ from miburi.safety.stop import StopReason
 PARTNERS = 200
 PORT = 18_833
 BROKER = Broker("127.0.0.1", PORT)
-#: Reports a second of each partner: as a calm one sends, and the most that any sends.
+#: Reports a second of each partner; a living one sends a sixth of the lower rate at most.
 RATES = (1.0, 4.0)
 ROUNDS, SECONDS = 4, 10.0
 
@@ -37,7 +38,7 @@ ROUNDS, SECONDS = 4, 10.0
 def report(mood: int) -> str:
     temperatures = {f"motor_{i}": 40.0 + i for i in range(8)}
     return HomeReport(
-        feeling="happiness", mood=mood, body="moving", paused=False, stopped=None, motor=None,
+        feeling="happiness", mood=mood, paused=False, stopped=None, motor=None,
         held=False, stops_today=0, temperatures=temperatures,
     ).model_dump_json()  # fmt: skip
 
@@ -53,7 +54,10 @@ async def be_partner(number: int, rate: float, rounds: int) -> int:
             due = time.monotonic() + 1 / rate
             await client.publish(topics.report, report(i % 100), qos=1, retain=True)
             if i == count // 2:
-                stop = StopNews(event_type=StopReason.CONTACT, number=rounds, motor="head", force=1)
+                when, which = datetime.now(UTC), f"00000000:{rounds}"
+                stop = StopNews(
+                    event_type=StopReason.CONTACT, id=which, wall=when, motor="head", force=1
+                )
                 await client.publish(topics.stops, stop.model_dump_json(), qos=1)
             await asyncio.sleep(max(0.0, due - time.monotonic()))
         return count
