@@ -29,7 +29,7 @@ __all__ = ["serve_until_the_end"]
 def serve_until_the_end(pages: Pages, ends: Lanes) -> None:
     """Serve until SIGTERM, or until the partner's process has ended."""
     try:
-        partner = FarPartner(ends, open_store=partial(kept_events, pages.folder))
+        partner = FarPartner(ends, open_store=partial(kept_events, pages.folder, quiet=True))
     except UnreachableError:
         return  # it could not begin, and has said why
     app = make_app(partner, pages.reach, pages.doors)

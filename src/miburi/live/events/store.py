@@ -205,10 +205,11 @@ class EventStore:
         return int(number or 0)
 
 
-def kept_events(folder: Path) -> EventStore | None:
-    """Return the events of a partner's folder; None, and a line for the user, where none can be."""
+def kept_events(folder: Path, *, quiet: bool = False) -> EventStore | None:
+    """Return the events of a partner's folder; None where none can be kept, and a line says so."""
     try:
         return EventStore(folder / "events.sqlite")
     except OutputError as error:
-        print(f"miburi: {error} Events will be forgotten when the partner ends.", file=sys.stderr)
+        if not quiet:
+            print(f"miburi: {error} Events will be forgotten at the end.", file=sys.stderr)
         return None
