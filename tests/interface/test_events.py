@@ -197,6 +197,19 @@ def test_words_are_told_only_if_the_user_allows(server: Server) -> None:
         assert "marmalade" not in said
         assert "hyacinth" not in said
         assert [event.kind for event in partner.log()].count("heard") == 2
+        httpx.post(f"{server.url}/api/v1/words", json={"allowed": True}).raise_for_status()
+        said = str(partner.log())
+        assert "sad'" not in said, "allowed again, what was said before stays untold"
+        assert "hyacinth" not in said
+
+
+def test_who_has_never_heard_anything_is_told_at_once_that_nobody_answers(server: Server) -> None:
+    partner = miburi.connect(server.url)
+    for after in ("nonsense", "1"):
+        if after == "1":
+            partner = miburi.connect("http://127.0.0.1:9")
+        with pytest.raises(miburi.MiburiError):
+            next(partner.events(after=after))
 
 
 def test_a_wish_that_is_sent_soon_holds_up_nobody_and_more_than_a_few_are_left_out(

@@ -285,6 +285,17 @@ def test_performances_wait_for_one_another_and_now_comes_before_all(runner: Runn
     assert told == [["performance_broken_off"], ["wish_dropped"], ["performance_ended"]]
 
 
+def test_words_alone_that_come_now_let_a_later_gesture_wait(runner: Runner) -> None:
+    runner.act([Act(0.0, words="Hello.")], False)
+    run(runner, 2.0)
+    runner.act([Act(0.0, expression=Expression("surprise", 0.6))], True)
+    runner.stimulate(Stimulus("happiness", 1.0))
+    run(runner, 12.0)
+    kinds = [event.kind for event in runner.history.after(0)]
+    assert "gesture_broken_off" not in kinds
+    assert kinds.count("performance_ended") == 2
+
+
 def test_a_contact_breaks_a_performance_off_and_stop_drops_those_that_wait(runner: Runner) -> None:
     block(runner)
     until(runner, lambda state: state.phase == "idle", seconds=30.0)

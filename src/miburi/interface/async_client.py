@@ -96,19 +96,21 @@ class AsyncPartner:
         """Yield what happens after an event, or from now on; see :meth:`RemotePartner.events`."""
         cursor = after or (await self.state()).cursor
         loop = asyncio.get_running_loop()
-        lost = loop.time()
+        heard: float | None = None
         while True:
+            failure: Exception = ConnectionLostError("the connection was closed")
             try:
                 async with self._asker.stream(f"/events?after={cursor}") as lines:
                     async for line in lines:
-                        lost = loop.time()
+                        heard = loop.time()
                         if line.startswith(_DATA):
                             event = LiveEvent.model_validate_json(line.removeprefix(_DATA))
                             cursor = event.id
                             yield event
             except (httpx.HTTPError, ConnectionLostError) as error:
-                if loop.time() - lost > patience:
-                    raise ConnectionLostError(f"the partner does not answer ({error}).") from error
+                failure = error
+            if heard is None or loop.time() - heard > patience:
+                raise ConnectionLostError(f"the partner does not answer: {failure}.") from failure
             await asyncio.sleep(min(_AGAIN, patience))
 
     async def stimulate(self, stimulus: Stimulus) -> str:

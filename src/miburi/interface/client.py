@@ -156,20 +156,26 @@ class RemotePartner:
         partner starts anew, is made again for up to ``patience`` s.
         """
         address = "ws" + self._url.removeprefix("http") + f"/api/v1/live?rate={rate:g}"
-        lost = None
+        heard = None  # when, on the monotonic clock
         while True:
+            failure: Exception = ConnectionLostError("the connection was closed")
             try:
                 with open_socket(
                     address, additional_headers=self._headers, ssl=self._trust
                 ) as socket:
                     for text in socket:
-                        lost = time.monotonic()
+                        heard = time.monotonic()
                         yield self._state(text)
             except (OSError, ConnectionClosed, InvalidHandshake) as error:
-                if lost is None or time.monotonic() - lost > patience:
-                    words = f"{self._url}: {error or 'the connection was closed'}."
-                    raise ConnectionLostError(distrust(self._url, error) or words) from error
-                time.sleep(min(_AGAIN, patience))
+                failure = error
+            self._wait_to_connect(heard, patience, failure)
+
+    def _wait_to_connect(self, heard: float | None, patience: float, failure: Exception) -> None:
+        """Wait a moment; give up if nothing was ever heard, or not for ``patience`` s."""
+        if heard is None or time.monotonic() - heard > patience:
+            words = f"{self._url}: {failure or 'the connection was closed'}."
+            raise ConnectionLostError(distrust(self._url, failure) or words) from failure
+        time.sleep(min(_AGAIN, patience))
 
     def events(
         self, after: str | None = None, patience: float = 60.0
@@ -183,8 +189,9 @@ class RemotePartner:
         return self._events_after(after or self.state.cursor, patience)
 
     def _events_after(self, cursor: str, patience: float) -> Generator[LiveEvent, None, None]:
-        lost = time.monotonic()
+        heard = None  # when, on the monotonic clock
         while True:
+            failure: Exception = ConnectionLostError("the connection was closed")
             try:
                 with self._http.stream(
                     "GET", "/events", params={"after": cursor}, timeout=_STREAM_TIME
@@ -193,16 +200,14 @@ class RemotePartner:
                         answer.read()
                     accepted(self._url, answer)
                     for line in answer.iter_lines():
-                        lost = time.monotonic()
+                        heard = time.monotonic()
                         if line.startswith(_DATA):
                             event = LiveEvent.model_validate_json(line.removeprefix(_DATA))
                             cursor = event.id
                             yield event
             except (httpx.HTTPError, ConnectionLostError) as error:
-                if time.monotonic() - lost > patience:
-                    words = f"{self._url} does not answer ({error})."
-                    raise ConnectionLostError(distrust(self._url, error) or words) from error
-            time.sleep(min(_AGAIN, patience))
+                failure = error
+            self._wait_to_connect(heard, patience, failure)
 
     def soon(self, wish: Callable[..., object], *args: Any, **kwargs: Any) -> bool:
         """Let a thread carry out a wish, such as ``soon(partner.stimulate, stimulus)``.

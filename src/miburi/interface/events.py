@@ -140,9 +140,11 @@ def _now(partner: LivePartner) -> Cursor:
 
 
 def _told(partner: LivePartner, events: list[LiveEvent]) -> list[LiveEvent]:
-    if partner.snapshot.state.words:
-        return events
-    return [without_words(event) for event in events]
+    if not partner.snapshot.state.words:
+        return [without_words(event) for event in events]
+    # What was said before the user last changed the switch stays untold.
+    since = max((e.number for e in partner.history.after(0) if e.kind == "words"), default=0)
+    return [event if event.number > since else without_words(event) for event in events]
 
 
 def _kinds(text: str) -> set[str]:

@@ -303,7 +303,7 @@ class _Home:
                 topic = self._topics.distress
                 news: BaseModel = DistressNews.model_validate(content)
             case "stop" if event.stop is not None:
-                self._stops += 1
+                self._stops += event.wall.astimezone().date() == self._today()
                 topic, news = self._topics.stops, make_stop_news(event, event.stop)
             case "gap":
                 topic, news = (

@@ -65,7 +65,6 @@ class Wishes:
         """Let a performance wait for its turn, or begin it now instead of all others."""
         if not queued:
             self._clear("replaced")
-            self._interrupts = True
         wish = self._ask("performance", by)
         try:
             self._stage.add(Play(wish, tuple(acts)))
@@ -73,7 +72,7 @@ class Wishes:
             self._end(wish, "wish_dropped", name="busy")
             raise
         if not queued:
-            self._begin()
+            self._begin(interrupts=True)
         return wish
 
     def say(self, partner: Partner, text: str, felt: Expression | None, by: By | None) -> str:
@@ -206,9 +205,10 @@ class Wishes:
     def _is_performance(self, wish: str) -> bool:
         return self._open.get(wish) == "performance"
 
-    def _begin(self) -> None:
+    def _begin(self, *, interrupts: bool = False) -> None:
         begun = self._stage.begin()
         if begun is not None:
+            self._interrupts = interrupts
             self._note("performance_begun", wish=begun.wish)
 
     def _clear(self, why: str) -> None:

@@ -18,7 +18,7 @@ from miburi.ground.log import log_once
 from miburi.live.events.model import Cursor, LiveEvent
 from miburi.live.events.store import EventStore
 
-__all__ = ["LOGGED", "History", "Log", "new_boot", "without_words"]
+__all__ = ["LOGGED", "History", "Log", "without_words"]
 
 #: Events that are kept in memory.
 LOGGED = 300
@@ -29,11 +29,6 @@ _WORDS = "words"
 _SAID = ("heard", "distress")
 #: s to wait for the disk.
 _PATIENCE = 2.0
-
-
-def new_boot() -> str:
-    """Return an id for a start of the partner."""
-    return uuid4().hex[:8]
 
 
 def _now() -> datetime:
@@ -87,6 +82,8 @@ class History:
         If some that came after it are no longer kept, or it is of another folder, the first is a
         ``gap``.
         """
+        if self.reaches(cursor):
+            return self.after(cursor.number)[:most]
         pruned = self._oldest - 1 if self._store is None else self._store.pruned
         start, missing = self._resolve(cursor, pruned)
         if start >= self._oldest - 1:
@@ -147,7 +144,7 @@ class Log:
     store
         Where events outlast the program; None: nowhere.
     boot
-        The id of this start.
+        The id of this start, 8 hex digits; by default a new one.
     now
         Gives the time by the computer's clock.
     """
@@ -158,7 +155,7 @@ class Log:
         boot: str | None = None,
         now: Callable[[], datetime] = _now,
     ) -> None:
-        boot = boot or new_boot()
+        boot = boot or uuid4().hex[:8]
         self._store, self._now = store, now
         self._words = store is not None and store.note(_WORDS) == "1"
         #: What has happened.
