@@ -1,4 +1,4 @@
-"""A timer, of so many seconds, that makes the partner happy. Start one with `make run`.
+"""Make the partner happy after a number of seconds. Start one with `make run`.
 
 python examples/tea_timer.py http://127.0.0.1:8080 180
 """

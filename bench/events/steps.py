@@ -1,7 +1,7 @@
 """How soon an event is heard, and how many of the robot's steps, on a computer with much to do.
 
-A partner runs as a user runs it, with so many other programs that take a core each. Events come by
-the stream, steps by the WebSocket and by ROS; each event's own time says how late it was heard.
+A partner runs as a user runs it, beside a number of busy programs. The stream brings its events;
+the WebSocket and ROS bring its steps. Each event's own time tells how late it was heard.
 
 python bench/events/steps.py --load 15 --seconds 60
 """

@@ -1,7 +1,7 @@
 """Turn wishes for gestures, key poses and performances into what a partner can carry out.
 
-Key poses of one's own are held against the robot before it is asked: reach, limits, and in a
-rehearsal on the simulated body whether parts meet or the contact rule stops it.
+Custom key poses are checked before the robot moves: first their reach and the joint limits, then,
+in a rehearsal on the simulated body, whether parts meet or the contact rule stops it.
 """
 
 import threading
@@ -29,7 +29,7 @@ from miburi.live.view import LivePartner
 
 __all__ = ["LONGEST", "acts_of", "look_of", "poses_of", "shown_by"]
 
-#: The longest that key poses of one's own may take, s (ours).
+#: The longest that custom key poses may take, s (ours).
 LONGEST = 30.0
 #: m; as `miburi gesture check` has it.
 _MOST_ERROR = 1e-3
