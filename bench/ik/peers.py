@@ -30,7 +30,7 @@ FRAMES = ("right_hand", "left_hand", "head_centre")
 _MOVES = {link.name: link.joint for link in links(ROBOT)}
 # each joint: name, parent, origin, axis
 _JOINTS = tuple(
-    (link.joint, _MOVES.get(link.parent, "base"), link.position, link.axis)
+    (link.joint, _MOVES.get(link.parent, "base_link"), link.position, link.axis)
     for link in sorted(links(ROBOT), key=lambda link: JOINTS.index(link.joint))
 )
 _TIPS = tuple(
@@ -46,7 +46,7 @@ def urdf():
         '<inertial><mass value="0.1"/><inertia ixx="1e-4" iyy="1e-4" izz="1e-4" '
         'ixy="0" ixz="0" iyz="0"/></inertial>'
     )
-    links = ["base", *ORDER, *FRAMES]
+    links = ["base_link", *ORDER, *FRAMES]
     text = [f'<link name="{name}">{inertia}</link>' for name in links]
     for i, (name, parent, origin, axis) in enumerate(_JOINTS):
         text.append(
@@ -84,7 +84,7 @@ def mjcf():
             text += body(name) + "</body>"
         return text
 
-    return f'<mujoco><compiler angle="radian"/><worldbody>{body("base")}</worldbody></mujoco>'
+    return f'<mujoco><compiler angle="radian"/><worldbody>{body("base_link")}</worldbody></mujoco>'
 
 
 def _words(values):

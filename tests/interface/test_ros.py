@@ -19,10 +19,11 @@ from miburi.errors import InputError
 from miburi.feelings import FEELINGS, Stimulus
 from miburi.interface import ros_types
 from miburi.interface.client import RemotePartner, connect
-from miburi.interface.ros import BURST, LATE, Stamps
+from miburi.interface.ros import BURST
 from miburi.interface.ros_messages import PLACES, diagnose
 from miburi.interface.ros_network import RosNetwork, find_ros
 from miburi.live.runner import STEP, Runner
+from miburi.live.stamps import LATE, Stamps
 from miburi.robot import JOINTS, Robot, forward
 from miburi.robot.urdf import to_urdf
 
@@ -125,7 +126,7 @@ def test_who_comes_late_hears_the_description_and_can_work_out_where_the_hands_a
 def where(parents: dict[str, tuple[str, Told]], frame: str) -> np.ndarray:
     """Where a frame is on the base, m."""
     place = np.zeros(3)
-    while frame != "base":
+    while frame != "base_link":
         frame, transform = parents[frame]
         x, y, z, w = (transform["rotation"][axis] for axis in "xyzw")
         turn = np.array(
@@ -300,7 +301,7 @@ def test_partners_in_one_network_have_names_of_their_own(live: Runner, peer: Pee
         peer.listen("/tf", TRANSFORMS)
         first = peer.hear("/tf")["transforms"][0]
         assert (first["header"]["frame_id"], first["child_frame_id"]) == (
-            "kitchen_1/base", "kitchen_1/torso"
+            "kitchen_1/base_link", "kitchen_1/torso"
         )  # fmt: skip
         peer.listen("/diagnostics", DIAGNOSES)
         assert peer.hear("/diagnostics")["status"][0]["name"] == "kitchen_1: contact stop"

@@ -79,7 +79,7 @@ def test_rosbags_opens_it_with_the_right_names_stamps_and_profiles(
     assert joints[7][1].position.tolist() == [0.07, *[0.0] * 7]
     assert joints[7][1].velocity.tolist() == [0.5] * 8
     turned = heard["/tf"][7][1].transforms[0]
-    assert (turned.header.frame_id, turned.child_frame_id) == ("base", "torso")
+    assert (turned.header.frame_id, turned.child_frame_id) == ("base_link", "torso")
     assert 2 * np.arcsin(turned.transform.rotation.z) == pytest.approx(0.07)
     assert heard["/robot_description"][0][1].data == to_urdf(robot)
     ((_, said),) = heard["/expression"]

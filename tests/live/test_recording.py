@@ -1,24 +1,28 @@
 """Recordings: what was written can be read by any MCAP reader, and again byte for byte."""
 
+import json
 import struct
+from datetime import UTC, datetime
 from io import BytesIO
 from pathlib import Path
+from typing import Any
 
+import jsonschema
 import numpy as np
 import pytest
 from mcap.exceptions import EndOfFile
 from mcap.reader import make_reader
 from mcap.records import Message as McapMessage
 from mcap.stream_reader import StreamReader
-from tests.fixtures.live import run
+from tests.fixtures.live import run, until
 
 from miburi.bodies import BodyState
 from miburi.errors import InputError
-from miburi.feelings import FEELINGS, EmotionalModel, Stimulus, shipped_temperament
+from miburi.feelings import FEELINGS, EmotionalModel, Expression, Stimulus, shipped_temperament
 from miburi.live.recording import Recorder, read, step_messages
 from miburi.live.runner import Runner
 from miburi.partner import Released, Stopped
-from miburi.robot import JOINTS
+from miburi.robot import JOINTS, forward
 from miburi.safety.stop import Phase, Stop, StopReason
 from miburi.senses.happenings import notice
 from miburi.senses.words import hear
@@ -60,16 +64,75 @@ def test_every_topic_has_a_schema() -> None:
     file.seek(0)
     summary = make_reader(file).get_summary()
     assert summary is not None
-    assert {c.topic for c in summary.channels.values()} == {
-        "/joint_states",
-        "/commands",
-        "/feelings",
-        "/contacts",
-        "/stimuli",
-    }
     assert all(s.encoding == "jsonschema" and s.data for s in summary.schemas.values())
     assert summary.statistics is not None
     assert summary.statistics.message_count == 52
+
+
+def test_it_says_what_it_is_of_and_when_and_opens_in_3d(runner: Runner, tmp_path: Path) -> None:
+    """Every message fits its schema; Foxglove's frames, put together, end where the hands are."""
+    before = datetime.now(UTC).timestamp()
+    runner.tick()
+    runner.recordings.start()
+    runner.speak("Good morning.")
+    run(runner, 0.5)
+    runner.take(hear("I am so sad today"))
+    runner.hand(np.array([0.12, -0.11, 0.12]), np.array([1.0, 0.0, 0.0]))
+    run(runner, 1.5)
+    runner.perform(Expression("happiness", 0.9))
+    until(runner, lambda state: state.stop is not None, 8.0)
+    run(runner, 0.1)
+    runner.recordings.end()
+    (path,) = (tmp_path / "recordings").glob("*.mcap")
+    told: dict[str, list[tuple[float, Any]]] = {}
+    with path.open("rb") as file:
+        (about,) = [one.metadata for one in make_reader(file).iter_metadata()]
+        file.seek(0)
+        for schema, channel, record in make_reader(file).iter_messages():
+            assert schema is not None
+            content = json.loads(record.data)
+            jsonschema.validate(content, json.loads(schema.data))
+            told.setdefault(channel.topic, []).append((record.log_time / 1e9, content))
+    assert about["robot"] == "iphonoid"
+    assert {"version", "temperament", "seed", "servo", "boot"} < about.keys()
+    times = [when for messages in told.values() for when, _ in messages]
+    assert before - 1 < min(times) <= max(times) < datetime.now(UTC).timestamp() + 1
+
+    (_, stop), *_ = told["/contacts"]
+    assert stop["force"] > 0
+    assert stop["part"].startswith("right")
+    assert max(content["force"] for _, content in told["/touch"]) >= stop["force"]
+    said = [content["text"] for _, content in told["/events"] if content["kind"] == "speech_begun"]
+    assert "Good morning." in said
+    assert "sad today" not in str(told)
+
+    for (_, joints), (_, frames) in zip(told["/joint_states"], told["/tf"], strict=True):
+        places = at_the_ends(frames["transforms"])
+        ends = forward(runner.robot, np.array(joints["position"]))
+        assert places == pytest.approx(ends, abs=1e-4)
+    (_, scene), *_ = told["/scene"]
+    (forearm,) = [one for one in scene["entities"] if one["id"] == "right_forearm"]
+    (rod,) = forearm["cylinders"]
+    x, y, z, w = (rod["pose"]["orientation"][key] for key in "xyzw")
+    # It lies along the forearm, whose fingertip is straight to the right.
+    assert abs(2 * (y * z - w * x)) == pytest.approx(1.0, abs=1e-4)
+    assert rod["size"]["z"] == pytest.approx(runner.robot.lengths.L34)
+
+
+def at_the_ends(transforms: list[dict[str, Any]]) -> list[float]:
+    """Put frames together; return where right and left hand and head are."""
+    poses = {"base_link": np.eye(4)}
+    for one in transforms:
+        x, y, z, w = (one["rotation"][key] for key in "xyzw")
+        own = np.eye(4)
+        own[:3, :3] = [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+        own[:3, 3] = [one["translation"][key] for key in "xyz"]
+        poses[one["child_frame_id"]] = poses[one["parent_frame_id"]] @ own
+    return [float(v) for end in ("right", "left", "head_centre") for v in poses[end][:3, 3]]
 
 
 def test_it_holds_why_the_partner_felt_something_and_replays(
@@ -99,7 +162,7 @@ def test_it_holds_why_the_partner_felt_something_and_replays(
 
     again, now = EmotionalModel(shipped_temperament("playful")), 0.0
     again.set_state(mood=dict.fromkeys(FEELINGS, 0.6))
-    for time, topic, content in read(path, ["/stimuli", "/feelings"]):
+    for time, topic, content, _ in read(path, ["/stimuli", "/feelings"]):
         again.step(time - now)
         now = time
         if topic == "/stimuli":

@@ -54,7 +54,7 @@ def test_hands_reach_their_least_and_greatest_distance_from_the_shoulders(robot:
 
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_the_links_have_the_same_joints(robot: Robot) -> None:
-    at = {"base": np.zeros(3)}
+    at = {"base_link": np.zeros(3)}
     for link in links(robot):
         at[link.name] = at[link.parent] + link.position
     assert_allclose([at["right_shoulder"], at["left_shoulder"]], shoulders(robot))

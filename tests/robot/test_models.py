@@ -26,7 +26,7 @@ def test_the_urdf_puts_hands_and_head_where_the_kinematics_does(robot: Robot, tm
     path.write_text(to_urdf(robot))
     joints = {joint.find("child").get("link"): joint for joint in ET.parse(path).iter("joint")}
     for first, names in CHAINS.items():
-        elements = ["base"]
+        elements = ["base_link"]
         for link in ["torso", *names]:
             elements += [joints[link].get("name"), link]
         chain = ikpy.chain.Chain.from_urdf_file(str(path), base_elements=elements)
@@ -45,7 +45,8 @@ def test_the_urdf_carries_limits_and_loads_in_mujoco(robot: Robot) -> None:
     for name in moving:
         assert_allclose(model.body(name).mass, physical.body(name).mass, rtol=1e-6)
     masses = [float(mass.get("value")) for mass in ET.fromstring(to_urdf(robot)).iter("mass")]
-    assert_allclose(sum(masses), physical.body_subtreemass[physical.body("base").id], rtol=1e-6)
+    whole = physical.body_subtreemass[physical.body("base_link").id]
+    assert_allclose(sum(masses), whole, rtol=1e-6)
 
 
 def corners(model: mujoco.MjModel, geom: int) -> tuple[np.ndarray, np.ndarray]:

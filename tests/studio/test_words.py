@@ -9,8 +9,8 @@ from fontTools.ttLib import TTFont
 from miburi.errors import InputError
 from miburi.feelings import FEELINGS, SOURCES, TEMPERAMENTS
 from miburi.feelings.catalogue import SHIPPED
-from miburi.live.archive import EndReason
 from miburi.live.bodies import KINDS
+from miburi.live.state import EndReason
 from miburi.robot import JOINTS
 from miburi.safety.stop import StopReason
 from miburi.senses.answers import shipped_answers

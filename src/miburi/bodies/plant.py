@@ -18,6 +18,7 @@ from miburi.errors import DescriptionError, InputError
 from miburi.robot import JOINTS, Array, Robot
 from miburi.robot.mjcf import HAND_AWAY, TIMESTEP, to_mjcf
 from miburi.robot.physics import mujoco
+from miburi.robot.shape import BASE
 from miburi.safety.drive import aim
 from miburi.safety.profile import Steps, to_steps
 
@@ -57,7 +58,7 @@ class Plant:
         self._driven: NDArray[np.bool_] | None = None
         self._hand = self.model.geom("hand").id
         #: What a placed hand stays out of; a sprung one gives way by itself.
-        trunk = [] if sprung_hand else [self.model.body(name).id for name in ("base", "torso")]
+        trunk = [] if sprung_hand else [self.model.body(name).id for name in (BASE, "torso")]
         self._trunk = np.flatnonzero(np.isin(self.model.geom_bodyid, trunk))
         self._start = 0.0
         self._servo = robot.servo.model

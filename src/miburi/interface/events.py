@@ -14,8 +14,7 @@ from fastapi.responses import StreamingResponse
 from miburi.errors import InputError
 from miburi.interface.access import EVENTS
 from miburi.interface.wire import Refusal
-from miburi.live.events.log import without_words
-from miburi.live.events.model import CURSOR, Cursor, EventKind, LiveEvent
+from miburi.live.events.model import CURSOR, Cursor, EventKind, LiveEvent, without_words
 from miburi.live.view import LivePartner
 
 __all__ = ["MOST", "AfterCursor", "event_router", "events_after", "follow"]

@@ -40,6 +40,7 @@ from miburi.interface.ros_types import (
     TFMessageMsg,
 )
 from miburi.interface.wire import SpeakIn, StimulusIn
+from miburi.live.stamps import Stamps
 from miburi.live.state import State
 from miburi.live.view import LivePartner
 from miburi.robot.urdf import to_urdf
@@ -56,7 +57,7 @@ try:
 except ModuleNotFoundError as error:
     raise needs_extra("ros", error) from error
 
-__all__ = ["BURST", "LATE", "RATE", "Stamps", "add_ros", "live_in_ros"]
+__all__ = ["BURST", "RATE", "add_ros", "live_in_ros"]
 
 #: Wishes a second and at once, Stop not counted (ours).
 RATE, BURST = 5.0, 10.0
@@ -69,9 +70,6 @@ _DIAGNOSIS = 1.0
 _PAUSE = 5.0
 #: The longest wish, characters.
 _LONGEST = 4_000
-#: Stamps that lag behind the clock by more than this, in ns, follow it again (ours): so late may a
-#: step be told on a busy computer.
-LATE = 1_000_000_000
 
 _Message = TypeVar("_Message", bound=IdlStruct)
 #: What a message that is not what it says may raise.
@@ -97,35 +95,6 @@ _WISHED = Qos(
     # Some versions of ROS write the names of members with _ behind them.
     Policy.TypeConsistency.AllowTypeCoercion(),
 )
-
-
-class Stamps:
-    """Gives each state its time in ROS: the body's clock, set by the computer's.
-
-    Two stamps differ as the body's times do, so that speeds worked out of them are right. Where
-    the body's time waits, or another body begins, the stamps follow the computer's clock; they
-    never go back and are never ahead of it.
-
-    Parameters
-    ----------
-    clock
-        Gives ns since 1970.
-    """
-
-    def __init__(self, clock: Callable[[], int] = time.time_ns) -> None:
-        self._clock = clock
-        self._ahead: int | None = None  # the computer's clock less the body's, ns
-
-    def of(self, seconds: float) -> int:
-        """Return the stamp of a state at ``seconds`` on the body's clock, in ns."""
-        now, then = self._clock(), round(seconds * 1e9)
-        if self._ahead is None or not now - LATE <= then + self._ahead <= now:
-            self._ahead = now - then
-        return then + self._ahead
-
-    def now(self) -> int:
-        """Return the computer's time, ns."""
-        return self._clock()
 
 
 def add_ros(

@@ -4,7 +4,7 @@ It needs the extra ``ros``.
 """
 
 from collections.abc import Mapping, Sequence
-from math import cos, hypot, sin
+from math import hypot
 from typing import NamedTuple
 
 from miburi.errors import InputError
@@ -25,8 +25,7 @@ from miburi.interface.ros_types import (
 )
 from miburi.interface.wire import ExpressIn
 from miburi.live.state import Expressed, MotorOut, MotorsOut, State, StopOut
-from miburi.robot import JOINTS, Robot
-from miburi.robot.shape import extremities, links
+from miburi.robot import JOINTS, Robot, shape
 from miburi.safety.stop import StopReason
 
 __all__ = [
@@ -85,48 +84,25 @@ def joint_state(stamp: int, angles: Sequence[float], velocities: Sequence[float]
 
 def frames(robot: Robot, network: RosNetwork, stamp: int, angles: Sequence[float]) -> TFMessageMsg:
     """Return where each link is on its parent, as robot_state_publisher would."""
-    turns = dict(zip(JOINTS, angles, strict=True))
-    return TFMessageMsg(
-        [
-            _frame(
-                network, stamp, link.parent, link.name, link.position,
-                _turn(link.axis, turns[link.joint]),
-            )
-            for link in links(robot)
-        ]
-    )  # fmt: skip
+    return _transforms(network, stamp, shape.frames(robot, angles))
 
 
 def fixed_frames(robot: Robot, network: RosNetwork, stamp: int) -> TFMessageMsg:
     """Return the frames of hands and head, which do not move on their links."""
-    still = QuaternionMsg(0.0, 0.0, 0.0, 1.0)
+    return _transforms(network, stamp, shape.fixed_frames(robot))
+
+
+def _transforms(network: RosNetwork, stamp: int, frames: Sequence[shape.LinkFrame]) -> TFMessageMsg:
     return TFMessageMsg(
         [
-            _frame(network, stamp, link, "head_centre" if name == "head" else name, point, still)
-            for name, (link, point) in extremities(robot).items()
+            TransformStampedMsg(
+                _header(stamp, network.frame(frame.parent)),
+                network.frame(frame.child),
+                TransformMsg(Vector3Msg(*map(float, frame.position)), QuaternionMsg(*frame.turn)),
+            )
+            for frame in frames
         ]
     )
-
-
-def _frame(
-    network: RosNetwork,
-    stamp: int,
-    parent: str,
-    child: str,
-    place: tuple[float, float, float],
-    turn: QuaternionMsg,
-) -> TransformStampedMsg:
-    x, y, z = map(float, place)
-    return TransformStampedMsg(
-        _header(stamp, network.frame(parent)),
-        network.frame(child),
-        TransformMsg(Vector3Msg(x, y, z), turn),
-    )
-
-
-def _turn(axis: tuple[float, float, float], angle: float) -> QuaternionMsg:
-    s = sin(angle / 2)
-    return QuaternionMsg(axis[0] * s, axis[1] * s, axis[2] * s, cos(angle / 2))
 
 
 def diagnose(

@@ -1,6 +1,7 @@
 """A recording as ROS 2's tools read it: in goes ours, out comes MCAP with ROS's messages.
 
-Times are those of the recording, in s since the partner woke. It needs the extra ``ros``.
+Times are those of the recording: the computer's clock, or the robot's from 0 in an experiment. It
+needs the extra ``ros``.
 """
 
 from collections.abc import Callable, Iterator
@@ -71,6 +72,8 @@ class _Contact(BaseModel):
     motor: str | None
     sign: str | None
     ratio: float | None
+    force: float | None = None
+    part: str | None = None
     mood_before: float
     mood_after: float
 
@@ -104,13 +107,13 @@ def convert_recording(recording: Path, robot: Robot, out: Path) -> int:
         raise InputError(f"{recording}: there is nothing in this recording.") from None
     with whole_files(out.resolve().parent) as draft, (draft / out.name).open("wb") as file:
         bag = _Bag(Writer(file, compression=CompressionType.ZSTD))
-        start = round(first.time * 1e9)
+        start = _stamp(first)
         bag.write(start, "/robot_description", StringMsg(to_urdf(robot)), _KEPT)
         bag.write(start, "/tf_static", fixed_frames(robot, _NOWHERE, start), _KEPT)
         last: Expressed | None = None
         unsaid = True
         for message in (first, *messages):
-            stamp = round(message.time * 1e9)
+            stamp = _stamp(message)
             if message.topic == "/feelings":
                 shown = _shown(_check(recording, _Feelings, message))
                 if (unsaid or shown != last) and (said := express(stamp, shown)) is not None:
@@ -153,6 +156,11 @@ class _Bag:
         self._writer.finish()  # type: ignore[no-untyped-call]  # mcap leaves it untyped
 
 
+def _stamp(message: RecordedMessage) -> int:
+    """Return when a message was, ns."""
+    return round(message.time * 1e9) if message.wall is None else message.wall
+
+
 def _check(recording: Path, kind: type[_Content], message: RecordedMessage) -> _Content:
     try:
         return kind.model_validate(message.content)
@@ -174,21 +182,21 @@ def _shown(feelings: _Feelings) -> Expressed | None:
 
 
 def _of_joints(recording: Path, robot: Robot, message: RecordedMessage) -> Iterator[_Timed]:
-    joints, stamp = _check(recording, _Joints, message), round(message.time * 1e9)
+    joints, stamp = _check(recording, _Joints, message), _stamp(message)
     yield "/joint_states", joint_state(stamp, joints.position, joints.velocity)
     yield "/tf", frames(robot, _NOWHERE, stamp, joints.position)
 
 
 def _of_commands(recording: Path, _robot: Robot, message: RecordedMessage) -> Iterator[_Timed]:
-    commands, stamp = _check(recording, _Commands, message), round(message.time * 1e9)
+    commands, stamp = _check(recording, _Commands, message), _stamp(message)
     yield "/commands", joint_state(stamp, commands.position, commands.speed)
 
 
 def _of_contacts(recording: Path, _robot: Robot, message: RecordedMessage) -> Iterator[_Timed]:
     contact = _check(recording, _Contact, message)
-    unknown = dict.fromkeys(("moved", "due", "measured", "expected", "force", "part"))
+    unknown = dict.fromkeys(("moved", "due", "measured", "expected"))
     stop = StopOut.model_validate(contact.model_dump() | unknown | {"time": message.time})
-    yield "/diagnostics", stop_report(round(message.time * 1e9), stop)
+    yield "/diagnostics", stop_report(_stamp(message), stop)
 
 
 _KINDS: dict[str, Callable[[Path, Robot, RecordedMessage], Iterator[_Timed]]] = {

@@ -13,15 +13,15 @@ import re
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from enum import StrEnum
 from pathlib import Path
 from typing import IO, Literal, NamedTuple
 
 from miburi.errors import InputError, OutputError
 from miburi.ground.files import write_whole
-from miburi.live.recording import RecordedMessage, Recorder, is_whole
+from miburi.live.recording import RecordedMessage, Recorder, RecordingAbout, is_whole
+from miburi.live.state import EndReason
 
-__all__ = ["LARGEST", "LIMIT", "WAITING", "Archive", "EndReason", "Kept", "News"]
+__all__ = ["LARGEST", "LIMIT", "WAITING", "Archive", "Kept", "News"]
 
 _LOG = logging.getLogger(__name__)
 #: The largest recording, and the most that all of them may take together, bytes (ours).
@@ -34,16 +34,6 @@ _PATIENCE = 2.0
 _NAME = re.compile(r"miburi-(\d{4,})\.mcap")
 #: The file that keeps the latest number, so that a deleted recording's name is not used again.
 _NUMBER = ".latest-number"
-
-
-class EndReason(StrEnum):
-    """Why a recording ended by itself; the languages' files have the words."""
-
-    FULL = "full"
-    SLOW = "slow"
-    SIZE = "size"
-    FOLDER = "folder"
-    FAILED = "failed"
 
 
 class News(NamedTuple):
@@ -89,6 +79,8 @@ class Archive:
 
     def __init__(self, folder: Path, *, largest: int = LARGEST, limit: int = LIMIT) -> None:
         self.limit = limit
+        #: Says what a recording is of.
+        self.describe: Callable[[], RecordingAbout] = RecordingAbout
         #: How the latest recording ended, if by itself; as far as :meth:`news` has told.
         self.ended: News | None = None
         self._folder = folder
@@ -165,7 +157,8 @@ class Archive:
             reason = EndReason.SIZE if self._largest <= room else EndReason.FOLDER
             self._news.put(News("recording", path.name))
             largest = min(self._largest, room)
-            self._writing = _Writing(path, file, largest, reason, self._news.put)
+            about = self.describe()
+            self._writing = _Writing(path, file, about, largest, reason, self._news.put)
 
     def end(self) -> None:
         """Finish the present recording, if there is one."""
@@ -223,13 +216,14 @@ class _Writing:
         self,
         path: Path,
         file: IO[bytes],
+        about: RecordingAbout,
         largest: int,
         at_largest: EndReason,
         tell: Callable[[News], None],
     ) -> None:
         self.name = path.name
         self.over = False
-        self._path, self._file = path, file
+        self._path, self._file, self._about = path, file, about
         self._largest, self._at_largest = largest, at_largest
         self._tell = tell
         self._steps: queue.Queue[list[RecordedMessage] | None] = queue.Queue(WAITING)
@@ -268,7 +262,7 @@ class _Writing:
     def _run(self) -> None:
         readable = False
         try:
-            with self._file, Recorder(self._file) as recorder:
+            with self._file, Recorder(self._file, self._about) as recorder:
                 for count, messages in enumerate(iter(self._steps.get, None), start=1):
                     recorder.write(messages)
                     if count % _STEPS_PER_FLUSH == 0:

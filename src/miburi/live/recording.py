@@ -1,22 +1,28 @@
 """Write what the body did and the partner felt to an MCAP file, and read it again.
 
-The messages are JSON with a schema, so any MCAP tool reads them. There are five topics:
+The messages are JSON with a schema, so any MCAP tool reads them. Each says when it was by the
+robot's clock (``time``, s); MCAP's own times are those of the computer's clock. The topics:
 
 - ``/joint_states``: names, positions in rad, velocities in rad/s, phase
+- ``/tf``, ``/scene``: the same in Foxglove's schemas, for 3D
 - ``/commands``: moves, rad and rad/s
 - ``/feelings``: the three levels, and the expressed feeling
 - ``/contacts``: stops
+- ``/touch``: the force on a hand, N, while there is one; only a simulation knows it
+- ``/events``: what a live partner tells at every door, its own sentences, too
 - ``/stimuli``: what the partner felt at what somebody did, and why, in words or names of signs;
   never sound or pictures. Given to another emotional model at their times, they replay.
+
+What is said to the partner is in no recording. Metadata says which robot and partner it was.
 """
 
 import json
 import os
 import struct
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict
 from pathlib import Path
-from types import TracebackType
+from types import MappingProxyType, TracebackType
 from typing import IO, Any, NamedTuple, Self
 
 from mcap.exceptions import McapError
@@ -26,21 +32,32 @@ from mcap.records import Message as Record
 from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 from zstandard import ZstdError
 
-from miburi.bodies import BodyState
+from miburi.bodies import BodyState, Touch
 from miburi.errors import InputError
 from miburi.feelings import FEELINGS, FeelingModel, Stimulus
+from miburi.live.events.model import LiveEvent, without_words
+from miburi.live.foxglove import SCHEMAS, scene, transforms
 from miburi.partner import Event, MoveSent, Stopped
-from miburi.robot import JOINTS
+from miburi.robot import JOINTS, Robot
 from miburi.senses import Impression
 from miburi.version import __version__
 
-__all__ = ["Felt", "RecordedMessage", "Recorder", "is_whole", "read", "step_messages"]
+__all__ = [
+    "Felt",
+    "RecordedMessage",
+    "Recorder",
+    "RecordingAbout",
+    "is_whole",
+    "read",
+    "step_messages",
+]
 
 #: What the reader raises at the end of a broken file, or for a file that is not MCAP.
 _BROKEN = (McapError, struct.error, ZstdError, ValueError)
 _NUMBERS = {"type": "array", "items": {"type": "number"}}
 _NAMES = {"type": "array", "items": {"type": "string"}}
-_SCHEMAS: dict[str, dict[str, Any]] = {
+_FRAMES, _SCENE = "foxglove.FrameTransforms", "foxglove.SceneUpdate"
+_CONTENTS: dict[str, dict[str, Any]] = {
     "/joint_states": {
         "name": _NAMES,
         "position": _NUMBERS,
@@ -65,8 +82,14 @@ _SCHEMAS: dict[str, dict[str, Any]] = {
         "motor": {"type": ["string", "null"]},
         "sign": {"type": ["string", "null"]},
         "ratio": {"type": ["number", "null"]},
+        "force": {"type": ["number", "null"]},
+        "part": {"type": ["string", "null"]},
         "mood_before": {"type": "number"},
         "mood_after": {"type": "number"},
+    },
+    "/touch": {
+        "force": {"type": "number"},
+        "part": {"type": ["string", "null"]},
     },
     "/stimuli": {
         "feeling": {"type": "string"},
@@ -81,6 +104,15 @@ _SCHEMAS: dict[str, dict[str, Any]] = {
         },
     },
 }
+_SCHEMAS: dict[str, dict[str, Any]] = {
+    topic: {
+        "type": "object",
+        "properties": (fields := {"time": {"type": "number"}, **content}),
+        "required": list(fields),
+    }
+    for topic, content in _CONTENTS.items()
+}
+_SCHEMAS["/events"] = LiveEvent.model_json_schema(mode="serialization")
 
 
 class Felt(NamedTuple):
@@ -92,11 +124,29 @@ class Felt(NamedTuple):
 
 
 class RecordedMessage(NamedTuple):
-    """One line of a recording: s on the body's clock, topic, content."""
+    """One line of a recording.
+
+    Attributes
+    ----------
+    time
+        s on the body's clock.
+    topic, content
+        What it tells.
+    wall
+        ns since 1970; None where no clock but the body's was looked at: MCAP's times are its then.
+    """
 
     time: float
     topic: str
     content: dict[str, Any]
+    wall: int | None = None
+
+
+class RecordingAbout(NamedTuple):
+    """What a recording is of: a robot, and by name whatever else tells it from others."""
+
+    robot: Robot | None = None
+    more: Mapping[str, str] = MappingProxyType({})
 
 
 class Recorder:
@@ -109,20 +159,28 @@ class Recorder:
     ----------
     file
         A file open for writing bytes; the recorder does not close it.
+    about
+        What it is of.
     """
 
-    def __init__(self, file: IO[bytes]) -> None:
+    def __init__(self, file: IO[bytes], about: RecordingAbout | None = None) -> None:
+        about = about or RecordingAbout()
+        self._robot, self._drawn = about.robot, False
         self._writer = Writer(file, compression=CompressionType.ZSTD)
         self._writer.start(profile="", library=f"miburi {__version__}")
-        self._channels = {}
-        for topic, properties in _SCHEMAS.items():
-            schema = {"type": "object", "properties": properties, "required": list(properties)}
-            schema_id = self._writer.register_schema(
-                name="miburi" + topic.replace("/", "."),
-                encoding="jsonschema",
-                data=json.dumps(schema).encode(),
-            )
-            self._channels[topic] = self._writer.register_channel(topic, "json", schema_id)
+        robot = {} if about.robot is None else {"robot": about.robot.name}
+        self._writer.add_metadata("miburi", {"version": __version__, **robot, **about.more})
+        self._channels: dict[str, int] = {}
+        for topic, schema in _SCHEMAS.items():
+            self._add_channel(topic, "miburi" + topic.replace("/", "."), schema)
+        for topic, name in (("/tf", _FRAMES), ("/scene", _SCENE)):
+            self._add_channel(topic, name, SCHEMAS[name])
+
+    def _add_channel(self, topic: str, name: str, schema: dict[str, Any]) -> None:
+        schema_id = self._writer.register_schema(
+            name=name, encoding="jsonschema", data=json.dumps(schema).encode()
+        )
+        self._channels[topic] = self._writer.register_channel(topic, "json", schema_id)
 
     def __enter__(self) -> Self:
         return self
@@ -138,14 +196,22 @@ class Recorder:
 
     def write(self, messages: Iterable[RecordedMessage]) -> None:
         """Record what :func:`step_messages` returned."""
-        for time, topic, content in messages:
-            nanoseconds = round(time * 1e9)
-            self._writer.add_message(
-                channel_id=self._channels[topic],
-                log_time=nanoseconds,
-                publish_time=nanoseconds,
-                data=json.dumps(content, separators=(",", ":")).encode(),
-            )
+        for message in messages:
+            wall = round(message.time * 1e9) if message.wall is None else message.wall
+            self._add(message.topic, wall, {"time": message.time, **message.content})
+            if message.topic == "/joint_states" and self._robot is not None:
+                if not self._drawn:
+                    self._drawn = True
+                    self._add("/scene", wall, scene(self._robot, wall))
+                self._add("/tf", wall, transforms(self._robot, wall, message.content["position"]))
+
+    def _add(self, topic: str, wall: int, content: dict[str, Any]) -> None:
+        self._writer.add_message(
+            channel_id=self._channels[topic],
+            log_time=wall,
+            publish_time=wall,
+            data=json.dumps(content, separators=(",", ":")).encode(),
+        )
 
     def flush(self) -> None:
         """Hand everything to the system: the file can be read up to here, whatever follows."""
@@ -157,6 +223,10 @@ def step_messages(
     feelings: FeelingModel | None,
     events: Iterable[Event],
     felt: Iterable[Felt] = (),
+    *,
+    touch: Touch | None = None,
+    told: Iterable[LiveEvent] = (),
+    wall: int | None = None,
 ) -> list[RecordedMessage]:
     """Return the messages of one step, as a copy that later steps do not change.
 
@@ -170,11 +240,22 @@ def step_messages(
         The events of the step; only moves and stops make messages.
     felt
         What the partner felt before the step.
+    touch
+        What touches the body, if that is known.
+    told
+        What a live partner told since the last step; what was said to it is left out.
+    wall
+        When the step was, ns since 1970; None: by no clock but the body's.
     """
     messages = [*map(_of_stimulus, felt), _of_state(state)]
     if feelings is not None:
         messages.append(_of_feelings(state.time, feelings))
-    messages += [message for event in events if (message := _of_event(event)) is not None]
+    if touch is not None and touch.force > 0:
+        content = {"force": round(touch.force, 3), "part": touch.part}
+        messages.append(RecordedMessage(state.time, "/touch", content))
+    messages += [message for event in events if (message := _of_event(event, touch)) is not None]
+    messages = [one._replace(wall=wall) for one in messages]
+    messages += map(_of_live_event, told)
     return messages
 
 
@@ -208,7 +289,12 @@ def _of_stimulus(felt: Felt) -> RecordedMessage:
     return RecordedMessage(felt.time, "/stimuli", content)
 
 
-def _of_event(event: Event) -> RecordedMessage | None:
+def _of_live_event(event: LiveEvent) -> RecordedMessage:
+    content = without_words(event).model_dump(mode="json")
+    return RecordedMessage(event.time, "/events", content, round(event.wall.timestamp() * 1e9))
+
+
+def _of_event(event: Event, touch: Touch | None) -> RecordedMessage | None:
     match event:
         case MoveSent(time, _, move, solution):
             content = {
@@ -224,6 +310,8 @@ def _of_event(event: Event) -> RecordedMessage | None:
                 "motor": stop.motor,
                 "sign": stop.sign,
                 "ratio": stop.ratio,
+                "force": touch and round(touch.force, 3),
+                "part": touch and touch.part,
                 "mood_before": before,
                 "mood_after": after,
             }
@@ -243,6 +331,8 @@ def is_whole(file: IO[bytes]) -> bool:
 def read(path: Path | str, topics: list[str] | None = None) -> Iterator[RecordedMessage]:
     """Yield the messages of a recording in order of time; a broken one up to the break.
 
+    What repeats others in Foxglove's schemas is left out.
+
     Raises
     ------
     InputError
@@ -258,10 +348,11 @@ def read(path: Path | str, topics: list[str] | None = None) -> Iterator[Recorded
             file.seek(0)
             records = make_reader(file).iter_messages(topics) if whole else _up_to_the_break(file)
             for _, channel, message in records:
-                if topics is None or channel.topic in topics:
-                    yield RecordedMessage(
-                        message.log_time / 1e9, channel.topic, json.loads(message.data)
-                    )
+                topic, wall = channel.topic, message.log_time
+                if topic in _SCHEMAS and (topics is None or topic in topics):
+                    content = json.loads(message.data)
+                    time = content.pop("time", wall / 1e9)
+                    yield RecordedMessage(time, topic, content, wall)
         except (*_BROKEN, OSError) as error:
             raise InputError(f"{path}: this is not an MCAP recording: {error}.") from error
 

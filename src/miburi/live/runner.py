@@ -27,10 +27,11 @@ from miburi.live.hand import GuidedHand
 from miburi.live.observer import Observer
 from miburi.live.pace import STEP, Pace
 from miburi.live.press import By, Hold
-from miburi.live.recording import Felt, step_messages
+from miburi.live.recording import Felt
 from miburi.live.speaker import Speaker
 from miburi.live.stage import Act
 from miburi.live.state import MotorsOut, Sample, Snapshot
+from miburi.live.tape import Tape
 from miburi.live.watchdog import USUAL, Lateness
 from miburi.live.wishes import Wishes
 from miburi.partner import Event, Partner, Solve, solve_with
@@ -112,6 +113,7 @@ class Runner:
         self._samples: deque[tuple[int, Sample]] = deque(maxlen=SAMPLED)
         self._speaker, self._paused, self._at_home = Speaker(seed), False, False
         self._wishes = Wishes(self._note, self._speaker)
+        self._tape = Tape(feelings, self.history, seed)
         self._serial = self._stop_seen_in = 0  # the latter is of the first state with the last Stop
         self._use(body, port, make_body(body, robot, port, rule))
         self._note("started", name=__version__)
@@ -483,10 +485,8 @@ class Runner:
         """Hand the step to the recording, if one is on; note what became of recordings."""
         for kind, name, reason, detail in self.recordings.news():
             self._note(kind, name=name, reason=reason, detail=detail or None)
-        feelings, felt = (self._feelings if sampled else None), self._felt
-        self._felt = []
-        state = self._partner.body.state
-        self.recordings.write(lambda: step_messages(state, feelings, events, felt))
+        felt, self._felt = self._felt, []
+        self._tape.write(self.recordings, self._partner.body, events, felt, sampled=sampled)
 
     def excuse(self, error: Exception, kind: str = "trouble") -> None:
         """Note that what only looks on, or the loop, has failed; what repeats is noted once."""

@@ -1,5 +1,6 @@
 """The state of a live partner, as pydantic models that every viewer gets as JSON."""
 
+from enum import StrEnum
 from functools import cached_property
 from typing import Annotated, Literal
 
@@ -7,7 +8,6 @@ from pydantic import BaseModel, Field
 
 from miburi.bodies import BodyState
 from miburi.feelings.catalogue import TheirFeeling
-from miburi.live.archive import EndReason
 from miburi.robot.guards import Guards
 from miburi.safety.stop import StopReason
 from miburi.senses.kinds import Distress
@@ -16,6 +16,7 @@ from miburi.senses.language import Language
 __all__ = [
     "DistressOut",
     "Eight",
+    "EndReason",
     "Expressed",
     "Hand",
     "Levels",
@@ -97,6 +98,16 @@ class DistressOut(BaseModel):
     time: float = Field(description="s on the body's clock.")
     kind: Distress = Field(description="What somebody needs help with.")
     words: str | None = Field(description="What was said, if the user lets others hear it.")
+
+
+class EndReason(StrEnum):
+    """Why a recording ended by itself; the languages' files have the words."""
+
+    FULL = "full"
+    SLOW = "slow"
+    SIZE = "size"
+    FOLDER = "folder"
+    FAILED = "failed"
 
 
 class RecordingEnd(BaseModel):

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from miburi.robot.description import JOINTS, Robot
-from miburi.robot.shape import COLOURS, Link, Part, extremities, links, parts
+from miburi.robot.shape import BASE, COLOURS, Link, Part, extremities, links, parts
 
 __all__ = ["FACE_PIXELS", "HAND_AWAY", "HAND_MASS", "HAND_SIZE", "TIMESTEP", "to_mjcf"]
 
@@ -76,7 +76,7 @@ def to_mjcf(robot: Robot, *, face: bool = False, sprung_hand: bool = False) -> s
         world, "geom", name="table", type="plane", size="0 0 0.1", material="table",
         pos=_text((0, 0, -robot.shape.pedestal_height)), contype="0", conaffinity="1",
     )  # fmt: skip
-    bodies = {"base": ET.SubElement(world, "body", name="base")}
+    bodies = {BASE: ET.SubElement(world, "body", name=BASE)}
     for link in links(robot):
         bodies[link.name] = _body(bodies[link.parent], link, robot)
     for part in parts(robot):
@@ -92,7 +92,7 @@ def to_mjcf(robot: Robot, *, face: bool = False, sprung_hand: bool = False) -> s
     if face:
         _face(robot, asset, bodies["head"])
     # MuJoCo itself excludes pairs that a joint connects, but not for bodies fixed to the world.
-    ET.SubElement(ET.SubElement(root, "contact"), "exclude", body1="base", body2="torso")
+    ET.SubElement(ET.SubElement(root, "contact"), "exclude", body1=BASE, body2="torso")
     actuator = ET.SubElement(root, "actuator")
     servo = robot.servo.model
     for joint in JOINTS:

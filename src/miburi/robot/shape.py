@@ -5,15 +5,31 @@ and the pages draw the robot. At zero angles the arms point straight out to the 
 link points forward.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import cos, sin
 
-from miburi.robot.description import Array, Robot
+from miburi.robot.description import JOINTS, Array, Robot
 from miburi.robot.geometry import head_joint, shoulders
 
-__all__ = ["COLOURS", "Link", "Part", "Point", "extremities", "links", "parts"]
+__all__ = [
+    "BASE",
+    "COLOURS",
+    "Link",
+    "LinkFrame",
+    "Part",
+    "Point",
+    "extremities",
+    "fixed_frames",
+    "frames",
+    "links",
+    "parts",
+]
 
 Point = tuple[float, float, float]
+
+#: The link that stands on the table, by the name that ROS gives it (REP-105).
+BASE = "base_link"
 
 #: Colours as red, green, blue, alpha; warm and quiet (ours).
 COLOURS = {
@@ -35,6 +51,16 @@ class Link:
     joint: str
     position: Point
     axis: Point
+
+
+@dataclass(frozen=True)
+class LinkFrame:
+    """Where a link is on its parent: m, and a quaternion x, y, z, w."""
+
+    parent: str
+    child: str
+    position: Point
+    turn: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
 
 
 @dataclass(frozen=True)
@@ -79,7 +105,7 @@ def links(robot: Robot) -> list[Link]:
     down_the_side: Point = (0.0, -1.0, 0.0)  # shoulders and head nod about the robot's right
     along: Point = (1.0, 0.0, 0.0)
     table = [
-        Link("torso", "base", "waist", (0, 0, 0), (0, 0, 1)),
+        Link("torso", BASE, "waist", (0, 0, 0), (0, 0, 1)),
         Link("head", "torso", "head", _point(head_joint(robot)), down_the_side),
     ]
     for side, sign, shoulder in zip(
@@ -109,6 +135,26 @@ def extremities(robot: Robot) -> dict[str, tuple[str, Point]]:
     }
 
 
+def frames(robot: Robot, angles: Sequence[float]) -> list[LinkFrame]:
+    """Return the frame of each link that a joint moves; ``angles`` (8,) rad, as in ``JOINTS``."""
+    turns = dict(zip(JOINTS, angles, strict=True))
+
+    def turn(link: Link) -> tuple[float, float, float, float]:
+        half = turns[link.joint] / 2
+        x, y, z = (sin(half) * part for part in link.axis)
+        return x, y, z, cos(half)
+
+    return [LinkFrame(link.parent, link.name, link.position, turn(link)) for link in links(robot)]
+
+
+def fixed_frames(robot: Robot) -> list[LinkFrame]:
+    """Return the frames of hands and head, which do not move on their links."""
+    return [
+        LinkFrame(link, "head_centre" if name == "head" else name, point)
+        for name, (link, point) in extremities(robot).items()
+    ]
+
+
 def parts(robot: Robot) -> list[Part]:
     """Return every solid of the robot."""
     size, shape, mass = robot.lengths, robot.shape, robot.masses
@@ -118,14 +164,14 @@ def parts(robot: Robot) -> list[Part]:
     yoke = size.L12 - shape.arm_radius - 0.4 * r - 0.002
     table = [
         Part(
-            "base", "foot", "cylinder", (foot,), (0, 0, floor), "clay",
+            BASE, "foot", "cylinder", (foot,), (0, 0, floor), "clay",
             0.4, (0, 0, floor + 0.016),
         ),
         Part(
-            "base", "dome", "ellipsoid", (0.94 * foot, 0.94 * foot, 0.022), (0, 0, floor + 0.014),
+            BASE, "dome", "ellipsoid", (0.94 * foot, 0.94 * foot, 0.022), (0, 0, floor + 0.014),
             "clay",
         ),
-        Part("base", "stem", "capsule", (0.6 * r,), (0, 0, floor + 0.016), "clay", 0.1, (0, 0, 0)),
+        Part(BASE, "stem", "capsule", (0.6 * r,), (0, 0, floor + 0.016), "clay", 0.1, (0, 0, 0)),
         Part(
             "torso", "trunk", "capsule", (r,), (0, 0, 0.012), "cream",
             0.8 * mass.torso, (0, 0, size.L01 - 0.4 * r),

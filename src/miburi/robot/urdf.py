@@ -8,7 +8,7 @@ import numpy as np
 from miburi.robot.description import JOINTS, Robot
 from miburi.robot.mjcf import to_mjcf
 from miburi.robot.physics import mujoco
-from miburi.robot.shape import COLOURS, Part, extremities, links, parts
+from miburi.robot.shape import BASE, COLOURS, Part, extremities, links, parts
 
 __all__ = ["to_urdf"]
 
@@ -25,7 +25,7 @@ def to_urdf(robot: Robot) -> str:
     for name, colour in COLOURS.items():
         ET.SubElement(ET.SubElement(root, "material", name=name), "color", rgba=_text(colour))
     model = mujoco.MjModel.from_xml_string(to_mjcf(robot))
-    elements = {"base": ET.SubElement(root, "link", name="base")}
+    elements = {BASE: ET.SubElement(root, "link", name=BASE)}
     for link in links(robot):
         elements[link.name] = ET.SubElement(root, "link", name=link.name)
         joint = ET.SubElement(root, "joint", name=link.joint, type="revolute")

@@ -6,9 +6,8 @@ from math import degrees
 
 from nicegui import ui
 
-from miburi.live.archive import EndReason
 from miburi.live.events.model import LiveEvent
-from miburi.live.state import State, StopOut
+from miburi.live.state import EndReason, State, StopOut
 from miburi.live.view import LivePartner
 from miburi.safety.stop import StopReason
 from miburi.senses import Brought

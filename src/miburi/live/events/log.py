@@ -15,10 +15,10 @@ from typing import Any
 from uuid import uuid4
 
 from miburi.ground.log import log_once
-from miburi.live.events.model import Cursor, LiveEvent
+from miburi.live.events.model import Cursor, LiveEvent, without_words
 from miburi.live.events.store import EventStore
 
-__all__ = ["LOGGED", "History", "Log", "without_words"]
+__all__ = ["LOGGED", "History", "Log"]
 
 #: Events that are kept in memory.
 LOGGED = 300
@@ -26,7 +26,6 @@ _LOST = "events before this one are no longer kept"
 _UNKNOWN = "this partner does not know that event: it keeps its events in another folder, or anew"
 #: A note in the store: whether what is said to the partner may be told.
 _WORDS = "words"
-_SAID = ("heard", "distress")
 #: s to wait for the disk.
 _PATIENCE = 2.0
 
@@ -228,10 +227,3 @@ def _write(store: EventStore, told: "SimpleQueue[LiveEvent | threading.Event | N
             if isinstance(flag, threading.Event):
                 flag.set()
         ended = None in waiting
-
-
-def without_words(event: LiveEvent) -> LiveEvent:
-    """Return an event without what was said to the partner."""
-    if event.kind in _SAID or event.source == "speech":
-        return event.model_copy(update={"text": None, "why": None, "detail": None})
-    return event

@@ -7,12 +7,11 @@ from typing import Annotated, Literal, NamedTuple
 from pydantic import AwareDatetime, BaseModel, Field, PlainSerializer, computed_field
 
 from miburi.errors import InputError
-from miburi.live.archive import EndReason
 from miburi.live.press import By
-from miburi.live.state import StopOut
+from miburi.live.state import EndReason, StopOut
 from miburi.senses import Brought
 
-__all__ = ["CURSOR", "Cursor", "EventKind", "LiveEvent", "Wall"]
+__all__ = ["CURSOR", "Cursor", "EventKind", "LiveEvent", "Wall", "without_words"]
 
 EventKind = Literal[
     "started",
@@ -36,6 +35,8 @@ def _iso(moment: datetime) -> str:
 #: A moment in UTC; in JSON as ISO 8601 with milliseconds.
 Wall = Annotated[AwareDatetime, PlainSerializer(_iso, return_type=str, when_used="json")]
 
+#: Kinds that tell what was said to the partner.
+_SAID = ("heard", "distress")
 #: What a cursor looks like.
 CURSOR = r"^(?:([0-9a-f]{8}):)?([0-9]{1,15})$"
 
@@ -120,3 +121,10 @@ class LiveEvent(BaseModel):
     def cursor(self) -> Cursor:
         """Return the cursor of somebody who has heard it."""
         return Cursor(self.boot, self.number)
+
+
+def without_words(event: LiveEvent) -> LiveEvent:
+    """Return an event without what was said to the partner."""
+    if event.kind in _SAID or event.source == "speech":
+        return event.model_copy(update={"text": None, "why": None, "detail": None})
+    return event

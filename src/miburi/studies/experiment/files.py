@@ -12,7 +12,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from miburi.bodies import Body
 from miburi.feelings import Expression
 from miburi.ground.files import whole_files
-from miburi.live.recording import Recorder
+from miburi.live.recording import Recorder, RecordingAbout
 from miburi.robot import EXTREMITIES, Robot
 from miburi.studies import experiment
 from miburi.studies import face as faces
@@ -52,7 +52,8 @@ def write_experiment(
     with whole_files(out) as draft, Progress(*bars, console=Console(stderr=True)) as progress:
         progress.console.print(f"seed {setup.seed}, {setup.seconds:g} s of the robot's time")
         running = progress.add_task("experiment", total=setup.seconds)
-        with (draft / "experiment.mcap").open("wb") as file, Recorder(file) as recorder:
+        about = RecordingAbout(body.robot, _metadata(body, setup))
+        with (draft / "experiment.mcap").open("wb") as file, Recorder(file, about) as recorder:
             result = experiment.conduct(
                 body,
                 setup,
@@ -79,6 +80,15 @@ def write_experiment(
                 left_out = [f"The film is left out: {error}"]
         names = sorted(file.name for file in draft.iterdir())
     return [*_summary(result), f"written to {out}: {', '.join(names)}", *left_out]
+
+
+def _metadata(body: Body, setup: experiment.Setup) -> dict[str, str]:
+    return {
+        "temperament": setup.temperament.name,
+        "seed": str(setup.seed),
+        "servo": body.robot.servo.model.name,
+        "clock": "the robot's, from 0",
+    }
 
 
 def _summary(result: experiment.Experiment) -> list[str]:

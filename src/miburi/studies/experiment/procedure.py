@@ -256,7 +256,7 @@ def conduct(
         observer.observe(body, touchable, events, feelings)
         if recorder is not None:
             felt = feelings if index % 5 == 0 else None
-            recorder.write(step_messages(body.state, felt, events))
+            recorder.write(step_messages(body.state, felt, events, touch=touchable.touch))
         progress(body.state.time)
     result.wall_seconds = perf_counter() - began
     observer.finish()

@@ -159,8 +159,9 @@ export default {
       this.table.position.z = robot.floor;
       this.table.receiveShadow = true;
       this.scene.add(this.table);
-      const links = { base: new THREE.Group() };
-      this.scene.add(links.base);
+      const base = robot.links[0].parent;
+      const links = { [base]: new THREE.Group() };
+      this.scene.add(links[base]);
       this.joints = Object.fromEntries(robot.joints.map((name) => [name, []]));
       this.turned = Object.fromEntries(robot.links.map((link) => [link.joint, link.name]));
       for (const link of robot.links) {

@@ -1,0 +1,39 @@
+"""Times of the body's clock by the computer's clock."""
+
+import time
+from collections.abc import Callable
+
+__all__ = ["LATE", "Stamps"]
+
+#: Stamps that lag behind the clock by more than this, in ns, follow it again (ours): so late may a
+#: step be told on a busy computer.
+LATE = 1_000_000_000
+
+
+class Stamps:
+    """Gives each state a time by the computer's clock.
+
+    Two stamps differ as the body's times do, so that speeds worked out of them are right. Where
+    the body's time waits, or another body begins, the stamps follow the computer's clock; they
+    never go back and are never ahead of it.
+
+    Parameters
+    ----------
+    clock
+        Gives ns since 1970.
+    """
+
+    def __init__(self, clock: Callable[[], int] = time.time_ns) -> None:
+        self._clock = clock
+        self._ahead: int | None = None  # the computer's clock less the body's, ns
+
+    def of(self, seconds: float) -> int:
+        """Return the stamp of a state at ``seconds`` on the body's clock, in ns."""
+        now, then = self._clock(), round(seconds * 1e9)
+        if self._ahead is None or not now - LATE <= then + self._ahead <= now:
+            self._ahead = now - then
+        return then + self._ahead
+
+    def now(self) -> int:
+        """Return the computer's time, ns."""
+        return self._clock()

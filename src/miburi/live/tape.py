@@ -1,0 +1,68 @@
+"""Hand the steps of a live partner to its recording, with the times of the computer's clock."""
+
+from collections.abc import Iterable
+
+from miburi.bodies import Body
+from miburi.feelings import FeelingModel
+from miburi.live.archive import Archive
+from miburi.live.events.log import History
+from miburi.live.recording import Felt, RecordedMessage, RecordingAbout, step_messages
+from miburi.live.stamps import Stamps
+from miburi.partner import Event
+
+__all__ = ["Tape"]
+
+
+class Tape:
+    """What a partner hands to its recordings.
+
+    Parameters
+    ----------
+    feelings
+        The partner's emotional model.
+    history
+        Its events.
+    seed
+        What varies its gestures.
+    """
+
+    def __init__(self, feelings: FeelingModel, history: History, seed: int) -> None:
+        self._feelings, self._history, self._seed = feelings, history, seed
+        self._stamps, self._told = Stamps(), history.number
+
+    def write(
+        self,
+        recordings: Archive,
+        body: Body,
+        events: Iterable[Event],
+        felt: Iterable[Felt],
+        *,
+        sampled: bool,
+    ) -> None:
+        """Hand over a step; ``sampled`` says whether the feelings are recorded with it."""
+
+        def step() -> list[RecordedMessage]:
+            touchable = body.touchable
+            return step_messages(
+                body.state,
+                self._feelings if sampled else None,
+                events,
+                felt,
+                touch=None if touchable is None else touchable.touch,
+                told=self._history.after(self._told),
+                wall=self._stamps.of(body.state.time),
+            )
+
+        recordings.describe = lambda: self._about(body)
+        recordings.write(step)
+        self._told = self._history.number
+
+    def _about(self, body: Body) -> RecordingAbout:
+        more = {
+            "temperament": self._feelings.temperament.name,
+            "seed": str(self._seed),
+            "servo": body.robot.servo.model.name,
+            "boot": self._history.boot,
+            "clock": "the computer's; `time` is the robot's",
+        }
+        return RecordingAbout(body.robot, more)
