@@ -167,7 +167,7 @@ def test_what_can_be_looked_at(client: httpx.Client, live: Runner) -> None:
     robot = client.get(V1 + "/robot").json()
     assert len(robot["joints"]) == 8
     assert {part["link"] for part in robot["parts"]} <= {
-        "base",
+        "base_link",
         *(link["name"] for link in robot["links"]),
     }
     assert robot["threshold"] == 0.9372
