@@ -40,7 +40,9 @@ def main() -> None:
     client.connect("127.0.0.1", broker.port)
     client.loop_start()
     partner = Partner(folder, broker.port)
-    api = httpx.Client(base_url=f"{partner.url}/api/v1", timeout=10.0)
+    api = httpx.Client(
+        base_url=f"{partner.url}/api/v1", headers={"Miburi-By": "program"}, timeout=10.0
+    )
     begin = time.monotonic()
     kind, stop = begin + 1.0, begin + rng.exponential(STOPS)
     done = collections.Counter[str]()
@@ -53,7 +55,7 @@ def main() -> None:
         if time.monotonic() >= stop:
             api.post("/stop")
             time.sleep(RELEASED)
-            api.post("/release")
+            api.post("/release").raise_for_status()
             stop += rng.exponential(STOPS)
             done["stops"] += 1
         time.sleep(0.1)

@@ -16,7 +16,7 @@ from tests.fixtures.ros_peer import EXPRESSION
 from tests.fixtures.waiting import until
 
 from miburi.errors import InputError
-from miburi.feelings import FEELINGS, Stimulus
+from miburi.feelings import FEELINGS, Expression, Stimulus
 from miburi.interface import ros_types
 from miburi.interface.client import RemotePartner, connect
 from miburi.interface.ros import BURST
@@ -32,6 +32,7 @@ TRANSFORMS = "tf2_msgs/msg/TFMessage"
 DIAGNOSES = "diagnostic_msgs/msg/DiagnosticArray"
 STRING = "std_msgs/msg/String"
 EMPTY = "std_msgs/msg/Empty"
+NODES = "rmw_dds_common/msg/ParticipantEntitiesInfo"
 EXPRESSED = "hri_msgs/msg/Expression"
 OK, WARNING, ERROR, STALE = range(4)
 
@@ -70,7 +71,7 @@ def hear_refusal(peer: Peer, topic: str = "") -> tuple[str, str]:
 
 def roses() -> Typestore:
     """ROS's own definitions."""
-    store = get_typestore(Stores.ROS2_HUMBLE)
+    store = get_typestore(Stores.ROS2_JAZZY)
     store.register(get_types_from_msg(EXPRESSION, EXPRESSED))
     return store
 
@@ -84,6 +85,24 @@ def test_a_message_is_defined_as_ros_defines_it(name: str) -> None:
     for message, (_, fields) in ours.fielddefs.items():
         assert theirs.fielddefs[message][1] == fields
         assert ours.hash_rihs01(message) == theirs.hash_rihs01(message)
+
+
+def test_ros_lists_it_as_a_node_with_its_topics_and_their_types(
+    door: RemotePartner, peer: Peer
+) -> None:
+    """What `ros2 node list`, `node info` and `topic info -v` are made of."""
+    peer.listen("ros_discovery_info", NODES, kept=True)
+    told = peer.hear("ros_discovery_info", lambda one: one["node_entities_info_seq"])
+    (node,) = told["node_entities_info_seq"]
+    assert (node["node_namespace"], node["node_name"]) == ("/", "miburi")
+    for name, kind, sort in (
+        ("joint_states", JOINT_STATE, "writer"), ("tf", TRANSFORMS, "writer"),
+        ("stop", EMPTY, "reader"), ("robot_face/expression", EXPRESSED, "reader"),
+    ):  # fmt: skip
+        found = peer.look(f"rt/{name}")
+        assert found["data"] == f"typehash={roses().hash_rihs01(kind)};"
+        assert {"data": found["gid"]} in node[f"{sort}_gid_seq"]
+        assert found["gid"][:12] == told["gid"]["data"][:12]
 
 
 def test_joints_are_told_at_each_step_with_names_and_stamps(
@@ -211,6 +230,13 @@ def test_ros_may_stop_it_and_cannot_release_it(
     assert "disgust" not in {entry.feeling for entry in door.log()}
 
 
+def test_neutral_ends_what_it_performs(door: RemotePartner, live: Runner, peer: Peer) -> None:
+    door.express(Expression("sadness", 0.9))
+    until(lambda: any(one.kind == "gesture_begun" for one in live.history.after(0)))
+    peer.say("/robot_face/expression", EXPRESSED, {"expression": "neutral"})
+    until(lambda: any(one.kind == "gesture_broken_off" for one in live.history.after(0)))
+
+
 def test_wishes_that_make_no_sense_are_refused_in_words(live: Runner, peer: Peer) -> None:
     cases: list[tuple[str, str, Told, str]] = [
         ("/feel", STRING, {"data": '{"feeling": "boredom"}'}, "feeling: Input should be 'happi"),
@@ -219,8 +245,13 @@ def test_wishes_that_make_no_sense_are_refused_in_words(live: Runner, peer: Peer
         ("/feel", STRING, {"data": '{"feeling": "fear"' + " " * 9000 + "}"}, "Invalid JSON"),
         ("/say", STRING, {"data": ""}, "at least 1"),
         ("/say", STRING, {"data": "x" * 5000}, "at most 300"),
-        ("/robot_face/expression", EXPRESSED, {"expression": "bored"}, "it can show happy, sad"),
-        ("/robot_face/expression", EXPRESSED, {}, "it can show happy, sad"),
+        (
+            "/robot_face/expression",
+            EXPRESSED,
+            {"expression": "bored"},
+            "it can show neutral, happy",
+        ),
+        ("/robot_face/expression", EXPRESSED, {}, "it can show neutral, happy"),
         ("/robot_face/expression", EXPRESSED, {"valence": math.nan}, "from -1 to 1"),
         ("/robot_face/expression", EXPRESSED, {"expression": "sad", "arousal": 9.0}, "-1 to 1"),
     ]

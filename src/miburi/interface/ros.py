@@ -14,7 +14,7 @@ import struct
 import time
 from collections.abc import Awaitable, Callable
 from contextlib import suppress
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from fastapi import FastAPI
 from pydantic import ValidationError
@@ -31,6 +31,7 @@ from miburi.interface.ros_messages import (
     read_expression,
 )
 from miburi.interface.ros_network import RosNetwork
+from miburi.interface.ros_nodes import DISCOVERY, ENCLAVE, ParticipantEntitiesInfoMsg, node_of
 from miburi.interface.ros_types import (
     DiagnosticArrayMsg,
     EmptyMsg,
@@ -38,8 +39,9 @@ from miburi.interface.ros_types import (
     JointStateMsg,
     StringMsg,
     TFMessageMsg,
+    type_hash,
 )
-from miburi.interface.wire import SpeakIn, StimulusIn
+from miburi.interface.wire import LookAct, PerformanceIn, SpeakIn, StimulusIn
 from miburi.live.stamps import Stamps
 from miburi.live.state import State
 from miburi.live.view import LivePartner
@@ -152,7 +154,9 @@ class _Inlet(Generic[_Message]):
         limited: bool = True,
     ) -> None:
         self._door, self._name, self._do, self._limited = door, name, do, limited
-        self._reader = DataReader(door.participant, door.topic(name, kind), qos=_WISHED)
+        self.reader = DataReader(
+            door.participant, door.topic(name, kind), qos=_endpoint(_WISHED, kind)
+        )
         self._task: asyncio.Task[None] | None = None
 
     def look(self, tasks: asyncio.TaskGroup) -> None:
@@ -160,7 +164,7 @@ class _Inlet(Generic[_Message]):
         if self._task is not None and not self._task.done():
             return
         try:
-            wishes = [one for one in self._reader.take() if not isinstance(one, InvalidSample)]
+            wishes = [one for one in self.reader.take() if not isinstance(one, InvalidSample)]
         except _UNREADABLE as error:
             self._door.refuse(self._name, f"the message cannot be read: {error}")
             return
@@ -190,7 +194,8 @@ class _Door:
         self._asker, self._partner, self._network = asker, partner, network
         self._stamps = Stamps()
         self.wishes = wishes
-        self.participant = DomainParticipant(network.domain)
+        self.participant = DomainParticipant(network.domain, Qos(Policy.Userdata(ENCLAVE)))
+        self._writers: list[DataWriter[Any]] = []
         self._joints = self._writer("joint_states", JointStateMsg)
         self._frames = self._writer("/tf", TFMessageMsg)
         self._fixed = self._writer("/tf_static", TFMessageMsg, _KEPT)
@@ -203,6 +208,11 @@ class _Door:
             _Inlet(self, "feel", StringMsg, self._feel),
             _Inlet(self, "say", StringMsg, self._say),
             _Inlet(self, "robot_face/expression", ExpressionMsg, self._show),
+        )
+        self._nodes = DataWriter(
+            self.participant,
+            Topic(self.participant, DISCOVERY, ParticipantEntitiesInfoMsg),
+            qos=_endpoint(_KEPT, ParticipantEntitiesInfoMsg),
         )
         self._serial, self._time = -1, -1.0  # of the latest step that was told
         self._expressed: object = "nothing yet"
@@ -221,6 +231,9 @@ class _Door:
     async def live(self) -> None:
         """Tell and obey until cancelled."""
         robot, now = self._partner.robot, self._stamps.now()
+        readers = [inlet.reader for inlet in self._inlets]
+        node = node_of(self.participant, self._network.name, readers, self._writers)
+        _write(self._nodes, node)
         _write(self._description, StringMsg(to_urdf(robot)))
         _write(self._fixed, fixed_frames(robot, self._network, now))
         async with asyncio.TaskGroup() as tasks:
@@ -231,7 +244,9 @@ class _Door:
                 await asyncio.sleep(_PERIOD)
 
     def _writer(self, name: str, kind: type[_Message], qos: Qos = _LATEST) -> DataWriter[_Message]:
-        return DataWriter(self.participant, self.topic(name, kind), qos=qos)
+        writer = DataWriter(self.participant, self.topic(name, kind), qos=_endpoint(qos, kind))
+        self._writers.append(writer)
+        return writer
 
     def _look(self) -> None:
         """Tell what is new."""
@@ -281,7 +296,16 @@ class _Door:
         gesture = read_expression(wish)
         if self._partner.snapshot.state.held:  # nobody here would be told that it waits
             raise BodyError("nothing was done: the body is stopped until a person releases it.")
-        await self._asker.tell("/express", gesture)
+        if gesture is None:  # neutral: whatever it performs ends
+            ahead = LookAct(do="look", at="user", seconds=1.0)
+            await self._asker.tell("/performance", PerformanceIn(acts=[ahead], when="now"))
+        else:
+            await self._asker.tell("/express", gesture)
+
+
+def _endpoint(qos: Qos, kind: type[IdlStruct]) -> Qos:
+    """Return what a topic's writer or reader says of itself: since Iron also its type's hash."""
+    return Qos(Policy.Userdata(f"typehash={type_hash(kind)};".encode()), base=qos)
 
 
 def _write(writer: DataWriter[_Message], message: _Message) -> None:

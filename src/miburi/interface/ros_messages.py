@@ -185,8 +185,8 @@ def express(stamp: int, shown: Expressed | None) -> ExpressionMsg | None:
     return ExpressionMsg(_header(stamp), place.word, valence, arousal, 1.0)
 
 
-def read_expression(wish: ExpressionMsg) -> ExpressIn:
-    """Return the gesture that an expression means.
+def read_expression(wish: ExpressionMsg) -> ExpressIn | None:
+    """Return the gesture that an expression means; None for neutral.
 
     An expression has a word, or valence and arousal, which mean the feeling that lies most in
     their direction, or both; their length is the intensity. How sure the sender is does not count.
@@ -201,12 +201,14 @@ def read_expression(wish: ExpressionMsg) -> ExpressIn:
         raise InputError(
             f"valence and arousal are from -1 to 1, got {wish.valence:g} and {wish.arousal:g}."
         )
+    if wish.expression == NEUTRAL_WORD:
+        return None
     if wish.expression or not length:
         feelings = [name for name, place in PLACES.items() if place.word == wish.expression]
     else:
         feelings = [max(PLACES, key=lambda name: _likeness(PLACES[name], wish))]
     if not feelings:
-        known = ", ".join(place.word for place in PLACES.values())
+        known = ", ".join((NEUTRAL_WORD, *(place.word for place in PLACES.values())))
         raise InputError(
             f"it can show {known}, or a valence and an arousal; got {wish.expression[:40]!r}."
         )

@@ -36,9 +36,26 @@ __all__ = [
     "Vector3Msg",
     "definition",
     "ros_name",
+    "type_hash",
 ]
 
 _RULE = "=" * 80
+#: REP-2016's hashes of the messages that have a topic; nodes since Iron tell them to each other.
+_HASHES = {
+    "diagnostic_msgs/msg/DiagnosticArray": (
+        "5a8a36efb05fb25070fa0fb3810290c0e6cd4862b54a8fb975a1ee8dc55a333e"
+    ),
+    "hri_msgs/msg/Expression": "411b88e0604397d44775d8ec6a4bc69398fb0dfbfe864c33a40fa99ee85f1b00",
+    "rmw_dds_common/msg/ParticipantEntitiesInfo": (
+        "e725f4a506958c79f95dd693b965722c57b19cd18e7eff984f49561b93dc985d"
+    ),
+    "sensor_msgs/msg/JointState": (
+        "a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e"
+    ),
+    "std_msgs/msg/Empty": "20b625256f32d5dbc0d04fee44f43c41e51c70d3502f84b4a08e7a9c26a96312",
+    "std_msgs/msg/String": "df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18",
+    "tf2_msgs/msg/TFMessage": "e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087",
+}
 
 # ROS 2 sends plain CDR with members in order: final types, ids counted up.
 
@@ -191,6 +208,11 @@ class ExpressionMsg(IdlStruct, typename="hri_msgs.msg.dds_.Expression_"):
     valence: float32
     arousal: float32
     confidence: float32
+
+
+def type_hash(kind: type[IdlStruct]) -> str:
+    """Return the hash by which ROS knows the type of a topic."""
+    return f"RIHS01_{_HASHES[ros_name(kind)]}"
 
 
 def ros_name(kind: type[IdlStruct]) -> str:

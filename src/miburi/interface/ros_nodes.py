@@ -1,0 +1,71 @@
+"""How ROS knows the nodes of a DDS participant: rmw_dds_common's messages, as since Iron.
+
+This module needs the extra ``ros``; nothing loads it before somebody wants it.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from miburi.errors import needs_extra
+
+try:
+    from cyclonedds.core import Entity
+    from cyclonedds.idl import IdlStruct, annotations
+    from cyclonedds.idl.types import array, bounded_str, sequence, uint8
+except ModuleNotFoundError as error:
+    raise needs_extra("ros", error) from error
+
+__all__ = ["DISCOVERY", "ENCLAVE", "NODE", "ParticipantEntitiesInfoMsg", "node_of"]
+
+#: The topic, which all of ROS shares, and what a participant says of itself.
+DISCOVERY, ENCLAVE = "ros_discovery_info", b"enclave=/;"
+#: The node's name, in the partner's namespace.
+NODE = "miburi"
+
+
+@dataclass
+@annotations.final
+@annotations.autoid("sequential")
+class GidMsg(IdlStruct, typename="rmw_dds_common.msg.dds_.Gid_"):
+    """rmw_dds_common/Gid, since Iron: what names a participant, a reader or a writer."""
+
+    data: array[uint8, 16]
+
+
+@dataclass
+@annotations.final
+@annotations.autoid("sequential")
+class NodeEntitiesInfoMsg(IdlStruct, typename="rmw_dds_common.msg.dds_.NodeEntitiesInfo_"):
+    """rmw_dds_common/NodeEntitiesInfo: a node, and what belongs to it."""
+
+    node_namespace: bounded_str[256]
+    node_name: bounded_str[256]
+    reader_gid_seq: sequence[GidMsg]
+    writer_gid_seq: sequence[GidMsg]
+
+
+@dataclass
+@annotations.final
+@annotations.autoid("sequential")
+class ParticipantEntitiesInfoMsg(
+    IdlStruct, typename="rmw_dds_common.msg.dds_.ParticipantEntitiesInfo_"
+):
+    """rmw_dds_common/ParticipantEntitiesInfo: the nodes of a participant."""
+
+    gid: GidMsg
+    node_entities_info_seq: sequence[NodeEntitiesInfoMsg]
+
+
+def node_of(
+    participant: Entity, namespace: str | None, readers: Iterable[Entity], writers: Iterable[Entity]
+) -> ParticipantEntitiesInfoMsg:
+    """Return what lets ROS list a participant as a node with its topics."""
+    node = NodeEntitiesInfoMsg(
+        f"/{namespace or ''}", NODE, [*map(_gid, readers)], [*map(_gid, writers)]
+    )
+    return ParticipantEntitiesInfoMsg(_gid(participant), [node])
+
+
+def _gid(entity: Entity) -> GidMsg:
+    guid = entity.guid
+    return GidMsg(list(guid.bytes if guid else bytes(16)))
