@@ -15,7 +15,15 @@ try:
 except ModuleNotFoundError as error:
     raise needs_extra("ros", error) from error
 
-__all__ = ["DISCOVERY", "ENCLAVE", "NODE", "ParticipantEntitiesInfoMsg", "node_of"]
+__all__ = [
+    "DISCOVERY",
+    "ENCLAVE",
+    "NODE",
+    "GidMsg",
+    "NodeEntitiesInfoMsg",
+    "ParticipantEntitiesInfoMsg",
+    "node_of",
+]
 
 #: The topic, which all of ROS shares, and what a participant says of itself.
 DISCOVERY, ENCLAVE = "ros_discovery_info", b"enclave=/;"
