@@ -6,9 +6,11 @@ import json
 from collections.abc import Iterable
 from typing import Any
 
+import httpx
 import pytest
 from tests.fixtures.keys import keys
 
+from miburi.errors import InputError
 from miburi.interface.access import (
     AGENTS,
     BURST,
@@ -23,6 +25,7 @@ from miburi.interface.access import (
     is_loopback,
 )
 from miburi.interface.keys import Keys
+from miburi.interface.origins import check_origin
 
 TOKEN = "a-token-of-at-least-thirty-two-letters"
 PHONE = keys(TOKEN).pair("iPhone")
@@ -114,6 +117,59 @@ def test_pages_of_other_sites_may_not(kind: str, origin: str, token: str | None)
     status, words = ask(Gate(behind, token and keys(token)), kind=kind, origin=origin, **allowed)
     assert status in (403, "websocket.close")
     assert "other sites" in words
+
+
+FRIEND = "http://localhost:5173"
+
+
+def fetch(origin: str, path: str = "/api/v1/state", method: str = "GET") -> httpx.Response:
+    """Return what a browser gets that asks for a page of an origin."""
+    gate = Gate(behind, keys(TOKEN), origins=frozenset({FRIEND}))
+
+    async def ask_once() -> httpx.Response:
+        transport = httpx.ASGITransport(app=gate)
+        async with httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1") as client:
+            return await client.request(method, path, headers={"origin": origin})
+
+    return asyncio.run(ask_once())
+
+
+def test_pages_of_an_allowed_origin_may_use_the_interface_and_nothing_else() -> None:
+    gate = Gate(behind, keys(TOKEN), origins=frozenset({FRIEND}))
+    bearer = {"authorization": f"Bearer {TOKEN}", "origin": FRIEND, "sec-fetch-site": "cross-site"}
+    assert ask(gate, **bearer)[0] == 200
+    assert ask(gate, kind="websocket", path="/api/v1/live", **bearer)[0] == "websocket.accept"
+    assert ask(gate, origin=FRIEND)[0] == 401, "it needs the token as everybody does"
+    for path in ("/", "/face", "/mcp", "/api/v10", "/privacy"):
+        assert ask(gate, path, **bearer)[0] == 403
+    assert ask(gate, **bearer | {"origin": "http://localhost:5174"})[0] == 403
+    assert ask(gate, **bearer | {"host": "evil.example"})[0] == 200, "by its token"
+    assert (
+        ask(Gate(behind, origins=frozenset({FRIEND})), host="evil.example", origin=FRIEND)[0] == 403
+    )
+
+    asked = fetch(FRIEND, "/api/v1/stimulus", "OPTIONS")
+    assert (asked.status_code, asked.headers["access-control-allow-origin"]) == (204, FRIEND)
+    assert "authorization" in asked.headers["access-control-allow-headers"]
+    for origin, path in (("https://evil.example", "/api/v1/stimulus"), (FRIEND, "/mcp")):
+        refused = fetch(origin, path, "OPTIONS")
+        assert refused.status_code == 403
+        assert "access-control-allow-origin" not in refused.headers
+
+
+def test_a_page_of_an_allowed_origin_can_read_refusals() -> None:
+    answer = fetch(FRIEND)
+    assert answer.status_code == 401
+    assert answer.headers["access-control-allow-origin"] == FRIEND
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["*", "null", "example.org", "https://example.org/", "https://a b", "ftp://a", "http://a:x"],
+)
+def test_what_is_no_origin_is_refused(text: str) -> None:
+    with pytest.raises(InputError, match="an origin is"):
+        check_origin(text)
 
 
 def test_our_own_pages_may() -> None:

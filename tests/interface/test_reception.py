@@ -120,6 +120,20 @@ def test_elsewhere_only_who_has_the_token_stops_it() -> None:
         assert at.quiet()
 
 
+def test_the_stop_of_a_page_that_is_allowed_goes_past_the_server_too() -> None:
+    friend = b"http://localhost:5173"
+    with desk(origins=frozenset({friend.decode()})) as at:
+        guest = at.come(STOP + b"Origin: " + friend + b"\r\n" + END)
+        at.pressed()
+        at.stopped()
+        told = answer(guest)
+        assert told.startswith(DONE)
+        assert b"access-control-allow-origin: " + friend in told
+        at.come(STOP + b"Origin: http://localhost:5174\r\n" + END)
+        at.passed().line.close()
+        assert at.quiet()
+
+
 def test_a_connection_comes_back_and_its_next_stop_goes_past_the_server(at: Desk) -> None:
     guest = at.come(LOOK)
     passed = at.passed()

@@ -120,6 +120,14 @@ def run(
         bool,
         typer.Option("--programs-may-release", help="Let programs end a person's Stop, too."),
     ] = False,
+    allow_origin: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Let web pages from there use the interface, such as https://example.org; give "
+            "it once for each.",
+            show_default=False,
+        ),
+    ] = None,
     log_level: Annotated[
         str,
         typer.Option(
@@ -130,6 +138,7 @@ def run(
     ] = "warning",
 ) -> None:
     """Wake the live partner and open its studio."""
+    from miburi.interface.origins import check_origin
     from miburi.interface.synthesizer import find_synthesizer
     from miburi.senses.care import Care, find_region
     from miburi.studio.addresses import EVERYWHERE
@@ -144,6 +153,7 @@ def run(
         talk=_endpoint(talk, model),
         voice=None if voice is None else find_synthesizer(voice),
         care=Care(None if region is None else find_region(region)),
+        origins=frozenset(map(check_origin, allow_origin or ())),
     )
     if doors.broker is not None:
         doors.need()

@@ -2,15 +2,16 @@
 
 On the loopback address anybody at this computer may; on any other address a token is needed
 everywhere but on the pairing and the privacy page. Requests from other sites' pages are refused on
-both. Where the server listens by https, too, no token passes unencrypted: plain http is for this
-computer itself, and tells others only where https is.
+both, unless the user lets an origin use the interface. Where the server listens by https, too, no
+token passes unencrypted: plain http is for this computer itself, and tells others only where https
+is.
 """
 
 import asyncio
 import json
 import time
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from http import HTTPStatus
@@ -21,6 +22,7 @@ from weakref import WeakValueDictionary
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from miburi.interface.keys import Keys
+from miburi.interface.origins import Headers, allowed_origin, cors, permit
 from miburi.interface.policy import NICEGUI, POLICY
 
 __all__ = [
@@ -166,6 +168,8 @@ class Gate:
         Gives s.
     https
         Whether the server listens by https, too.
+    origins
+        The other origins whose pages may use the interface.
     """
 
     def __init__(
@@ -175,10 +179,11 @@ class Gate:
         clock: Callable[[], float] = time.monotonic,
         *,
         https: bool = False,
+        origins: frozenset[str] = frozenset(),
     ) -> None:
         self._app = app
         self._keys = keys
-        self._https = https
+        self._https, self._origins = https, origins
         self._requests = Allowance(RATE, BURST, clock)
         self._agents = Allowance(RATE, BURST, clock)
         self._agents_turns: WeakValueDictionary[str, asyncio.Lock] = WeakValueDictionary()
@@ -193,6 +198,12 @@ class Gate:
         if scope["type"] not in ("http", "websocket"):
             await self._app(scope, receive, send)
             return
+        origin = self.origin_of(scope["path"], headers := _headers(scope))
+        if origin is not None:
+            if scope.get("method") == "OPTIONS":
+                await _tell(HTTPStatus.NO_CONTENT, permit(origin, headers), send)
+                return
+            send = _with(cors(origin), send)
         try:
             key = self.check(scope)
         except RefusedError as refused:
@@ -265,6 +276,10 @@ class Gate:
         finally:
             self._next_page = loop.time() + PAGE_BREATH
 
+    def origin_of(self, path: str, headers: Mapping[bytes, str]) -> str | None:
+        """Return the other origin whose page asks, if it may use the interface."""
+        return allowed_origin(path, headers, self._origins)
+
     def check(self, scope: Scope) -> str | None:
         """Let a request pass, and return the key that it needed.
 
@@ -273,14 +288,16 @@ class Gate:
         RefusedError
             It may not, and why.
         """
-        headers = {name: value.decode("latin-1") for name, value in scope["headers"]}
+        headers = _headers(scope)
         who = _asker(scope)
         path = scope["path"]
         method = scope.get("method", "GET")
         encrypted = scope.get("scheme") in ("https", "wss")
         plain = self._https and not encrypted
         keys = None if plain and _is_own(scope) else self._keys
-        _check_site(headers, near=keys is None, encrypted=encrypted)
+        _check_host(headers, near=keys is None)
+        if self.origin_of(path, headers) is None:
+            _check_site(headers, encrypted=encrypted)
         unlocked = path in (PAIRING, PRIVACY) or (self._https and path == AUTHORITY)
         if keys is not None and plain and not (unlocked and method in ("GET", "HEAD")):
             raise RefusedError(
@@ -349,18 +366,23 @@ class Gate:
                 await _refuse(scope, receive, send, refused)
 
 
-def _check_site(headers: dict[bytes, str], *, near: bool, encrypted: bool) -> None:
-    """Refuse what a page of another site has sent, and names that only point here.
+def _headers(scope: Scope) -> dict[bytes, str]:
+    return {name: value.decode("latin-1") for name, value in scope["headers"]}
 
-    ``near`` is what comes in by this computer's own door, ``encrypted`` what came by https.
-    """
+
+def _check_host(headers: dict[bytes, str], *, near: bool) -> None:
+    """Refuse names that only point here; ``near`` is this computer's own door."""
     host = headers.get(b"host", "")
     if near and not is_loopback(_split(f"//{host}").hostname or ""):
         raise RefusedError(
             403,
             "this server answers to localhost only; start it with --https or --host to open it.",
         )
-    origin = headers.get(b"origin")
+
+
+def _check_site(headers: dict[bytes, str], *, encrypted: bool) -> None:
+    """Refuse what a page of another site has sent; ``encrypted`` is what came by https."""
+    host, origin = headers.get(b"host", ""), headers.get(b"origin")
     # A browser names no origin where a page shows an image or a script of ours, but the site.
     foreign = headers.get(b"sec-fetch-site", "none") not in ("same-origin", "none")
     if origin is not None:
@@ -421,9 +443,26 @@ def _wants_page(scope: Scope) -> bool:
 
 
 async def _lead(where: str, send: Send) -> None:
-    headers = [(b"location", where.encode()), (b"content-length", b"0"), *SAFE_HEADERS]
-    await send({"type": "http.response.start", "status": 303, "headers": headers})
+    headers = [(b"location", where.encode()), (b"content-length", b"0")]
+    await _tell(HTTPStatus.SEE_OTHER, headers, send)
+
+
+async def _tell(status: int, headers: Headers, send: Send) -> None:
+    """Answer with headers alone."""
+    start = {"type": "http.response.start", "status": status, "headers": [*headers, *SAFE_HEADERS]}
+    await send(start)
     await send({"type": "http.response.body"})
+
+
+def _with(headers: Headers, send: Send) -> Send:
+    """Send with more headers."""
+
+    async def sending(message: Message) -> None:
+        if message["type"] == "http.response.start":
+            message = {**message, "headers": [*message["headers"], *headers]}
+        await send(message)
+
+    return sending
 
 
 def _farewell(scope: Scope) -> list[tuple[bytes, bytes]]:

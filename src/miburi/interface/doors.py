@@ -37,6 +37,8 @@ class Doors:
         What turns its words into sound; None: the devices of its pages do.
     care
         How it cares for somebody in distress.
+    origins
+        The other origins whose pages may use the interface.
     """
 
     agents: bool = False
@@ -46,6 +48,7 @@ class Doors:
     ros: RosNetwork | None = None
     voice: Synthesizer | None = None
     care: Care = field(default_factory=Care)
+    origins: frozenset[str] = frozenset()
 
     def need(self) -> None:
         """Refuse to go on without the libraries of the open doors."""

@@ -71,6 +71,7 @@ def receive(
     passage: socket.socket,
     stopping: Connection,
     keys: Keys | None,
+    origins: frozenset[str],
 ) -> None:
     """Receive until the partner's process has ended; for a process of its own.
 
@@ -79,7 +80,7 @@ def receive(
     come_first(apart=True)
     import resource  # there is none on Windows, where nobody receives
 
-    gate = Gate(_nobody, keys, https=encrypted is not None)
+    gate = Gate(_nobody, keys, https=encrypted is not None, origins=origins)
     most = resource.getrlimit(resource.RLIMIT_NOFILE)[0] - _OWN_FILES
     reception = Reception(plain, encrypted, passage, stopping, gate, most)
     gc.freeze()
@@ -361,7 +362,9 @@ class Reception:
         if request.http_version != b"1.1" or not _WISHES.isdisjoint(dict(headers)):
             return False  # whoever asks for more than to stop is the server's guest
         guest.ends = reader.their_state is h11.MUST_CLOSE
-        by = who(dict(headers).get(BY.encode(), b"").decode("latin-1"))
+        known = {name: value.decode("latin-1") for name, value in headers}
+        guest.origin = self._gate.origin_of(STOP, known)
+        by = who(known.get(BY.encode(), ""))
         try:
             self._gate.check(
                 {
@@ -424,7 +427,9 @@ class Reception:
         if stop:
             with suppress(OSError):  # the client has gone
                 guest.line.recv(stop)
-        gone = not guest.tell(answer + answer_of(status, words, ends=guest.ends))
+        gone = not guest.tell(
+            answer + answer_of(status, words, ends=guest.ends, origin=guest.origin)
+        )
         self._go_on(guest, gone=gone)
 
     def _pass_on(self) -> None:

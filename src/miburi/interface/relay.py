@@ -22,6 +22,7 @@ from typing import NamedTuple
 import h11
 
 from miburi.interface.access import EVENTS, HEADERS, SAFE_HEADERS
+from miburi.interface.origins import cors
 from miburi.interface.passing import ENCRYPTED
 
 __all__ = ["Address", "Framing", "Guest", "answer_of", "frame"]
@@ -84,6 +85,8 @@ class Guest:
         Bytes of a Stop that has been pressed and is still to be answered; they wait in the line.
     ends
         Whether it is closed once it has been answered.
+    origin
+        The other origin whose page asks for a Stop, if it may.
     """
 
     line: socket.socket
@@ -94,6 +97,7 @@ class Guest:
     known: bool = False
     stop: int = 0
     ends: bool = False
+    origin: str | None = None
     apart: bool = False  # a WebSocket or a stream of events: it is counted by the gate
     seen: int = 0  # bytes of a head that has not ended yet
     head: bytes = b""  # of a request that waits for the server
@@ -233,10 +237,12 @@ def _send(line: socket.socket, waiting: bytearray) -> bool:
     return True
 
 
-def answer_of(status: int, words: str, *, ends: bool) -> bytes:
+def answer_of(status: int, words: str, *, ends: bool, origin: str | None = None) -> bytes:
     """Return an answer that the reception itself gives."""
     body = json.dumps({"detail": words}).encode() if words else b""
     headers = [(b"date", formatdate(usegmt=True).encode()), *SAFE_HEADERS]
+    if origin is not None:
+        headers += cors(origin)
     if status != HTTPStatus.NO_CONTENT:
         headers.append((b"content-length", b"%d" % len(body)))
     if body:

@@ -328,7 +328,7 @@ def _start(pages: Pages) -> _Helpers:
     plain, encrypted = pages.listeners.plain, pages.listeners.encrypted
     processes = (
         _spawn(serve_pages, replace(pages, passage=inside), theirs),
-        _spawn(receive, plain, encrypted, outside, stopping, pages.reach.keys),
+        _spawn(receive, plain, encrypted, outside, stopping, pages.reach.keys, pages.doors.origins),
     )
     # Nothing of what is theirs is kept, so that each sees when another has gone.
     theirs.close()

@@ -33,7 +33,8 @@ def serve_until_the_end(pages: Pages, ends: Lanes) -> None:
     except UnreachableError:
         return  # it could not begin, and has said why
     app = make_app(partner, pages.reach, pages.doors)
-    gate = Gate(app, pages.reach.keys, https=pages.certificate is not None)
+    https = pages.certificate is not None
+    gate = Gate(app, pages.reach.keys, https=https, origins=pages.doors.origins)
     server = _Server(configure(gate), partner, pages)
     threading.Thread(target=_end_with, args=(partner, server), daemon=True).start()
     server.run(sockets=[] if pages.passage else list(pages.listeners.plain))

@@ -1,0 +1,54 @@
+"""Pages of other origins that a user lets use the interface, by the rules of CORS."""
+
+import re
+from collections.abc import Mapping
+
+from miburi.errors import InputError
+
+__all__ = ["Headers", "allowed_origin", "check_origin", "cors", "permit"]
+
+Headers = list[tuple[bytes, bytes]]
+
+#: What a page may use: the interface alone, no page and no other door.
+_PATH = "/api/v1/"
+_PERMITTED = [
+    (b"access-control-allow-methods", b"GET, POST, DELETE"),
+    (b"access-control-allow-headers", b"authorization, content-type, last-event-id, miburi-by"),
+    (b"access-control-max-age", b"600"),
+]
+_ORIGIN = re.compile(r"https?://([a-z0-9.-]+|\[[0-9a-f:.]+\])(:[0-9]{1,5})?")
+_NEAR = b"access-control-request-private-network"
+
+
+def check_origin(text: str) -> str:
+    """Return an origin such as ``https://example.org`` or ``http://localhost:5173``.
+
+    Raises
+    ------
+    InputError
+        It is none: ``*`` would let in every page that a user ever opens.
+    """
+    origin = text.lower()
+    if not _ORIGIN.fullmatch(origin):
+        raise InputError(
+            f"an origin is a scheme, a host and perhaps a port, such as https://example.org or "
+            f"http://localhost:5173; got {text[:60]!r}."
+        )
+    return origin
+
+
+def allowed_origin(path: str, headers: Mapping[bytes, str], allowed: frozenset[str]) -> str | None:
+    """Return the other origin that asks for a path of the interface, if it is allowed to."""
+    origin = headers.get(b"origin")
+    return origin if origin and origin in allowed and path.startswith(_PATH) else None
+
+
+def cors(origin: str) -> Headers:
+    """Return the headers that let a page of an origin read an answer."""
+    return [(b"access-control-allow-origin", origin.encode()), (b"vary", b"Origin")]
+
+
+def permit(origin: str, headers: Mapping[bytes, str]) -> Headers:
+    """Return the headers that answer a browser which asks what a page may send."""
+    near = [(b"access-control-allow-private-network", b"true")] if _NEAR in headers else []
+    return [*cors(origin), *_PERMITTED, *near]
