@@ -30,7 +30,7 @@ def test_addresses(address: str, broker: Broker) -> None:
         ("localhost:99999", "mqtts://"),
         ("mqtt://", "mqtts://"),
         ("", "mqtts://"),
-        ("localhost/topic", "mqtts://"),
+        ("localhost/a/topic", "mqtts://"),
         ("mqtt://robin:secret@localhost", PASSWORD),
     ],
 )

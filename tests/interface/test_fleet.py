@@ -11,7 +11,7 @@ from tests.fixtures.broker import Listener, Mosquitto, at_home
 from miburi.errors import InputError
 from miburi.interface.broker import find_broker
 from miburi.interface.client import connect
-from miburi.interface.fleet import LARGEST, Fleet, FleetOut, listening_to, stop_and_look
+from miburi.interface.fleet import Fleet, FleetOut, listening_to, stop_and_look
 from miburi.interface.report import HomeReport, Topics
 from miburi.live.runner import Runner
 from miburi.live.view import UnreachableError
@@ -109,15 +109,23 @@ def test_a_broker_that_is_gone_makes_all_look_lost_until_it_is_back(
     run(broker, work)
 
 
-def test_no_more_partners_than_a_fleet_may_have(broker: Mosquitto, listener: Listener) -> None:
-    for number in range(LARGEST + 5):
-        listener.say(Topics(f"p{number}").available, "online", retain=True)
+def test_a_large_fleet_is_known_whole_and_has_its_bound(
+    broker: Mosquitto, listener: Listener, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """More is kept for them than a broker, as it is installed, queues for a reader."""
+    most = 600
+    monkeypatch.setattr("miburi.interface.fleet.LARGEST", most)
+    for number in range(most + 5):
+        be(listener, f"p{number}")
 
     async def work(fleet: Fleet) -> None:
-        await until(fleet, lambda news: len(news.partners) == LARGEST)
-        listener.say(Topics("p0").available, "offline", retain=True)
+        await until(
+            fleet, lambda news: sum(one.report is not None for one in news.partners) == most
+        )
+        assert fleet.overfull
+        listener.say(Topics(fleet.news.partners[0].name).available, "offline", retain=True)
         news = await until(fleet, lambda news: any(one.lost for one in news.partners))
-        assert len(news.partners) == LARGEST
+        assert len(news.partners) == most
 
     run(broker, work)
 
@@ -150,6 +158,38 @@ def test_stop_reaches_a_living_partner_and_says_who_has_not_stopped(
         assert stopped == ["kitchen"]
         assert others == ([] if name == "kitchen" else ["attic", "hall"])
         assert partner.state.stop is not None
+
+
+def test_a_group_is_a_fleet_of_its_own_and_all_is_all(
+    broker: Mosquitto, listener: Listener, live: Runner
+) -> None:
+    """In one ward a partner lives; next door and in no ward others say that they do."""
+    be(listener, "west/bath")
+    be(listener, "hall")
+    address = f"127.0.0.1:{broker.port}"
+    ward = find_broker(address + "/east")
+    with at_home(live, ward) as server, connect(server.url) as partner:
+        listener.hear(Topics("east/kitchen").available, lambda text: text == "online")
+
+        async def names(where: str) -> list[str]:
+            fleet = Fleet(find_broker(where))
+            async with listening_to(fleet):
+                await until(fleet, lambda news: any("kitchen" in one.name for one in news.partners))
+                return [one.name for one in fleet.news.partners]
+
+        assert asyncio.run(names(address + "/east")) == ["kitchen"]
+        assert asyncio.run(stop_and_look(ward)) == (["kitchen"], [])
+        listener.hear(Topics("east/all").stop)
+        live.release(by_person=True).result(60)
+        stopped, others = asyncio.run(stop_and_look(find_broker(address)))
+        assert (stopped, others) == (["east/kitchen"], ["hall", "west/bath"])
+        assert partner.state.held
+
+
+@pytest.mark.parametrize("wrong", ["/a/b", "/all", "/Ward", "/+", "/a%2Fb"])
+def test_what_is_no_group_is_refused(wrong: str) -> None:
+    with pytest.raises(InputError):
+        find_broker("localhost" + wrong)
 
 
 def test_who_is_not_there_cannot_be_stopped(broker: Mosquitto, listener: Listener) -> None:

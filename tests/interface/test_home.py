@@ -86,14 +86,14 @@ def test_what_it_says_of_itself_is_what_home_assistant_documents(joints: list[st
 
 def test_a_home_finds_it_and_hears_what_it_feels(home: RemotePartner, listener: Listener) -> None:
     late = Listener(listener.port)  # what is retained comes to who asks later, too
-    assert json.loads(late.hear(discovery_topic("kitchen"))) == discovery(ABOUT, [])
+    assert json.loads(late.hear(discovery_topic(ABOUT))) == discovery(ABOUT, [])
     late.close()
     listener.say(TOPICS.feel, '{"feeling": "anger", "strength": 1.0}')
     report = hear_report(listener, lambda report: report.feeling == "anger")
     assert 60 <= report.mood <= 100
     assert report.stopped is None
     listener.say(BIRTH, "online")  # Home Assistant has been started anew
-    listener.hear(discovery_topic("kitchen"))
+    listener.hear(discovery_topic(ABOUT))
     hear_report(listener, lambda report: report.feeling == "anger")
 
 

@@ -24,7 +24,7 @@ _PERIOD = 1.0
 
 
 def fleet(
-    broker: Annotated[str, typer.Option(help="\\[mqtt://|mqtts://][USER@]HOST[:PORT].")],
+    broker: Annotated[str, typer.Option(help="\\[mqtt://|mqtts://][USER@]HOST[:PORT]\\[/GROUP].")],
     broker_ca: BrokerCertificates = None,
     port: Annotated[int, typer.Option(help="The page's port; 0 takes a free one.")] = 8090,
     stop: Annotated[

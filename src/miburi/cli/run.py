@@ -59,7 +59,8 @@ def run(
     broker: Annotated[
         str | None,
         typer.Option(
-            help="A home's MQTT broker: \\[mqtt://|mqtts://][USER@]HOST[:PORT].", show_default=False
+            help="A home's MQTT broker: \\[mqtt://|mqtts://][USER@]HOST[:PORT]\\[/GROUP].",
+            show_default=False,
         ),
     ] = None,
     broker_ca: BrokerCertificates = None,

@@ -33,7 +33,7 @@ _FIRST_PAUSE, _LONGEST_PAUSE = 1.0, 30.0
 
 @dataclass(frozen=True)
 class Broker:
-    """A broker, and who we are to it."""
+    """A broker, who we are to it, and the group of partners there, if there are groups."""
 
     host: str
     port: int
@@ -41,6 +41,11 @@ class Broker:
     ca: Path | None = None
     user: str | None = None
     password: str | None = field(default=None, repr=False)
+    group: str | None = None
+
+    def path(self, name: str) -> str:
+        """Return a partner's name with that of its group."""
+        return name if self.group is None else f"{self.group}/{name}"
 
     def client(
         self, identifier: str | None, will: "aiomqtt.Will | None" = None
@@ -68,7 +73,7 @@ def find_broker(
     Parameters
     ----------
     address
-        ``[mqtt://|mqtts://][USER@]HOST[:PORT]``; mqtts means TLS.
+        ``[mqtt://|mqtts://][USER@]HOST[:PORT][/GROUP]``; mqtts means TLS.
     ca
         A file with the certificates to trust; by default those of the system.
 
@@ -83,7 +88,7 @@ def find_broker(
         port = parts.port
     except ValueError as error:
         raise _not_an_address(address) from error
-    if parts.scheme not in _PORTS or not parts.hostname or parts.path.strip("/"):
+    if parts.scheme not in _PORTS or not parts.hostname or "/" in parts.path.strip("/"):
         raise _not_an_address(address)
     if parts.password is not None:
         raise InputError(
@@ -92,6 +97,7 @@ def find_broker(
         )
     if ca is not None and parts.scheme == "mqtt":
         raise InputError("certificates are for TLS; write the broker as mqtts://HOST.")
+    group = parts.path.strip("/")
     tls = parts.scheme == "mqtts"
     if tls:
         _tls(ca)  # refuse a wrong file now
@@ -102,6 +108,7 @@ def find_broker(
         ca,
         unquote(parts.username) if parts.username else None,
         _password(environment),
+        check_name(group) if group else None,
     )
 
 
@@ -147,7 +154,7 @@ async def stay_at(
 
 
 def check_name(name: str) -> str:
-    """Return a partner's name, if it can stand in a topic.
+    """Return the name of a partner or of a group, if it can stand in a topic.
 
     Raises
     ------
@@ -156,14 +163,15 @@ def check_name(name: str) -> str:
     """
     if not re.fullmatch(r"[a-z0-9][a-z0-9_-]{0,39}", name) or name == "all":
         raise InputError(
-            f"a partner's name has 1 to 40 of a-z, 0-9, _ and -, and is not 'all'; got {name!r}."
+            "a partner's or a group's name has 1 to 40 of a-z, 0-9, _ and -, and is not 'all'; "
+            f"got {name!r}."
         )
     return name
 
 
 def _not_an_address(address: str) -> InputError:
     return InputError(
-        f"a broker's address is [mqtt://|mqtts://][USER@]HOST[:PORT], got {address!r}."
+        f"a broker's address is [mqtt://|mqtts://][USER@]HOST[:PORT][/GROUP], got {address!r}."
     )
 
 

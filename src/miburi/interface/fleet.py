@@ -1,4 +1,4 @@
-"""A fleet: all partners at one broker, as they report themselves, and Stop for one or all.
+"""A fleet: all partners at one broker or of a group there, and Stop for one or all.
 
 The broker is the engine: it keeps each partner's last report, and says ``offline`` for a partner
 that is gone. This module only listens. It needs the extra ``mqtt``.
@@ -25,11 +25,11 @@ except ModuleNotFoundError as error:
 __all__ = ["LARGEST", "Fleet", "FleetOut", "PartnerOut", "listening_to", "stop_and_look"]
 
 #: Partners in a fleet; more are left out (ours).
-LARGEST = 1000
+LARGEST = 2000
 #: s in which retained messages have come, and s in which a body must have stopped (ours).
 _GREETING, _PATIENCE = 1.0, 5.0
 _LOOK = 0.05
-_TOPIC = re.compile(r"miburi/([^/]+)/(available|report)")
+_TOPIC = re.compile(r"miburi/(?:([^/]+)/)?([^/]+)/(available|report)")
 
 
 class PartnerOut(BaseModel):
@@ -55,7 +55,8 @@ class Fleet:
     Parameters
     ----------
     broker
-        The broker.
+        The broker, and the group; without one, partners of a group have names like
+        ``GROUP/NAME``.
     """
 
     def __init__(self, broker: Broker) -> None:
@@ -104,7 +105,7 @@ class Fleet:
         try:
             if self._client is None:
                 raise MqttError("no connection")
-            await self._client.publish(Topics(name).stop, qos=1)
+            await self._client.publish(Topics(self._broker.path(name)).stop, qos=1)
         except MqttError as error:
             raise UnreachableError(
                 f"the broker at {self._broker.host}:{self._broker.port} cannot be reached; stop "
@@ -112,7 +113,11 @@ class Fleet:
             ) from error
 
     async def _live(self, client: Client) -> None:
-        await client.subscribe([(Topics("+").available, 1), (Topics("+").report, 1)])
+        group = self._broker.group
+        names = ("+", "+/+") if group is None else (f"{group}/+",)
+        for topics in map(Topics, names):
+            # With QoS 1 Mosquitto drops what is retained beyond its queue of 1,000, without a word.
+            await client.subscribe([(topics.available, 0), (topics.report, 0)])
         self._client = client
         try:
             async for message in client.messages:
@@ -128,9 +133,11 @@ class Fleet:
         match = _TOPIC.fullmatch(topic)
         if match is None:
             return
-        name, kind = match.groups()
+        group, name, kind = match.groups()
         try:
             check_name(name)
+            if group is not None and self._broker.group is None:
+                name = f"{check_name(group)}/{name}"
             report = HomeReport.model_validate_json(payload) if kind == "report" else None
         except (InputError, ValidationError):
             return

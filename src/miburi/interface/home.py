@@ -92,11 +92,26 @@ _PATIENCE = 4.0
 
 @dataclass(frozen=True)
 class About:
-    """What a home knows a partner by: a name, the robot's, and its studio's address, if any."""
+    """What a home knows a partner by.
+
+    Attributes
+    ----------
+    name
+        Its name; with its group, if it is in one, as ``GROUP/NAME``.
+    model
+        The robot's name.
+    studio
+        Its studio's address, if other devices reach it.
+    """
 
     name: str
     model: str
     studio: str | None = None
+
+    @property
+    def key(self) -> str:
+        """The name as it may stand in an identifier."""
+        return self.name.replace("/", "-")
 
 
 def add_home(
@@ -112,7 +127,7 @@ def add_home(
     ``studio`` is the address at which other devices reach its pages.
     """
     asker = Asker.within(app, "home")
-    about = About(name, partner.robot.name, studio)
+    about = About(broker.path(name), partner.robot.name, studio)
     live_beside(app, lambda: live_at_home(asker, partner.history, broker, about, clock))
 
 
@@ -149,7 +164,7 @@ async def live_at_home(
                 "and the home's Stop does not reach it. Start it with another --name."
             )
 
-    await stay_at(broker, f"miburi-{name}", home.live, home.will, admit)
+    await stay_at(broker, f"miburi-{about.key}", home.live, home.will, admit)
 
 
 async def check_free(broker: Broker, name: str) -> None:
@@ -163,7 +178,8 @@ async def check_free(broker: Broker, name: str) -> None:
     others = [f"{name[:37]}-{number}" for number in range(2, 6)]
     try:
         async with asyncio.timeout(_PATIENCE):
-            first, *rest = await asyncio.gather(*(is_taken(broker, one) for one in (name, *others)))
+            names = map(broker.path, (name, *others))
+            first, *rest = await asyncio.gather(*(is_taken(broker, one) for one in names))
     except (MqttError, OSError, TimeoutError):
         return
     if first:
@@ -212,6 +228,9 @@ class _Home:
         self._wishes, self._today = Allowance(RATE, BURST, clock), today
         self._refusals, self._unsaid = Allowance(_TOLD_RATE, _TOLD_BURST, clock), 0
         self._topics = Topics(about.name)
+        group, _, _ = about.name.rpartition("/")
+        #: Where all partners are stopped, or those of its group.
+        self._stops_of_all = {Topics(ALL).stop, Topics(f"{group}/{ALL}" if group else ALL).stop}
         #: Tells it from another partner of the same name.
         self.instance = secrets.token_hex(8)
         self._contradicted = False  # whether somebody else has said whether it is there
@@ -232,7 +251,7 @@ class _Home:
         self._online, self._reported, self._announced = False, None, None
         topics = self._topics
         heard = (topics.feel, topics.say, topics.stop, topics.who, topics.available)
-        for topic in (*heard, Topics(ALL).stop, BIRTH):
+        for topic in (*heard, *self._stops_of_all, BIRTH):
             await client.subscribe(topic, qos=1)
         try:
             async with asyncio.TaskGroup() as tasks:
@@ -268,7 +287,7 @@ class _Home:
         if self._announced != [*report_of.temperatures]:
             self._announced = [*report_of.temperatures]
             message = json.dumps(discovery(self._about, self._announced))
-            await client.publish(discovery_topic(self._about.name), message, qos=1, retain=True)
+            await client.publish(discovery_topic(self._about), message, qos=1, retain=True)
         if not self._online or self._contradicted:
             self._online, self._contradicted = True, False
             await self._say_whether(client, _ONLINE)
@@ -331,7 +350,7 @@ class _Home:
                 self._contradicted |= message.payload != _ONLINE.encode()
             elif message.retain:
                 pass  # a wish of another day
-            elif topic in (self._topics.stop, Topics(ALL).stop):
+            elif topic in (self._topics.stop, *self._stops_of_all):
                 if self._stopping is None or self._stopping.done():
                     self._stopping = tasks.create_task(self._do(client, message))
             elif self._wishes.take("all"):
@@ -368,9 +387,9 @@ def _bytes(payload: object) -> bytes:
     return payload[:_LONGEST] if isinstance(payload, bytes) else b""
 
 
-def discovery_topic(name: str) -> str:
+def discovery_topic(about: About) -> str:
     """Return the topic by which Home Assistant finds a partner."""
-    return f"homeassistant/device/miburi-{name}/config"
+    return f"homeassistant/device/miburi-{about.key}/config"
 
 
 def discovery(about: About, joints: list[str]) -> dict[str, Any]:
@@ -385,8 +404,7 @@ def discovery(about: About, joints: list[str]) -> dict[str, Any]:
 
     Its keys are those of Home Assistant's MQTT device discovery (2024.11 and later).
     """
-    name = about.name
-    topics, key = Topics(name), f"miburi_{name}"
+    topics, key = Topics(about.name), f"miburi_{about.key}"
 
     def part(what: str, platform: str, label: str, **more: Any) -> dict[str, Any]:
         return {"platform": platform, "name": label, "unique_id": f"{key}_{what}", **more}
@@ -438,7 +456,7 @@ def discovery(about: About, joints: list[str]) -> dict[str, Any]:
         )  # fmt: skip
     device = {
         "identifiers": [key],
-        "name": f"Miburi {name}",
+        "name": f"Miburi {about.name}",
         "manufacturer": "Miburi",
         "model": about.model,
         "sw_version": __version__,

@@ -26,7 +26,10 @@ ALL = "all"
 
 
 class Topics:
-    """The topics of one partner; ``+`` as a name means those of every partner."""
+    """The topics of one partner; ``+`` as a name means those of every partner.
+
+    In a group the name is ``GROUP/NAME``.
+    """
 
     def __init__(self, name: str) -> None:
         base = f"miburi/{name}"

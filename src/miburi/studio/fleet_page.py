@@ -28,7 +28,7 @@ _PAGE = Path(__file__).with_suffix(".html")
 class StopIn(Message):
     """Whom to stop."""
 
-    name: Annotated[str, Field(max_length=40)] = ALL
+    name: Annotated[str, Field(max_length=81)] = ALL
 
 
 def make_fleet_app(fleet: Fleet) -> FastAPI:
