@@ -1,6 +1,7 @@
 """The doors that a user opens beside HTTP; each is loaded only then, and needs an extra."""
 
 from dataclasses import dataclass, field
+from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 from miburi.errors import need
@@ -68,6 +69,10 @@ class Doors:
             from miburi.interface.voice import voice_router
 
             app.include_router(voice_router(partner, self.voice))
+        if studio is not None and find_spec("zeroconf") is not None:
+            from miburi.interface.announce import add_announcement
+
+            add_announcement(app, self.name, studio)
         if self.agents:
             from miburi.interface.agents import add_agents
 
