@@ -8,6 +8,7 @@ The reference is made from the docstrings of each room's public names.
 import importlib
 import pkgutil
 import re
+import runpy
 from pathlib import Path
 from types import ModuleType
 
@@ -16,6 +17,8 @@ from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
 
 ROOT = Path(__file__).parent.parent
+# This folder is no package.
+http_page = runpy.run_path(str(ROOT / "docs" / "http_reference.py"))["http_page"]
 #: Pages that stand at the root of the repository.
 _PROJECT = {"contributing.md": "CONTRIBUTING.md", "changelog.md": "CHANGELOG.md"}
 _ROOMS = (
@@ -41,9 +44,11 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
         content = "\n".join([f"# {room}", "", *sections, ""])
         files.append(File.generated(config, f"reference/{room}.md", content=content))
         lines.append(f"- [`miburi.{room}`]({room}.md): {first}")
+    lines += ["- [HTTP](http.md): every request and every type, for programs in any language"]
+    files.append(File.generated(config, "reference/http.md", content=http_page()))
     files.append(File.generated(config, "reference/index.md", content="\n".join(lines)))
     (reference,) = (part["Reference"] for part in config.nav or () if "Reference" in part)
-    reference += [f"reference/{room}.md" for room in _ROOMS]
+    reference += [*(f"reference/{room}.md" for room in _ROOMS), "reference/http.md"]
     return files
 
 
