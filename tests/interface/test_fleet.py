@@ -119,9 +119,9 @@ def test_a_large_fleet_is_known_whole_and_has_its_bound(
         be(listener, f"p{number}")
 
     async def work(fleet: Fleet) -> None:
-        await until(
-            fleet, lambda news: sum(one.report is not None for one in news.partners) == most
-        )
+        async with asyncio.timeout(30):
+            await fleet.greeted.wait()
+        assert sum(one.report is not None for one in fleet.news.partners) == most
         assert fleet.overfull
         listener.say(Topics(fleet.news.partners[0].name).available, "offline", retain=True)
         news = await until(fleet, lambda news: any(one.lost for one in news.partners))

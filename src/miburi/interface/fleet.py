@@ -7,8 +7,9 @@ that is gone. This module only listens. It needs the extra ``mqtt``.
 import asyncio
 import re
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from datetime import UTC, datetime
+from secrets import token_hex
 
 from pydantic import BaseModel, Field, ValidationError
 
@@ -26,8 +27,8 @@ __all__ = ["LARGEST", "Fleet", "FleetOut", "PartnerOut", "listening_to", "stop_a
 
 #: Partners in a fleet; more are left out (ours).
 LARGEST = 2000
-#: s in which retained messages have come, and s in which a body must have stopped (ours).
-_GREETING, _PATIENCE = 1.0, 5.0
+#: s in which what the broker keeps has come, and s in which a body must have stopped (ours).
+_GREETING, _PATIENCE = 5.0, 5.0
 _LOOK = 0.05
 _TOPIC = re.compile(r"miburi/(?:([^/]+)/)?([^/]+)/(available|report)")
 
@@ -66,6 +67,9 @@ class Fleet:
         self._reports: dict[str, HomeReport] = {}
         #: Whether there are more partners than are known here.
         self.overfull = False
+        #: Whether all that the broker keeps has come.
+        self.greeted = asyncio.Event()
+        self._echo = Topics(broker.path(f"fleet-{token_hex(4)}")).here
 
     async def listen(self) -> None:
         """Listen until cancelled; find the broker again when it was away."""
@@ -118,13 +122,19 @@ class Fleet:
         for topics in map(Topics, names):
             # With QoS 1 Mosquitto drops what is retained beyond its queue of 1,000, without a word.
             await client.subscribe([(topics.available, 0), (topics.report, 0)])
+        # What is kept comes before an answer to what we say now.
+        await client.subscribe(self._echo, 0)
+        await client.publish(self._echo, qos=0)
         self._client = client
         try:
             async for message in client.messages:
-                if isinstance(message.payload, bytes):
+                if str(message.topic) == self._echo:
+                    self.greeted.set()
+                elif isinstance(message.payload, bytes):
                     self._take(str(message.topic), message.payload)
         finally:
             self._client = None
+            self.greeted.clear()
             # Who is there will be said anew; who has gone meanwhile must not look alive.
             self._online = dict.fromkeys(self._online, False)
 
@@ -181,7 +191,9 @@ async def stop_and_look(broker: Broker, name: str = ALL) -> tuple[list[str], lis
     """
     fleet = Fleet(broker)
     async with listening_to(fleet):
-        await asyncio.sleep(_GREETING)
+        with suppress(TimeoutError):  # a broker may forbid the echo: then all that has come counts
+            async with asyncio.timeout(_GREETING):
+                await fleet.greeted.wait()
         await fleet.stop(name)
         stopped: list[str] = []
         for _ in range(round(_PATIENCE / _LOOK)):
