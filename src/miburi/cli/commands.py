@@ -18,6 +18,7 @@ from miburi.cli.card import app as card_app
 from miburi.cli.devices import devices_app
 from miburi.cli.fleet import fleet
 from miburi.cli.gestures import gallery, gesture_app
+from miburi.cli.live import feel, status, stop
 from miburi.cli.options import (
     CalibrationFile,
     GesturesFolder,
@@ -64,9 +65,11 @@ app = typer.Typer(
     help="Feelings that show in a small robot's whole body, and a body that is safe to touch.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
-    add_completion=False,
 )
 _NEGATIVE_NUMBERS = {"ignore_unknown_options": True}
+#: The groups of commands, in the order of their help.
+_LIVE, _MAKE, _MEASURE = "Live with it", "Make it yours", "Measure"
+_BUILD, _DOCUMENTS = "Build and calibrate", "For Miburi's own documents"
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON, one line each.")]
 Point = tuple[float, float, float]
@@ -150,7 +153,6 @@ def common(
     """Miburi (身振り): gesture."""
 
 
-@app.command()
 def experiment(
     seed: Annotated[int, typer.Option(help="0 or more; the same seed, the same run.")] = 1,
     seconds: Annotated[float, typer.Option(help="Length in the robot's time.")] = 30.0,
@@ -211,7 +213,6 @@ def experiment(
         print(line)
 
 
-@app.command(context_settings=_NEGATIVE_NUMBERS)
 def forward(
     angles: Annotated[
         list[float] | None,
@@ -255,7 +256,6 @@ def _warn_of_limits(robot: "Robot", angles: list[float]) -> None:
             )
 
 
-@app.command()
 def paper(
     out: Annotated[Path, typer.Option(help="Folder for paper.md and images.")] = Path("out/paper"),
     robot: RobotFile = None,
@@ -266,7 +266,6 @@ def paper(
     print(write_paper(robot_of(robot), out, lambda what: typer.echo(what, err=True)))
 
 
-@app.command(context_settings=_NEGATIVE_NUMBERS)
 def ik(
     right: Annotated[Point | None, typer.Option(help="Right hand, m.", show_default=False)] = None,
     left: Annotated[Point | None, typer.Option(help="Left hand, m.", show_default=False)] = None,
@@ -305,26 +304,7 @@ def ik(
             print(f"{solution.status}; error: {misses}")
 
 
-app.add_typer(card_app, name="card")
-app.add_typer(gesture_app, name="gesture")
-app.add_typer(study_app, name="study")
-app.add_typer(devices_app, name="devices")
-app.command()(gallery)
-app.command()(run)
-app.command()(words)
-app.command()(say)
-app.command()(listen)
-app.command()(mcp)
-app.command()(fleet)
-app.command()(trials)
-app.command()(calibrate)
-app.command()(tune)
-app.command()(safety_page)
-app.command()(template)
-app.command()(to_ros)
-
 feelings_app = typer.Typer(help="The emotional model.", no_args_is_help=True)
-app.add_typer(feelings_app, name="feelings")
 
 
 @feelings_app.command()
@@ -345,7 +325,6 @@ def day(
     print(plot_day(out, models[model](temperament_of(temperament)), seed=seed))
 
 
-@app.command()
 def export(
     form: Annotated[str, typer.Argument(help="mjcf or urdf.")],
     robot: RobotFile = None,
@@ -358,6 +337,26 @@ def export(
     if form not in forms:
         raise InputError(f"the form must be one of {', '.join(forms)}, got {form!r}.")
     print(forms[form](robot_of(robot)), end="")
+
+
+for panel, commands in (
+    (_LIVE, (run, status, feel, say, stop, listen, mcp, fleet)),
+    (_MAKE, (words, template, export, forward, ik)),
+    (_MEASURE, (experiment, trials, to_ros)),
+    (_BUILD, (calibrate, tune)),
+    (_DOCUMENTS, (paper, gallery, safety_page)),
+):
+    for command in commands:
+        settings = _NEGATIVE_NUMBERS if command in (forward, ik) else None
+        app.command(rich_help_panel=panel, context_settings=settings)(command)
+for panel, name, group in (
+    (_LIVE, "devices", devices_app),
+    (_MAKE, "gesture", gesture_app),
+    (_MAKE, "feelings", feelings_app),
+    (_MEASURE, "study", study_app),
+    (_BUILD, "card", card_app),
+):
+    app.add_typer(group, name=name, rich_help_panel=panel)
 
 
 def _lines() -> Iterator[Any]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from miburi.cli.live import HERE, PartnerAddress, partner_at
 from miburi.errors import InputError
 
 if TYPE_CHECKING:
@@ -16,9 +17,6 @@ if TYPE_CHECKING:
     from miburi.senses.tone import Tone
 
 __all__ = ["listen", "say", "words"]
-
-PartnerAddress = Annotated[str, typer.Option("--url", help="Where the partner lives.")]
-_HERE = "http://127.0.0.1:8080"
 
 
 def words(
@@ -51,13 +49,13 @@ def words(
 
 def say(
     text: Annotated[str, typer.Argument(help="In English or Japanese.")],
-    url: PartnerAddress = _HERE,
+    url: PartnerAddress = HERE,
 ) -> None:
     """Say something to a live partner.
 
     Away from its computer it needs MIBURI_TOKEN, and by https MIBURI_AUTHORITY.
     """
-    with _partner(url) as partner:
+    with partner_at(url) as partner:
         _say(partner, text)
 
 
@@ -73,7 +71,7 @@ def listen(
         Path | None,
         typer.Option(help="A file of phrases to know; default: everyday ones.", show_default=False),
     ] = None,
-    url: PartnerAddress = _HERE,
+    url: PartnerAddress = HERE,
 ) -> None:
     """Hear spoken phrases and say them to a live partner; the sound stays in this process."""
     from miburi.senses.tone import ToneOfVoice
@@ -90,19 +88,13 @@ def listen(
     except OSError as error:
         raise InputError(f"{file} cannot be read: {error.strerror}.") from error
     voice = ToneOfVoice()
-    with sound, _partner(url) as partner:
+    with sound, partner_at(url) as partner:
         for utterance in utterances(frames(sound), likely):
             text = recogniser.recognise(utterance)
             print(f"heard: {text or 'nothing that it knows'}", flush=True)
             tone = voice.take(utterance)
             if text is not None:
                 _say(partner, text, tone)
-
-
-def _partner(url: str) -> "RemotePartner":
-    from miburi.interface.client import connect
-
-    return connect(url, os.environ.get("MIBURI_TOKEN"), os.environ.get("MIBURI_AUTHORITY"))
 
 
 def _say(partner: "RemotePartner", text: str, tone: "Tone" = "plain") -> None:

@@ -288,12 +288,14 @@ class RemotePartner:
         wish = PerformanceIn(acts=list(acts), when="now" if now else "next")
         return self._wish("/performance", wish.model_dump(mode="json"))
 
-    def stop(self) -> None:
-        """Stop all motors until :meth:`release`."""
+    def stop(self, *, by_person: bool = False) -> None:
+        """Stop all motors until :meth:`release`; what a person stops, a person releases."""
+        head = {BY: "person"} if by_person else {}
         with suppress(httpx.TransportError):  # a full server may have closed that connection
-            accepted(self._url, self._stop.post("/stop"))
+            accepted(self._url, self._stop.post("/stop", headers=head))
             return
         with self._open() as new:
+            new.headers.update(head)
             self._ask("POST", "/stop", by=new)
 
     def release(self) -> None:
