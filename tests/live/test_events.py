@@ -16,7 +16,7 @@ from miburi.live.archive import Archive
 from miburi.live.events.log import LOGGED, Log
 from miburi.live.events.model import Cursor, LiveEvent
 from miburi.live.events.store import SURE, EventStore, kept_events
-from miburi.live.runner import Runner
+from miburi.live.runner import STEP, Runner
 from miburi.live.stage import Act
 from miburi.robot import Robot
 from miburi.senses.words import hear
@@ -270,6 +270,18 @@ def test_a_performance_does_all_in_order_and_ends_once(runner: Runner) -> None:
     ]
     kinds = [kind for kind, _ in told]
     assert kinds.index("gesture_begun") < kinds.index("speech_begun") < kinds.index("gesture_ended")
+
+
+def test_what_belongs_together_begins_together_while_it_breathes(runner: Runner) -> None:
+    """At rest it breathes: the body must end that, and the sentence waits for it."""
+    acts = [Act(0.0, words="Hello."), Act(0.0, expression=Expression("surprise", 0.5))]
+    for _ in range(3):
+        until(runner, lambda state: state.phase == "moving")
+        wish = runner.act(acts, queued=True)
+        run(runner, 8.0)
+        begun = {e.kind: e.time for e in runner.history.after(0) if e.wish == wish.result()}
+        assert begun["speech_begun"] == pytest.approx(begun["gesture_begun"], abs=2.5 * STEP)
+        assert "performance_ended" in begun
 
 
 def test_performances_wait_for_one_another_and_now_comes_before_all(runner: Runner) -> None:

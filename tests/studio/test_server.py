@@ -298,13 +298,25 @@ def test_ctrl_c_in_a_terminal_is_a_good_end_of_all_processes(tmp_path: Path) -> 
         helpers = helpers_of(program.process.pid)
         assert post(url + "/api/v1/recordings", json={"on": True}).status_code == 204
         os.killpg(program.process.pid, signal.SIGINT)
-        assert program.end(None) == (
-            0, f"Good-bye. The body rests at neutral; what it feels is kept in {tmp_path}.\n", ""
-        )  # fmt: skip
+        good = f"Good-bye. The body rests at neutral; what it feels is kept in {tmp_path}.\n"
+        assert program.end(None) == (0, good, "")
         nobody_left(program.process.pid, helpers)
     assert (tmp_path / "recordings" / "miburi-0001.mcap").read_bytes().endswith(b"\x89MCAP0\r\n")
     assert path.with_name("feelings.json.bad").read_bytes() == content
     assert remembered(path, shipped_temperament("playful")) is not None
+
+
+def test_a_stream_of_events_ends_with_the_partner_and_without_a_word(tmp_path: Path) -> None:
+    with running(tmp_path) as program:
+        url = address(program.out.next())
+        with httpx.stream("GET", url + "/api/v1/events", timeout=30) as events:
+            lines = events.iter_lines()
+            next(lines)
+            assert post(url + "/api/v1/pause", json={"paused": True}).status_code == 204
+            until(lambda: get(url + "/api/v1/state").json()["phase"] == "idle")
+            program.process.terminate()
+            assert [*lines], "it ended well"
+        assert program.end(None)[::2] == (0, "")
 
 
 def test_who_asks_it_twice_to_end_leaves_nobody_behind(tmp_path: Path) -> None:

@@ -390,7 +390,8 @@ def _check_site(headers: dict[bytes, str], *, encrypted: bool) -> None:
         # Anybody on the way can make a page of ours by plain http.
         foreign |= page.netloc != host or (encrypted and page.scheme != "https")
     if foreign:
-        raise RefusedError(403, "requests from other sites' pages are refused.")
+        named = "" if origin is None else f"; `miburi run --allow-origin {origin}` lets it in"
+        raise RefusedError(403, f"requests from other sites' pages are refused{named}.")
 
 
 def int_or(text: str | None, otherwise: int) -> int:

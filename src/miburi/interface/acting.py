@@ -75,7 +75,8 @@ def poses_of(partner: LivePartner, wish: PosesIn) -> list[KeyPose]:
             {**written, "name": "poses", "feeling": FEELINGS[0]}
         )
     except ValidationError as error:
-        said = error.errors(include_url=False, include_input=False)[0]["msg"]
+        (first, *_) = error.errors(include_url=False, include_input=False)
+        said = first["msg"].removeprefix("Value error, ")
         raise InputError(f"these are no key poses: {said}.") from error
     if problems := list(misfits(partner.robot, function)):
         raise InputError("; ".join(problems)[:900] + ".")

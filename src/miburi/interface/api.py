@@ -465,7 +465,8 @@ async def _say_what_is_allowed(_request: Request, error: Exception) -> JSONRespo
     """Say which value is wrong, without sending it back."""
     errors = error.errors() if isinstance(error, RequestValidationError) else []
     words = [
-        f"{'.'.join(str(part) for part in item['loc'][1:]) or 'the request'}: {item['msg']}"
+        f"{'.'.join(map(str, item['loc'][1:])) or 'the request'}: "
+        + item["msg"].removeprefix("Value error, ")
         for item in errors
     ]
     return JSONResponse({"detail": "; ".join(words)[:1000]}, 422)

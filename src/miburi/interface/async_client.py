@@ -10,6 +10,7 @@
 
 import asyncio
 from collections.abc import AsyncGenerator
+from contextlib import aclosing
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -32,7 +33,7 @@ from miburi.interface.wire import (
     SpeakIn,
     StimulusIn,
 )
-from miburi.live.events.model import LiveEvent
+from miburi.live.events.model import EndOfWish, LiveEvent
 from miburi.live.state import State
 from miburi.senses.tone import Tone
 
@@ -112,6 +113,15 @@ class AsyncPartner:
             if heard is None or loop.time() - heard > patience:
                 raise ConnectionLostError(f"the partner does not answer: {failure}.") from failure
             await asyncio.sleep(min(_AGAIN, patience))
+
+    async def until_ended(self, wish: str, patience: float = 60.0) -> LiveEvent:
+        """Wait until a wish has ended; see :meth:`RemotePartner.until_ended`."""
+        end = EndOfWish(wish)
+        async with aclosing(self.events(wish, patience)) as events:
+            async for event in events:
+                if end.is_in(event):
+                    return event
+        raise ConnectionLostError("the events ended.")
 
     async def stimulate(self, stimulus: Stimulus) -> str:
         """Let the partner feel something."""

@@ -15,7 +15,7 @@ import ssl
 import threading
 import time
 from collections.abc import Callable, Generator, Mapping
-from contextlib import suppress
+from contextlib import closing, suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -40,7 +40,7 @@ from miburi.interface.wire import (
     SayOut,
     WishOut,
 )
-from miburi.live.events.model import LiveEvent
+from miburi.live.events.model import EndOfWish, LiveEvent
 from miburi.live.press import BY
 from miburi.live.state import MotorsOut, State
 from miburi.senses.tone import Tone
@@ -173,7 +173,7 @@ class RemotePartner:
     def _wait_to_connect(self, heard: float | None, patience: float, failure: Exception) -> None:
         """Wait a moment; give up if nothing was ever heard, or not for ``patience`` s."""
         if heard is None or time.monotonic() - heard > patience:
-            words = f"{self._url}: {failure or 'the connection was closed'}."
+            words = f"{self._url} does not answer ({failure}); is `miburi run` running there?"
             raise ConnectionLostError(distrust(self._url, failure) or words) from failure
         time.sleep(min(_AGAIN, patience))
 
@@ -184,9 +184,29 @@ class RemotePartner:
 
         A connection that is lost is made again for up to ``patience`` s, and what happened
         meanwhile is told, also what was before the partner's last start. If something is missing, a
-        ``gap`` tells so.
+        ``gap`` tells so. With ``after="0"`` it begins with all that are kept.
+
+        Raises
+        ------
+        ConnectionLostError
+            The partner does not answer at first, or has not answered for ``patience`` s: wait
+            before you ask again.
         """
         return self._events_after(after or self.state.cursor, patience)
+
+    def until_ended(self, wish: str, patience: float = 60.0) -> LiveEvent:
+        """Wait until a wish has ended, well or not, and return the event that tells so.
+
+        Raises
+        ------
+        BodyError
+            The partner was started anew, so nobody knows how the wish ended.
+        ConnectionLostError
+            It has not answered for ``patience`` s.
+        """
+        end = EndOfWish(wish)
+        with closing(self.events(wish, patience)) as events:
+            return next(event for event in events if end.is_in(event))
 
     def _events_after(self, cursor: str, patience: float) -> Generator[LiveEvent, None, None]:
         heard = None  # when, on the monotonic clock

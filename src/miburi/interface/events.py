@@ -5,20 +5,22 @@ stream is told by its reader's cursor what it has missed, so a connection may br
 """
 
 import asyncio
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from typing import Annotated
 
-from fastapi import APIRouter, Header, Query
+from fastapi import APIRouter, Header, Query, Request
 from fastapi.responses import StreamingResponse
 
 from miburi.errors import InputError
 from miburi.interface.access import EVENTS
 from miburi.interface.wire import Refusal
-from miburi.live.events.model import CURSOR, Cursor, EventKind, LiveEvent, without_words
+from miburi.live.events.model import Cursor, EventKind, LiveEvent, without_words
 from miburi.live.view import LivePartner
 
-__all__ = ["MOST", "AfterCursor", "event_router", "events_after", "follow"]
+__all__ = ["ENDING", "MOST", "AfterCursor", "event_router", "events_after", "follow"]
 
+#: What an application's state has once its server ends; streams end then by themselves.
+ENDING = "ending"
 #: Events that one answer tells.
 MOST = 1_000
 #: s between two looks for news; s of silence after which a stream shows that it lives; ms after
@@ -29,8 +31,8 @@ _PIECE = 100
 AfterCursor = Annotated[
     str | None,
     Query(
-        pattern=CURSOR,
-        description="The id of the latest event that you know, `BOOT:NUMBER`, or its number.",
+        description="The id of the latest event that you know, `BOOT:NUMBER`, or its number; "
+        "`0`: all that are kept.",
         examples=["5f2c9a10:42"],
     ),
 ]
@@ -40,7 +42,12 @@ def event_router(partner: LivePartner) -> APIRouter:
     """Return the router of what has happened, and what happens."""
     router = APIRouter(tags=["events"])
 
-    @router.get("/log", operation_id="log", response_model=list[LiveEvent])
+    @router.get(
+        "/log",
+        operation_id="log",
+        response_model=list[LiveEvent],
+        responses={400: {"model": Refusal, "description": "That names no event."}},
+    )
     async def log(after: AfterCursor = None) -> list[LiveEvent]:
         """Return what happened after an event, the oldest first; without one, the latest.
 
@@ -57,11 +64,15 @@ def event_router(partner: LivePartner) -> APIRouter:
         response_class=StreamingResponse,
         responses={
             200: {"content": {"text/event-stream": {"example": _EXAMPLE}}},
-            400: {"model": Refusal, "description": "There is no such kind."},
+            400: {
+                "model": Refusal,
+                "description": "There is no such kind, or that names no event.",
+            },
             503: {"model": Refusal, "description": "Too many streams are open."},
         },
     )
     async def events(
+        request: Request,
         after: AfterCursor = None,
         kinds: Annotated[
             str | None,
@@ -69,7 +80,7 @@ def event_router(partner: LivePartner) -> APIRouter:
         ] = None,
         last_event_id: Annotated[
             str | None,
-            Header(pattern=CURSOR, description="As a browser sends it when it comes back."),
+            Header(description="As a browser sends it when it comes back."),
         ] = None,
     ) -> StreamingResponse:
         """Send events as they happen (server-sent events), each with its `id` and JSON `data`.
@@ -80,7 +91,7 @@ def event_router(partner: LivePartner) -> APIRouter:
         cursor = _now(partner) if known is None else Cursor.of(known)
         wanted = None if kinds is None else _kinds(kinds)
         return StreamingResponse(
-            _stream(partner, cursor, wanted),
+            _stream(partner, cursor, wanted, lambda: getattr(request.app.state, ENDING, False)),
             media_type="text/event-stream",
             headers={"Cache-Control": "no-store"},
         )
@@ -103,13 +114,16 @@ async def events_after(partner: LivePartner, cursor: Cursor, most: int) -> list[
 
 
 async def follow(
-    partner: LivePartner, after: Cursor | None = None, silence: float = _SILENCE
+    partner: LivePartner,
+    after: Cursor | None = None,
+    silence: float = _SILENCE,
+    over: Callable[[], bool] = lambda: False,
 ) -> AsyncIterator[LiveEvent | None]:
-    """Yield events after a cursor, or from now on, for ever; None after a silence of so many s."""
+    """Yield events after a cursor, or from now on, until ``over``; None after so many s without."""
     cursor = after or _now(partner)
     loop = asyncio.get_running_loop()
     spoke, seen = loop.time(), -1
-    while True:
+    while not over():
         if partner.history.number == seen:
             if loop.time() - spoke > silence:
                 spoke = loop.time()
@@ -124,10 +138,10 @@ async def follow(
 
 
 async def _stream(
-    partner: LivePartner, after: Cursor, kinds: set[str] | None
+    partner: LivePartner, after: Cursor, kinds: set[str] | None, over: Callable[[], bool]
 ) -> AsyncIterator[str]:
     yield f"retry: {_RETRY}\n\n"
-    async for event in follow(partner, after):
+    async for event in follow(partner, after, over=over):
         if event is None:
             yield ": nothing new\n\n"
         elif kinds is None or event.kind in kinds:

@@ -225,6 +225,7 @@ def step_messages(
     felt: Iterable[Felt] = (),
     *,
     touch: Touch | None = None,
+    peak: float | None = None,
     told: Iterable[LiveEvent] = (),
     wall: int | None = None,
 ) -> list[RecordedMessage]:
@@ -242,6 +243,8 @@ def step_messages(
         What the partner felt before the step.
     touch
         What touches the body, if that is known.
+    peak
+        The largest force of the contact that ends in this step's stop, N; None: that of ``touch``.
     told
         What a live partner told since the last step; what was said to it is left out.
     wall
@@ -253,7 +256,9 @@ def step_messages(
     if touch is not None and touch.force > 0:
         content = {"force": round(touch.force, 3), "part": touch.part}
         messages.append(RecordedMessage(state.time, "/touch", content))
-    messages += [message for event in events if (message := _of_event(event, touch)) is not None]
+    messages += [
+        message for event in events if (message := _of_event(event, touch, peak)) is not None
+    ]
     messages = [one._replace(wall=wall) for one in messages]
     messages += map(_of_live_event, told)
     return messages
@@ -294,7 +299,7 @@ def _of_live_event(event: LiveEvent) -> RecordedMessage:
     return RecordedMessage(event.time, "/events", content, round(event.wall.timestamp() * 1e9))
 
 
-def _of_event(event: Event, touch: Touch | None) -> RecordedMessage | None:
+def _of_event(event: Event, touch: Touch | None, peak: float | None) -> RecordedMessage | None:
     match event:
         case MoveSent(time, _, move, solution):
             content = {
@@ -310,7 +315,7 @@ def _of_event(event: Event, touch: Touch | None) -> RecordedMessage | None:
                 "motor": stop.motor,
                 "sign": stop.sign,
                 "ratio": stop.ratio,
-                "force": touch and round(touch.force, 3),
+                "force": round(touch.force, 3) if peak is None and touch else peak,
                 "part": touch and touch.part,
                 "mood_before": before,
                 "mood_after": after,

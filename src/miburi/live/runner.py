@@ -30,7 +30,7 @@ from miburi.live.press import By, Hold
 from miburi.live.recording import Felt
 from miburi.live.speaker import Speaker
 from miburi.live.stage import Act
-from miburi.live.state import MotorsOut, Sample, Snapshot
+from miburi.live.state import MotorsOut, Sample, Snapshot, StopOut
 from miburi.live.tape import Tape
 from miburi.live.watchdog import USUAL, Lateness
 from miburi.live.wishes import Wishes
@@ -368,7 +368,7 @@ class Runner:
             self.excuse(error)
         for event in events:
             self._wishes.take(event, stopped, self._motors.rule.ratio)
-        self._record(events, sampled)
+        self._record(events, stopped, sampled)
         try:
             self._look()
             if sampled:
@@ -481,12 +481,12 @@ class Runner:
         )
         self._snapshot = Snapshot(state)
 
-    def _record(self, events: list[Event], sampled: bool) -> None:
+    def _record(self, events: list[Event], stopped: StopOut | None, sampled: bool) -> None:
         """Hand the step to the recording, if one is on; note what became of recordings."""
         for kind, name, reason, detail in self.recordings.news():
             self._note(kind, name=name, reason=reason, detail=detail or None)
-        felt, self._felt = self._felt, []
-        self._tape.write(self.recordings, self._partner.body, events, felt, sampled=sampled)
+        felt, self._felt, body = self._felt, [], self._partner.body
+        self._tape.write(self.recordings, body, events, felt, stopped, sampled=sampled)
 
     def excuse(self, error: Exception, kind: str = "trouble") -> None:
         """Note that what only looks on, or the loop, has failed; what repeats is noted once."""

@@ -58,6 +58,7 @@ class Stage:
         self._words: deque[Act] = deque()
         self._time = 0.0
         self._moves = self._speaks = False
+        self._waits = False  # for the body, which must end what it does before an act begins
 
     def add(self, performance: Play) -> None:
         """Let a performance wait for its turn.
@@ -91,22 +92,31 @@ class Stage:
         acts = sorted(self.current.acts, key=lambda act: act.at)
         self._left = deque(act for act in acts if act.words is None)
         self._words = deque(act for act in acts if act.words is not None)
-        self._time, self._moves, self._speaks = 0.0, False, False
+        self._time, self._moves, self._speaks, self._waits = 0.0, False, False, False
         return self.current
 
     def step(self, dt: float) -> list[Act]:
-        """Let ``dt`` s pass; return the acts that are due now."""
+        """Let ``dt`` s pass; return the acts that are due now.
+
+        While the body ends what it was doing, the performance's time stands: what belongs together
+        begins together.
+        """
         due: list[Act] = []
-        if self.current is None:
+        if self.current is None or self._waits:
             return due
         if self._left and not self._moves and self._left[0].at <= self._time:
-            due.append(self._left.popleft())
-            self._moves = True
+            self._moves = self._waits = True
+            return [self._left.popleft()]
         if self._words and not self._speaks and self._words[0].at <= self._time:
             due.append(self._words.popleft())
             self._speaks = True
         self._time += dt
         return due
+
+    def begin_act(self, wish: str | None) -> None:
+        """Take in that the body has begun an act."""
+        if self.current is not None and wish == self.current.wish:
+            self._waits = False
 
     def end_act(self, wish: str | None, *, body: bool) -> None:
         """Take in that an act of the body, or a sentence, has ended."""

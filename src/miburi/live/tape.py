@@ -8,6 +8,7 @@ from miburi.live.archive import Archive
 from miburi.live.events.log import History
 from miburi.live.recording import Felt, RecordedMessage, RecordingAbout, step_messages
 from miburi.live.stamps import Stamps
+from miburi.live.state import StopOut
 from miburi.partner import Event
 
 __all__ = ["Tape"]
@@ -36,10 +37,11 @@ class Tape:
         body: Body,
         events: Iterable[Event],
         felt: Iterable[Felt],
+        stopped: StopOut | None,
         *,
         sampled: bool,
     ) -> None:
-        """Hand over a step; ``sampled`` says whether the feelings are recorded with it."""
+        """Hand over a step, with its stop if it has one; ``sampled``: with the feelings, too."""
 
         def step() -> list[RecordedMessage]:
             touchable = body.touchable
@@ -49,6 +51,7 @@ class Tape:
                 events,
                 felt,
                 touch=None if touchable is None else touchable.touch,
+                peak=None if stopped is None else stopped.force,
                 told=self._history.after(self._told),
                 wall=self._stamps.of(body.state.time),
             )

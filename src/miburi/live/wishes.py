@@ -142,6 +142,7 @@ class Wishes:
                 if shown is not None:
                     self._shown |= {"feeling": shown.feeling, "mood": shown.mood}
                 self._note("gesture_begun", **self._shown)
+                self._stage.begin_act(wish)
             case GestureEnded(_, _, complete, wish):
                 self._note("gesture_ended" if complete else "gesture_broken_off", **self._shown)
                 self._end_of_act(wish, complete=complete)

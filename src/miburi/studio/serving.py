@@ -5,7 +5,7 @@ import gc
 import signal
 import socket
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime
 from functools import partial
@@ -14,6 +14,7 @@ from types import FrameType
 import uvicorn
 
 from miburi.interface.access import Gate
+from miburi.interface.events import ENDING
 from miburi.interface.http import Passage, configure, encryption, listen_encrypted
 from miburi.live.crossing import Lanes
 from miburi.live.events.store import kept_events
@@ -35,7 +36,7 @@ def serve_until_the_end(pages: Pages, ends: Lanes) -> None:
     app = make_app(partner, pages.reach, pages.doors)
     https = pages.certificate is not None
     gate = Gate(app, pages.reach.keys, https=https, origins=pages.doors.origins)
-    server = _Server(configure(gate), partner, pages)
+    server = _Server(configure(gate), partner, pages, lambda: setattr(app.state, ENDING, True))
     threading.Thread(target=_end_with, args=(partner, server), daemon=True).start()
     server.run(sockets=[] if pages.passage else list(pages.listeners.plain))
 
@@ -54,9 +55,15 @@ def _end_with(partner: FarPartner, server: uvicorn.Server) -> None:
 class _Server(uvicorn.Server):
     """Tells the partner's process that it listens and serves; SIGTERM is a good end."""
 
-    def __init__(self, config: uvicorn.Config, partner: FarPartner, pages: Pages) -> None:
+    def __init__(
+        self,
+        config: uvicorn.Config,
+        partner: FarPartner,
+        pages: Pages,
+        say_that_it_ends: Callable[[], None],
+    ) -> None:
         super().__init__(config)
-        self._partner, self._pages = partner, pages
+        self._partner, self._pages, self._say_that_it_ends = partner, pages, say_that_it_ends
         self._passage: Passage | None = None
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
@@ -77,6 +84,7 @@ class _Server(uvicorn.Server):
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """Take nobody in any more, and see those out who are there."""
+        self._say_that_it_ends()
         if self._passage is not None:
             self._passage.close()
         await super().shutdown(sockets)

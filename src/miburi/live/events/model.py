@@ -6,12 +6,12 @@ from typing import Annotated, Literal, NamedTuple
 
 from pydantic import AwareDatetime, BaseModel, Field, PlainSerializer, computed_field
 
-from miburi.errors import InputError
+from miburi.errors import BodyError, InputError
 from miburi.live.press import By
 from miburi.live.state import EndReason, StopOut
 from miburi.senses import Brought
 
-__all__ = ["CURSOR", "Cursor", "EventKind", "LiveEvent", "Wall", "without_words"]
+__all__ = ["CURSOR", "Cursor", "EndOfWish", "EventKind", "LiveEvent", "Wall", "without_words"]
 
 EventKind = Literal[
     "started",
@@ -128,3 +128,35 @@ def without_words(event: LiveEvent) -> LiveEvent:
     if event.kind in _SAID or event.source == "speech":
         return event.model_copy(update={"text": None, "why": None, "detail": None})
     return event
+
+
+class EndOfWish:
+    """Finds the event that ends a wish, among those that follow it.
+
+    Parameters
+    ----------
+    wish
+        Its id.
+    """
+
+    def __init__(self, wish: str) -> None:
+        self._wish, self._boot, self._what = wish, Cursor.of(wish).boot, ""
+
+    def is_in(self, event: LiveEvent) -> bool:
+        """Whether this event ends the wish; take the events in their order.
+
+        Raises
+        ------
+        BodyError
+            The partner was started anew, so nobody knows how the wish ended.
+        """
+        if event.kind == "started" and event.boot != self._boot:
+            raise BodyError("the partner was started anew, so nobody knows how that wish ended.")
+        if event.wish != self._wish:
+            return False
+        what, _, how = event.kind.partition("_")
+        if how == "begun" and not self._what:
+            self._what = what  # of a performance the acts begin and end, too
+        return event.kind == "wish_dropped" or (
+            how in ("ended", "broken_off") and what == (self._what or what)
+        )
