@@ -92,6 +92,20 @@ export class Partner {
     }
   }
 
+  /** Wait until a wish has ended, well or not; the event tells which. */
+  async untilEnded(wish: string): Promise<LiveEvent> {
+    let whole = "";
+    for await (const event of this.events(wish)) {
+      if (event.kind === "started" && !wish.startsWith(event.boot)) break;
+      if (event.wish !== wish) continue;
+      const [what, ...how] = event.kind.split("_");
+      if (how[0] === "begun") whole ||= what!; // of a performance the acts begin and end, too
+      if (event.kind === "wish_dropped") return event;
+      if (["ended", "broken"].includes(how[0]!) && what === (whole || what)) return event;
+    }
+    throw new MiburiError("the partner was started anew, so nobody knows how that wish ended.", 0);
+  }
+
   async *#stream(cursor: string, signal?: AbortSignal): AsyncGenerator<LiveEvent, void> {
     const answer = await this.#fetch("GET", `/api/v1/events?after=${cursor}`, undefined, signal);
     const reader = answer.body!.pipeThrough(new TextDecoderStream()).getReader();

@@ -32,6 +32,20 @@ def test_version_and_help() -> None:
     assert "experiment" in miburi_apart("--help").stdout
 
 
+def test_a_place_out_of_reach_ends_with_1() -> None:
+    far = [f"--{end}=15 0 0".split("=") for end in ("right", "left", "head")]
+    words = [word for name, place in far for word in (name, *place.split())]
+    done = miburi("ik", *words)
+    assert done.returncode == 1
+    assert "out of reach" in done.stdout
+    assert not done.stderr
+
+
+def test_an_experiment_in_which_nothing_was_touched_says_so(tmp_path: Path) -> None:
+    done = miburi("experiment", "--seconds", "2", "--no-film", "--out", str(tmp_path))
+    assert "nothing was touched" in done.stdout
+
+
 def test_help_lists_every_temperament() -> None:
     for command in (("feelings", "day"), ("run",)):
         words = re.findall(r"\w+", miburi(*command, "--help").stdout)

@@ -71,6 +71,9 @@ _NEGATIVE_NUMBERS = {"ignore_unknown_options": True}
 _LIVE, _MAKE, _MEASURE = "Live with it", "Make it yours", "Measure"
 _BUILD, _DOCUMENTS = "Build and calibrate", "For Miburi's own documents"
 
+#: m by which a hand or the head may be away from its place (ours).
+_MISSED = 1e-3
+
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON, one line each.")]
 Point = tuple[float, float, float]
 
@@ -274,7 +277,10 @@ def ik(
     solver: IkWay = "default",
     as_json: AsJson = False,
 ) -> None:
-    """Print the angles that bring hands and head to a place, or to JSON lines on standard input."""
+    """Print the angles that bring hands and head to a place, or to JSON lines on standard input.
+
+    The exit code is 1 if one of them ends more than 1 mm away from its place.
+    """
     from miburi.ik import solve
     from miburi.robot import EXTREMITIES, JOINTS
 
@@ -283,10 +289,12 @@ def ik(
     points = [point for point in (right, left, head) if point is not None]
     if points and len(points) < len(EXTREMITIES):
         raise InputError("ik needs all of --right, --left and --head, each with X Y Z in m.")
+    missed = False
     for target in [[x for point in points for x in point]] if points else _lines():
         solution = solve(
             description, _row(target, 9, "coordinates", EXTREMITIES), settings=settings
         )
+        missed |= solution.error.max() > _MISSED
         angles, error = solution.angles.round(9).tolist(), solution.error.round(9).tolist()
         if as_json:
             found = {"angles": angles, "error_m": error, "status": solution.status}
@@ -302,6 +310,8 @@ def ik(
                 f"{n} {1e3 * e:.3f} mm" for n, e in zip(EXTREMITIES, error, strict=True)
             )
             print(f"{solution.status}; error: {misses}")
+    if missed:
+        raise typer.Exit(1)
 
 
 feelings_app = typer.Typer(help="The emotional model.", no_args_is_help=True)

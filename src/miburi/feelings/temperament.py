@@ -210,8 +210,8 @@ def shipped_temperament(name: str = "default") -> Temperament:
     """
     if name not in TEMPERAMENTS:
         raise InputError(
-            f"There is no temperament {name!r}; take one of {', '.join(TEMPERAMENTS)}, "
-            "or pass the path of a file to load_temperament."
+            f"there is no temperament {name!r}; take one of {', '.join(TEMPERAMENTS)}, "
+            "or a file (….toml)."
         )
     file = resources.files(__package__) / "temperaments" / f"{name}.toml"
     table = tomllib.loads(file.read_text(encoding="utf-8"))

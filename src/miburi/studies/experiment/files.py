@@ -128,6 +128,9 @@ def _summary(result: experiment.Experiment) -> list[str]:
             f"{len(solved)} solves, {sum(s.generations for s in solved)} generations; off by "
             f"{worst} mm, median (largest)"
         )
+    touched = result.missed or any(stop.contact_time is not None for stop in result.stops)
+    if result.setup.hand and not touched:
+        lines.append("nothing was touched: no contact was there to notice or to miss")
     lines.append(
         f"false stops: {result.false_stops}, missed contacts: {len(result.missed)}; "
         f"inverse kinematics: median {timing['ik_median_ms']:.3g} ms; "

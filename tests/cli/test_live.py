@@ -1,0 +1,34 @@
+"""`miburi status`, `feel` and `stop`, as somebody at a terminal uses them."""
+
+import json
+
+from tests.fixtures.live import Server
+from tests.fixtures.waiting import until
+from typer.testing import CliRunner, Result
+
+from miburi.cli.commands import app
+from miburi.errors import InputError
+
+
+def miburi(*arguments: str) -> Result:
+    return CliRunner().invoke(app, arguments)
+
+
+def test_somebody_at_a_terminal_lets_it_feel_stops_it_and_sees_why(server: Server) -> None:
+    here = ("--url", server.url)
+    assert miburi("feel", "surprise", "--strength", "0.9", *here).exit_code == 0
+    assert "feels    surprise" in miburi("status", *here).stdout
+    assert miburi("stop", *here).stdout.startswith("stopped")
+    until(lambda: server.runner.held)
+    told = until(lambda: "stopped: " in (said := miburi("status", *here).stdout) and said)
+    assert "a person must release it" in told
+    assert json.loads(miburi("status", "--json", *here).stdout)["held"]
+
+
+def test_what_cannot_be_felt_is_refused_and_nobody_there_is_said(server: Server) -> None:
+    wrong = miburi("feel", "boredom", "--url", server.url)
+    assert isinstance(wrong.exception, InputError)
+    assert "happiness" in str(wrong.exception)
+    assert "is `miburi run` running there?" in str(
+        miburi("status", "--url", "http://127.0.0.1:9").exception
+    )
