@@ -97,7 +97,7 @@ clean: ## remove what was built
 	tools/debian-packages ffmpeg libegl1 libegl-mesa0 libgl1-mesa-dri
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[studies]'
 	@# Compile the solver and the servos now, once, so that the first start is as quick as every other.
-	$(BIN)/miburi ik --right 0.05 -0.1 0.1 --left 0.05 0.1 0.1 --head 0.03 0 0.2 >/dev/null
+	$(BIN)/miburi ik --right 0.1 -0.1 0.2 --left 0.1 0.1 0.2 --head 0.0279 0 0.1987 >/dev/null
 	$(BIN)/miburi experiment --seconds 2 --no-film --out build/first >/dev/null
 	@touch $@
 
