@@ -18,19 +18,25 @@ from miburi.live.archive import Archive
 from miburi.live.runner import Runner
 from miburi.robot import iphonoid
 
+_TEXTS = {"description", "title", "summary", "examples", "example"}
 CLIENT = Path(__file__).parents[1] / "clients" / "typescript"
 
 
 def digest(description: dict[str, Any]) -> str:
-    """Return what changes whenever paths, fields or choices of the interface do."""
-    schemas = description["components"]["schemas"].items()
-    told = {
-        "paths": {path: sorted(methods) for path, methods in description["paths"].items()},
-        "fields": {name: sorted(one.get("properties", {})) for name, one in schemas},
-        "choices": {name: one.get("enum") for name, one in schemas},
-        "needed": {name: sorted(one.get("required", [])) for name, one in schemas},
-    }
+    """Return what changes whenever a path, a field or a type of the interface does."""
+    told = {key: _bare(description[key]) for key in ("paths", "components")}
     return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
+
+
+def _bare(part: Any) -> Any:
+    """Return a part of the description without its texts."""
+    if isinstance(part, dict):
+        return {
+            key: _bare(value)
+            for key, value in part.items()
+            if not (key in _TEXTS and not isinstance(value, dict))
+        }
+    return [_bare(one) for one in part] if isinstance(part, list) else part
 
 
 def main() -> None:

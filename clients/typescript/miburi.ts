@@ -70,10 +70,12 @@ export class Partner {
 
   /**
    * Yield what happens after an event, or from now on. A lost connection is made again, also over
-   * a restart of the partner, and nothing is missed; what the partner no longer has is a `gap`.
+   * a restart of the partner, and nothing is missed; what the partner no longer has is a `gap`. If
+   * nobody answers at first, it throws.
    */
   async *events(after?: string, signal?: AbortSignal): AsyncGenerator<LiveEvent, void> {
     let cursor = after;
+    let heard = false;
     while (!signal?.aborted) {
       try {
         if (cursor === undefined) {
@@ -82,11 +84,13 @@ export class Partner {
         }
         for await (const event of this.#stream(cursor, signal)) {
           cursor = event.id;
+          heard = true;
           yield event;
         }
       } catch (error) {
         if (signal?.aborted) return;
-        if (error instanceof MiburiError && error.status >= 400 && error.status < 500) throw error;
+        const final = error instanceof MiburiError && error.status >= 400 && error.status < 500;
+        if (final || !heard) throw error;
       }
       await new Promise((resolve) => setTimeout(resolve, 1000 * AGAIN));
     }
@@ -96,28 +100,32 @@ export class Partner {
   async untilEnded(wish: string): Promise<LiveEvent> {
     let whole = "";
     for await (const event of this.events(wish)) {
-      if (event.kind === "started" && !wish.startsWith(event.boot)) break;
+      if (event.boot !== wish.split(":")[0] || event.kind === "gap") break;
       if (event.wish !== wish) continue;
       const [what, ...how] = event.kind.split("_");
       if (how[0] === "begun") whole ||= what!; // of a performance the acts begin and end, too
       if (event.kind === "wish_dropped") return event;
       if (["ended", "broken"].includes(how[0]!) && what === (whole || what)) return event;
     }
-    throw new MiburiError("the partner was started anew, so nobody knows how that wish ended.", 0);
+    throw new MiburiError("the partner was started anew or lost these events: nobody knows how that wish ended.", 0);
   }
 
   async *#stream(cursor: string, signal?: AbortSignal): AsyncGenerator<LiveEvent, void> {
     const answer = await this.#fetch("GET", `/api/v1/events?after=${cursor}`, undefined, signal);
     const reader = answer.body!.pipeThrough(new TextDecoderStream()).getReader();
     let waiting = "";
-    for (;;) {
-      const { done, value } = await reader.read();
-      if (done) return;
-      const lines = (waiting + value).split("\n");
-      waiting = lines.pop()!;
-      for (const line of lines) {
-        if (line.startsWith("data: ")) yield JSON.parse(line.slice(6)) as LiveEvent;
+    try {
+      for (;;) {
+        const { done, value } = await reader.read();
+        if (done) return;
+        const lines = (waiting + value).split("\n");
+        waiting = lines.pop()!;
+        for (const line of lines) {
+          if (line.startsWith("data: ")) yield JSON.parse(line.slice(6)) as LiveEvent;
+        }
       }
+    } finally {
+      await reader.cancel().catch(() => {}); // whoever leaves the loop leaves no open stream
     }
   }
 

@@ -140,6 +140,9 @@ def test_pages_of_an_allowed_origin_may_use_the_interface_and_nothing_else() -> 
     assert ask(gate, **bearer)[0] == 200
     assert ask(gate, kind="websocket", path="/api/v1/live", **bearer)[0] == "websocket.accept"
     assert ask(gate, origin=FRIEND)[0] == 401, "it needs the token as everybody does"
+    phone = keys(TOKEN).pair("iPhone")
+    assert ask(gate, cookie=f"miburi_token={phone}")[0] == 200
+    assert ask(gate, cookie=f"miburi_token={phone}", origin=FRIEND)[0] == 401, "no cookie counts"
     for path in ("/", "/face", "/mcp", "/api/v10", "/privacy"):
         assert ask(gate, path, **bearer)[0] == 403
     assert ask(gate, **bearer | {"origin": "http://localhost:5174"})[0] == 403
@@ -170,6 +173,11 @@ def test_a_page_of_an_allowed_origin_can_read_refusals() -> None:
 def test_what_is_no_origin_is_refused(text: str) -> None:
     with pytest.raises(InputError, match="an origin is"):
         check_origin(text)
+
+
+def test_an_origin_is_named_as_browsers_name_it() -> None:
+    assert check_origin("https://Example.org:443") == "https://example.org"
+    assert check_origin("http://localhost:8000") == "http://localhost:8000"
 
 
 def test_our_own_pages_may() -> None:

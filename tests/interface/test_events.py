@@ -166,6 +166,10 @@ def test_the_end_of_a_wish_is_unknown_after_a_new_start() -> None:
     about = {"number": 9, "wall": datetime.now(UTC), "time": 0.0, "kind": "started"}
     with pytest.raises(miburi.MiburiError, match="nobody knows"):
         wish.is_in(LiveEvent.model_validate({"boot": "00000001", **about}))
+    with pytest.raises(miburi.MiburiError, match="nobody knows"):
+        wish.is_in(LiveEvent.model_validate({**about, "boot": "5f2c9a10", "kind": "gap"}))
+    with pytest.raises(InputError, match="BOOT:NUMBER"):
+        EndOfWish("7")
 
 
 def test_a_performance_over_the_interface(server: Server) -> None:

@@ -231,10 +231,17 @@ def test_ros_may_stop_it_and_cannot_release_it(
 
 
 def test_neutral_ends_what_it_performs(door: RemotePartner, live: Runner, peer: Peer) -> None:
+    def told(kind: str) -> bool:
+        events = live.history.after(0)
+        return any((one.kind, one.feeling) == (kind, "sadness") for one in events)
+
+    neutral = {"expression": "neutral"}
+    peer.say("/robot_face/expression", EXPRESSED, neutral)  # it has found the topic now
+    until(lambda: any(one.kind == "performance_ended" for one in live.history.after(0)))
     door.express(Expression("sadness", 0.9))
-    until(lambda: any(one.kind == "gesture_begun" for one in live.history.after(0)))
-    peer.say("/robot_face/expression", EXPRESSED, {"expression": "neutral"})
-    until(lambda: any(one.kind == "gesture_broken_off" for one in live.history.after(0)))
+    until(lambda: told("gesture_begun"))
+    peer.say("/robot_face/expression", EXPRESSED, neutral)
+    until(lambda: told("gesture_broken_off"))
 
 
 def test_wishes_that_make_no_sense_are_refused_in_words(live: Runner, peer: Peer) -> None:

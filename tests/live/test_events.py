@@ -75,9 +75,11 @@ def test_whoever_asks_from_event_to_event_hears_each_once(
             while told := log.history.since(cursor, data.draw(st.integers(1, 200))):
                 got += [int(event.name or -1) for event in told]
                 cursor = told[-1].cursor
-    while told := kept(folder).history.since(cursor, 100):
+    last = kept(folder)
+    while told := last.history.since(cursor, 100):
         got += [int(event.name or -1) for event in told]
         cursor = told[-1].cursor
+    last.close()
     assert got == list(range(next(names)))
 
 
@@ -282,6 +284,28 @@ def test_what_belongs_together_begins_together_while_it_breathes(runner: Runner)
         begun = {e.kind: e.time for e in runner.history.after(0) if e.wish == wish.result()}
         assert begun["speech_begun"] == pytest.approx(begun["gesture_begun"], abs=2.5 * STEP)
         assert "performance_ended" in begun
+
+
+def test_a_pause_ends_what_has_not_begun(runner: Runner) -> None:
+    """At rest it breathes: the act waits for that, and the pause comes before."""
+    until(runner, lambda state: state.phase == "moving")
+    acts = [Act(0.0, expression=Expression("surprise", 0.5)), Act(0.5, words="Hello.")]
+    wish = runner.act(acts, queued=True)
+    run(runner, 3 * STEP)
+    runner.pause(True)
+    run(runner, 1.0)
+    assert [e.kind for e in ends(runner, wish.result())] == ["performance_broken_off"]
+
+
+def test_what_is_replaced_before_it_begins_is_never_performed(runner: Runner) -> None:
+    until(runner, lambda state: state.phase == "moving")
+    first = runner.act([Act(0.0, expression=Expression("sadness", 0.5))], queued=True)
+    run(runner, 3 * STEP)
+    runner.act([Act(0.0, words="No, wait.")], queued=False)
+    run(runner, 8.0)
+    kinds = [e.kind for e in runner.history.after(0) if e.wish == first.result()]
+    assert "gesture_begun" not in kinds
+    assert kinds[-1] == "performance_broken_off"
 
 
 def test_performances_wait_for_one_another_and_now_comes_before_all(runner: Runner) -> None:

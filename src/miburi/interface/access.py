@@ -303,6 +303,8 @@ class Gate:
             raise RefusedError(
                 426, "no token is taken by plain http; use the https address of this partner."
             )
+        if self.origin_of(path, headers) is not None:  # its pages bring a token, and no cookie
+            headers.pop(b"cookie", None)
         key = None if keys is None or unlocked else self._check_key(headers, who, keys)
         if path == STOP and method == "POST":
             return key
@@ -390,7 +392,7 @@ def _check_site(headers: dict[bytes, str], *, encrypted: bool) -> None:
         # Anybody on the way can make a page of ours by plain http.
         foreign |= page.netloc != host or (encrypted and page.scheme != "https")
     if foreign:
-        named = "" if origin is None else f"; `miburi run --allow-origin {origin}` lets it in"
+        named = "; `miburi run --allow-origin` lets pages use the interface that you name"
         raise RefusedError(403, f"requests from other sites' pages are refused{named}.")
 
 

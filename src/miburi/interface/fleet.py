@@ -67,8 +67,8 @@ class Fleet:
         self._reports: dict[str, HomeReport] = {}
         #: Whether there are more partners than are known here.
         self.overfull = False
-        #: Whether all that the broker keeps has come.
-        self.greeted = asyncio.Event()
+        #: Whether there is a connection, and whether all that the broker keeps has come.
+        self.met, self.greeted = asyncio.Event(), asyncio.Event()
         self._echo = Topics(broker.path(f"fleet-{token_hex(4)}")).here
 
     async def listen(self) -> None:
@@ -126,6 +126,7 @@ class Fleet:
         await client.subscribe(self._echo, 0)
         await client.publish(self._echo, qos=0)
         self._client = client
+        self.met.set()
         try:
             async for message in client.messages:
                 if str(message.topic) == self._echo:
@@ -134,6 +135,7 @@ class Fleet:
                     self._take(str(message.topic), message.payload)
         finally:
             self._client = None
+            self.met.clear()
             self.greeted.clear()
             # Who is there will be said anew; who has gone meanwhile must not look alive.
             self._online = dict.fromkeys(self._online, False)
@@ -193,8 +195,12 @@ async def stop_and_look(broker: Broker, name: str = ALL) -> tuple[list[str], lis
     async with listening_to(fleet):
         with suppress(TimeoutError):  # a broker may forbid the echo: then all that has come counts
             async with asyncio.timeout(_GREETING):
+                await fleet.met.wait()
+                if name == ALL:  # nobody need be known for that
+                    await fleet.stop(name)
                 await fleet.greeted.wait()
-        await fleet.stop(name)
+        if name != ALL or not fleet.met.is_set():
+            await fleet.stop(name)
         stopped: list[str] = []
         for _ in range(round(_PATIENCE / _LOOK)):
             partners = [one for one in fleet.news.partners if name in (ALL, one.name)]

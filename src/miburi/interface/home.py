@@ -111,7 +111,7 @@ class About:
     @property
     def key(self) -> str:
         """The name as it may stand in an identifier."""
-        return self.name.replace("/", "-")
+        return self.name.replace("/", ".")
 
 
 def add_home(
@@ -389,7 +389,8 @@ def _bytes(payload: object) -> bytes:
 
 def discovery_topic(about: About) -> str:
     """Return the topic by which Home Assistant finds a partner."""
-    return f"homeassistant/device/miburi-{about.key}/config"
+    group, _, name = about.name.rpartition("/")
+    return f"homeassistant/device/{group + '/' if group else ''}miburi-{name}/config"
 
 
 def discovery(about: About, joints: list[str]) -> dict[str, Any]:

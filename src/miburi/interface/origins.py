@@ -34,7 +34,8 @@ def check_origin(text: str) -> str:
             f"an origin is a scheme, a host and perhaps a port, such as https://example.org or "
             f"http://localhost:5173; got {text[:60]!r}."
         )
-    return origin
+    default = {"http": ":80", "https": ":443"}[origin.partition(":")[0]]
+    return origin.removesuffix(default)  # browsers leave it out
 
 
 def allowed_origin(path: str, headers: Mapping[bytes, str], allowed: frozenset[str]) -> str | None:

@@ -45,6 +45,7 @@ from miburi.interface.wire import LookAct, PerformanceIn, SpeakIn, StimulusIn
 from miburi.live.stamps import Stamps
 from miburi.live.state import State
 from miburi.live.view import LivePartner
+from miburi.robot.shape import links
 from miburi.robot.urdf import to_urdf
 
 try:
@@ -192,7 +193,7 @@ class _Door:
         self, asker: Asker, partner: LivePartner, network: RosNetwork, wishes: Allowance
     ) -> None:
         self._asker, self._partner, self._network = asker, partner, network
-        self._stamps = Stamps()
+        self._stamps, self._links = Stamps(), links(partner.robot)
         self.wishes = wishes
         self.participant = DomainParticipant(network.domain, Qos(Policy.Userdata(ENCLAVE)))
         self._writers: list[DataWriter[Any]] = []
@@ -264,7 +265,7 @@ class _Door:
     def _tell_motion(self, state: State) -> None:
         stamp = self._stamps.of(state.time)
         _write(self._joints, joint_state(stamp, state.angles, state.velocities))
-        _write(self._frames, frames(self._partner.robot, self._network, stamp, state.angles))
+        _write(self._frames, frames(self._links, self._network, stamp, state.angles))
 
     def _tell_expression(self, state: State) -> None:
         shown = state.expressed if state.asked and state.expressed else state.felt

@@ -82,9 +82,11 @@ def joint_state(stamp: int, angles: Sequence[float], velocities: Sequence[float]
     return JointStateMsg(_header(stamp), list(JOINTS), list(angles), list(velocities), [])
 
 
-def frames(robot: Robot, network: RosNetwork, stamp: int, angles: Sequence[float]) -> TFMessageMsg:
+def frames(
+    links: Sequence[shape.Link], network: RosNetwork, stamp: int, angles: Sequence[float]
+) -> TFMessageMsg:
     """Return where each link is on its parent, as robot_state_publisher would."""
-    return _transforms(network, stamp, shape.frames(robot, angles))
+    return _transforms(network, stamp, shape.frames(links, angles))
 
 
 def fixed_frames(robot: Robot, network: RosNetwork, stamp: int) -> TFMessageMsg:

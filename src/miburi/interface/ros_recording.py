@@ -28,6 +28,7 @@ from miburi.interface.ros_types import StringMsg, definition, ros_name
 from miburi.live.recording import RecordedMessage, read
 from miburi.live.state import Eight, Expressed, StopOut
 from miburi.robot import Robot
+from miburi.robot.shape import links
 from miburi.robot.urdf import to_urdf
 from miburi.safety.stop import StopReason
 from miburi.version import __version__
@@ -184,7 +185,7 @@ def _shown(feelings: _Feelings) -> Expressed | None:
 def _of_joints(recording: Path, robot: Robot, message: RecordedMessage) -> Iterator[_Timed]:
     joints, stamp = _check(recording, _Joints, message), _stamp(message)
     yield "/joint_states", joint_state(stamp, joints.position, joints.velocity)
-    yield "/tf", frames(robot, _NOWHERE, stamp, joints.position)
+    yield "/tf", frames(links(robot), _NOWHERE, stamp, joints.position)
 
 
 def _of_commands(recording: Path, _robot: Robot, message: RecordedMessage) -> Iterator[_Timed]:

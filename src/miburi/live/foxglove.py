@@ -10,9 +10,9 @@ from math import acos, atan2, cos, hypot, sin
 from typing import Any
 
 from miburi.robot import Robot
-from miburi.robot.shape import COLOURS, LinkFrame, Part, Point, fixed_frames, frames, parts
+from miburi.robot.shape import COLOURS, LinkFrame, Part, Point, fixed_frames, frames, links, parts
 
-__all__ = ["SCHEMAS", "scene", "transforms"]
+__all__ = ["SCHEMAS", "Transforms", "scene"]
 
 #: The schemas by their names.
 SCHEMAS: dict[str, dict[str, Any]] = {
@@ -26,9 +26,16 @@ _STRAIGHT = (0.0, 0.0, 0.0, 1.0)
 _KINDS = ("arrows", "cubes", "spheres", "cylinders", "lines", "triangles", "texts", "models")
 
 
-def transforms(robot: Robot, wall: int, angles: Sequence[float]) -> dict[str, Any]:
-    """Return ``foxglove.FrameTransforms``: where each link is, at a time in ns."""
-    return {"transforms": [_transform(wall, frame) for frame in _all_frames(robot, angles)]}
+class Transforms:
+    """Makes ``foxglove.FrameTransforms``: where each link of a robot is."""
+
+    def __init__(self, robot: Robot) -> None:
+        self._links, self._fixed = links(robot), fixed_frames(robot)
+
+    def at(self, wall: int, angles: Sequence[float]) -> dict[str, Any]:
+        """Return the message for a time in ns and angles (8,) in rad."""
+        all_frames = [*frames(self._links, angles), *self._fixed]
+        return {"transforms": [_transform(wall, frame) for frame in all_frames]}
 
 
 def scene(robot: Robot, wall: int) -> dict[str, Any]:
@@ -39,10 +46,6 @@ def scene(robot: Robot, wall: int) -> dict[str, Any]:
         for kind, primitive in _primitives(part):
             entity[kind].append(primitive)
     return {"deletions": [], "entities": [*entities.values()]}
-
-
-def _all_frames(robot: Robot, angles: Sequence[float]) -> list[LinkFrame]:
-    return [*frames(robot, angles), *fixed_frames(robot)]
 
 
 def _time(wall: int) -> dict[str, int]:

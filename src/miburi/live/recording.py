@@ -13,7 +13,7 @@ robot's clock (``time``, s); MCAP's own times are those of the computer's clock.
 - ``/stimuli``: what the partner felt at what somebody did, and why, in words or names of signs;
   never sound or pictures. Given to another emotional model at their times, they replay.
 
-What is said to the partner is in no recording. Metadata says which robot and partner it was.
+No sentence that is said to the partner is in a recording. Metadata says of which robot it is.
 """
 
 import json
@@ -36,7 +36,7 @@ from miburi.bodies import BodyState, Touch
 from miburi.errors import InputError
 from miburi.feelings import FEELINGS, FeelingModel, Stimulus
 from miburi.live.events.model import LiveEvent, without_words
-from miburi.live.foxglove import SCHEMAS, scene, transforms
+from miburi.live.foxglove import SCHEMAS, Transforms, scene
 from miburi.partner import Event, MoveSent, Stopped
 from miburi.robot import JOINTS, Robot
 from miburi.senses import Impression
@@ -166,6 +166,7 @@ class Recorder:
     def __init__(self, file: IO[bytes], about: RecordingAbout | None = None) -> None:
         about = about or RecordingAbout()
         self._robot, self._drawn = about.robot, False
+        self._transforms = about.robot and Transforms(about.robot)
         self._writer = Writer(file, compression=CompressionType.ZSTD)
         self._writer.start(profile="", library=f"miburi {__version__}")
         robot = {} if about.robot is None else {"robot": about.robot.name}
@@ -199,11 +200,11 @@ class Recorder:
         for message in messages:
             wall = round(message.time * 1e9) if message.wall is None else message.wall
             self._add(message.topic, wall, {"time": message.time, **message.content})
-            if message.topic == "/joint_states" and self._robot is not None:
+            if message.topic == "/joint_states" and self._robot and self._transforms:
                 if not self._drawn:
                     self._drawn = True
                     self._add("/scene", wall, scene(self._robot, wall))
-                self._add("/tf", wall, transforms(self._robot, wall, message.content["position"]))
+                self._add("/tf", wall, self._transforms.at(wall, message.content["position"]))
 
     def _add(self, topic: str, wall: int, content: dict[str, Any]) -> None:
         self._writer.add_message(
@@ -225,7 +226,7 @@ def step_messages(
     felt: Iterable[Felt] = (),
     *,
     touch: Touch | None = None,
-    peak: float | None = None,
+    met: Touch | None = None,
     told: Iterable[LiveEvent] = (),
     wall: int | None = None,
 ) -> list[RecordedMessage]:
@@ -243,8 +244,8 @@ def step_messages(
         What the partner felt before the step.
     touch
         What touches the body, if that is known.
-    peak
-        The largest force of the contact that ends in this step's stop, N; None: that of ``touch``.
+    met
+        What a stop in this step met: the largest force until then, and the part.
     told
         What a live partner told since the last step; what was said to it is left out.
     wall
@@ -256,9 +257,7 @@ def step_messages(
     if touch is not None and touch.force > 0:
         content = {"force": round(touch.force, 3), "part": touch.part}
         messages.append(RecordedMessage(state.time, "/touch", content))
-    messages += [
-        message for event in events if (message := _of_event(event, touch, peak)) is not None
-    ]
+    messages += [message for event in events if (message := _of_event(event, met)) is not None]
     messages = [one._replace(wall=wall) for one in messages]
     messages += map(_of_live_event, told)
     return messages
@@ -299,7 +298,7 @@ def _of_live_event(event: LiveEvent) -> RecordedMessage:
     return RecordedMessage(event.time, "/events", content, round(event.wall.timestamp() * 1e9))
 
 
-def _of_event(event: Event, touch: Touch | None, peak: float | None) -> RecordedMessage | None:
+def _of_event(event: Event, met: Touch | None) -> RecordedMessage | None:
     match event:
         case MoveSent(time, _, move, solution):
             content = {
@@ -315,8 +314,8 @@ def _of_event(event: Event, touch: Touch | None, peak: float | None) -> Recorded
                 "motor": stop.motor,
                 "sign": stop.sign,
                 "ratio": stop.ratio,
-                "force": round(touch.force, 3) if peak is None and touch else peak,
-                "part": touch and touch.part,
+                "force": met and round(met.force, 3),
+                "part": met and met.part,
                 "mood_before": before,
                 "mood_after": after,
             }

@@ -234,7 +234,7 @@ class Runner:
 
     def act(self, acts: Sequence[Act], queued: bool, by: By = "person") -> Future[str]:
         """Perform acts in their order, after what waits or instead of what is on."""
-        return self._ask_awake(lambda: self._wishes.act(acts, by, queued=queued))
+        return self._ask_awake(lambda: self._wishes.act(self._partner, acts, by, queued=queued))
 
     def allow_words(self, allowed: bool) -> Future[LiveEvent]:
         """Let events tell what is said to the partner from now on, or forget what was said."""
@@ -282,6 +282,7 @@ class Runner:
             if paused != self._paused:
                 self._paused = paused
                 (self._partner.pause if paused else self._partner.resume)()
+                self._wishes.pause()
                 self._note("paused" if paused else "resumed")
 
         return self._commands.ask(run)

@@ -15,7 +15,7 @@ class Stamps:
 
     Two stamps differ as the body's times do, so that speeds worked out of them are right. Where
     the body's time waits, or another body begins, the stamps follow the computer's clock; they
-    never go back and are never ahead of it.
+    are never ahead of it, and go back only with it.
 
     Parameters
     ----------
@@ -26,13 +26,16 @@ class Stamps:
     def __init__(self, clock: Callable[[], int] = time.time_ns) -> None:
         self._clock = clock
         self._ahead: int | None = None  # the computer's clock less the body's, ns
+        self._last = 0
 
     def of(self, seconds: float) -> int:
         """Return the stamp of a state at ``seconds`` on the body's clock, in ns."""
         now, then = self._clock(), round(seconds * 1e9)
-        if self._ahead is None or not now - LATE <= then + self._ahead <= now:
+        earliest = max(now - LATE, self._last)
+        if self._ahead is None or not earliest <= then + self._ahead <= now:
             self._ahead = now - then
-        return then + self._ahead
+        self._last = then + self._ahead
+        return self._last
 
     def now(self) -> int:
         """Return the computer's time, ns."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from miburi.bodies import Body
+from miburi.bodies import Body, Touch
 from miburi.feelings import FeelingModel
 from miburi.live.archive import Archive
 from miburi.live.events.log import History
@@ -44,14 +44,16 @@ class Tape:
         """Hand over a step, with its stop if it has one; ``sampled``: with the feelings, too."""
 
         def step() -> list[RecordedMessage]:
-            touchable = body.touchable
+            touchable, met = body.touchable, None
+            if stopped is not None and stopped.force is not None:
+                met = Touch(stopped.force, part=stopped.part)
             return step_messages(
                 body.state,
                 self._feelings if sampled else None,
                 events,
                 felt,
                 touch=None if touchable is None else touchable.touch,
-                peak=None if stopped is None else stopped.force,
+                met=met,
                 told=self._history.after(self._told),
                 wall=self._stamps.of(body.state.time),
             )

@@ -18,6 +18,7 @@ from miburi.partner import (
     Event,
     GestureEnded,
     GestureStarted,
+    Lapse,
     Partner,
     Released,
     Stopped,
@@ -61,10 +62,10 @@ class Wishes:
         partner.perform(expression, poses, wish=wish)
         return wish
 
-    def act(self, acts: Sequence[Act], by: By, *, queued: bool) -> str:
+    def act(self, partner: Partner, acts: Sequence[Act], by: By, *, queued: bool) -> str:
         """Let a performance wait for its turn, or begin it now instead of all others."""
         if not queued:
-            self._clear("replaced")
+            self._clear("replaced", partner)
         wish = self._ask("performance", by)
         try:
             self._stage.add(Play(wish, tuple(acts)))
@@ -94,6 +95,10 @@ class Wishes:
         """Drop the performances: a person has pressed Stop."""
         self._clear("stopped")
 
+    def pause(self) -> None:
+        """Drop the performances: the body rests."""
+        self._clear("paused")
+
     def release(self, by: By | None) -> None:
         """Take in that the body goes back to neutral, because somebody has released it or alone."""
         self._note("release_begun", by=by)
@@ -108,7 +113,7 @@ class Wishes:
             self._end_return("release_ended")
         self._stopped = self._stopped + dt if phase is Phase.STOPPED else 0.0
         if self._stopped > LAPSES:
-            self._clear("lapsed")
+            self._clear("lapsed", partner)
         free = partner.expression is None and not partner.asked
         if free and phase is not Phase.STOPPED:
             self._begin()
@@ -212,8 +217,10 @@ class Wishes:
             self._interrupts = interrupts
             self._note("performance_begun", wish=begun.wish)
 
-    def _clear(self, why: str) -> None:
-        """End all performances."""
+    def _clear(self, why: Lapse, partner: Partner | None = None) -> None:
+        """End all performances, and drop what a partner's body has not begun."""
+        if partner is not None:
+            partner.drop(why)
         current = self._stage.current
         for wish in self._stage.clear():
             if current is not None and wish == current.wish:

@@ -34,6 +34,7 @@ __all__ = [
     "Event",
     "GestureEnded",
     "GestureStarted",
+    "Lapse",
     "MoveSent",
     "Partner",
     "Released",
@@ -106,17 +107,22 @@ class Released:
     time: float
 
 
+#: Why a wish was dropped before it began.
+Lapse = Literal["lapsed", "replaced", "stopped", "paused", "body"]
+
+
 @dataclass(frozen=True)
 class WishDropped:
     """A wish was dropped before it began.
 
     The body was stopped for too long (``lapsed``), a newer wish took its place (``replaced``), a
-    person pressed Stop (``stopped``), or the partner got another body (``body``).
+    person pressed Stop (``stopped``), the partner was paused (``paused``), or it got another body
+    (``body``).
     """
 
     time: float
     expression: Expression | None
-    why: Literal["lapsed", "replaced", "stopped", "body"]
+    why: Lapse
     wish: str | None = None
 
 
@@ -215,6 +221,7 @@ class Partner:
         This releases no body that somebody stopped.
         """
         self._paused = True
+        self.drop("paused")
 
     def resume(self) -> None:
         """End a pause: gestures start again."""
@@ -265,7 +272,7 @@ class Partner:
             name = function.name
             poses = gestures.key_poses(self.body.robot, function, expression.mood)
         given = list(poses)
-        self._drop("replaced")
+        self.drop("replaced")
         self._asked = Performance(lambda _mood: given, expression, name, asked=True, wish=wish)
         self._asked_at, self._interrupts = self.body.state.time, interrupt
 
@@ -277,14 +284,14 @@ class Partner:
         """
         self.body.stop()
         self._recovery.held = True
-        self._drop("stopped")
+        self.drop("stopped")
 
     def leave(self) -> list[Event]:
         """End what goes on, because another body takes over; return the events."""
-        self._drop("body")
+        self.drop("body")
         return [*self._untold, *self._end(self.body.state.time, complete=False)]
 
-    def _drop(self, why: Literal["lapsed", "replaced", "stopped", "body"]) -> None:
+    def drop(self, why: Lapse) -> None:
         """Drop what was asked for and has not begun; the next step tells."""
         if self._asked is not None:
             asked, self._asked = self._asked, None
@@ -353,7 +360,7 @@ class Partner:
         if state.stop is not None and self._recovery.notice(state.stop):
             yield from self._take_in(state.stop, state.time)
         if state.time - self._asked_at > LAPSES:
-            self._drop("lapsed")
+            self.drop("lapsed")
         self._recovery.look(state)
         if self._recovery.is_due(state.time):
             try:

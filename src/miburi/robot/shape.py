@@ -135,8 +135,8 @@ def extremities(robot: Robot) -> dict[str, tuple[str, Point]]:
     }
 
 
-def frames(robot: Robot, angles: Sequence[float]) -> list[LinkFrame]:
-    """Return the frame of each link that a joint moves; ``angles`` (8,) rad, as in ``JOINTS``."""
+def frames(moved: Sequence[Link], angles: Sequence[float]) -> list[LinkFrame]:
+    """Return the frame of each link; ``angles`` (8,) rad, as in ``JOINTS``."""
     turns = dict(zip(JOINTS, angles, strict=True))
 
     def turn(link: Link) -> tuple[float, float, float, float]:
@@ -144,7 +144,7 @@ def frames(robot: Robot, angles: Sequence[float]) -> list[LinkFrame]:
         x, y, z = (sin(half) * part for part in link.axis)
         return x, y, z, cos(half)
 
-    return [LinkFrame(link.parent, link.name, link.position, turn(link)) for link in links(robot)]
+    return [LinkFrame(link.parent, link.name, link.position, turn(link)) for link in moved]
 
 
 def fixed_frames(robot: Robot) -> list[LinkFrame]:

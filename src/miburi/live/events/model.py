@@ -136,11 +136,18 @@ class EndOfWish:
     Parameters
     ----------
     wish
-        Its id.
+        Its id, ``BOOT:NUMBER``.
+
+    Raises
+    ------
+    InputError
+        It is none.
     """
 
     def __init__(self, wish: str) -> None:
         self._wish, self._boot, self._what = wish, Cursor.of(wish).boot, ""
+        if self._boot is None:
+            raise InputError(f"a wish's id is BOOT:NUMBER, got {wish!r}.")
 
     def is_in(self, event: LiveEvent) -> bool:
         """Whether this event ends the wish; take the events in their order.
@@ -148,10 +155,13 @@ class EndOfWish:
         Raises
         ------
         BodyError
-            The partner was started anew, so nobody knows how the wish ended.
+            The partner was started anew, or no longer has these events: nobody knows how the wish
+            ended.
         """
-        if event.kind == "started" and event.boot != self._boot:
+        if event.boot != self._boot:
             raise BodyError("the partner was started anew, so nobody knows how that wish ended.")
+        if event.kind == "gap":
+            raise BodyError(f"nobody knows how that wish ended: {event.detail}.")
         if event.wish != self._wish:
             return False
         what, _, how = event.kind.partition("_")

@@ -256,8 +256,8 @@ def conduct(
         observer.observe(body, touchable, events, feelings)
         if recorder is not None:
             felt = feelings if index % 5 == 0 else None
-            touch, peak = touchable.touch, round(observer.peak, 3)
-            recorder.write(step_messages(body.state, felt, events, touch=touch, peak=peak))
+            touch, met = touchable.touch, observer.met(events, touchable.touch)
+            recorder.write(step_messages(body.state, felt, events, touch=touch, met=met))
         progress(body.state.time)
     result.wall_seconds = perf_counter() - began
     observer.finish()
@@ -290,7 +290,7 @@ class _Observer:
         self._robot = robot
         self._touched: float | None = None  # when the present contact began
         self._last_touch = -np.inf
-        self.peak = 0.0
+        self._peak = 0.0
         self._stopped = False  # whether a stop answered the present contact
         self._gesture: tuple[float, Expression] | None = None
         self._began_at = 0
@@ -326,6 +326,11 @@ class _Observer:
                 case _:
                     pass
 
+    def met(self, events: list[Event], touch: Touch) -> Touch | None:
+        """Return what the stop of a step met, if it had one: the largest force, and the part."""
+        stopped = any(isinstance(event, Stopped) for event in events)
+        return Touch(self._result.stops[-1].peak_force, part=touch.part) if stopped else None
+
     def _approach(self, stop: Stop) -> Iterator[WindowRecord]:
         """Yield what the rule saw lately of the motor that it stopped for."""
         if stop.motor is None:
@@ -349,17 +354,17 @@ class _Observer:
     def _contacts(self, touch: Touch, state: BodyState) -> None:
         if touch.began is not None:
             if self._touched is None:
-                self._touched, self.peak = touch.began, 0.0
+                self._touched, self._peak = touch.began, 0.0
                 # A hand that brushes a stopped arm on its way out needs no other stop.
                 self._stopped = state.stop is not None and state.stop.time < touch.began
-            self.peak, self._last_touch = max(self.peak, touch.force), state.time
+            self._peak, self._last_touch = max(self._peak, touch.force), state.time
         elif self._touched is not None and state.time - self._last_touch > PATIENCE:
             self._end_contact()
 
     def _end_contact(self) -> None:
         if self._touched is not None and not self._stopped:
             self._result.missed.append(
-                {"time": round(self._touched, 4), "peak_force": round(self.peak, 3)}
+                {"time": round(self._touched, 4), "peak_force": round(self._peak, 3)}
             )
         self._touched = None
 
@@ -376,7 +381,7 @@ class _Observer:
                 ratio=stop.ratio,
                 contact_time=touched,
                 latency=None if touched is None else stop.time - touched,
-                peak_force=self.peak if touched is not None else 0.0,
+                peak_force=self._peak if touched is not None else 0.0,
                 mood_before=event.mood_before,
                 mood_after=event.mood_after,
             )
