@@ -38,6 +38,7 @@ def test_it_is_found_with_its_address_and_its_pages_and_leaves() -> None:
             assert told == {"path": "/", "scheme": "https", "version": __version__}
             telling.cancel()
             await went.wait()
+            await asyncio.gather(telling, return_exceptions=True)  # it closes its sockets
             await browser.async_cancel()
 
     asyncio.run(look())
