@@ -347,7 +347,7 @@ export default {
           (2 * (event.clientX - box.left)) / box.width - 1,
           1 - (2 * (event.clientY - box.top)) / box.height), this.camera);
       };
-      let due = 0;
+      let due = 0, later = 0;
       canvas.addEventListener("pointerdown", (event) => {
         if (!this.hand.visible) return;
         aim(event);
@@ -371,6 +371,12 @@ export default {
         if (performance.now() > due) {
           due = performance.now() + 30;
           this.tell();
+        } else {
+          // Where the pointer comes to rest is told, too, however quickly it came there.
+          later ||= setTimeout(() => {
+            later = 0;
+            if (this.held) this.tell();
+          }, 30);
         }
       });
       this.drop = () => {
