@@ -41,7 +41,7 @@ async def announce(name: str, address: str) -> None:
     name
         The partner's name; where another has it, a number is added.
     address
-        Where its pages are; without an IP address in it, nobody is told.
+        The URL of its pages. If its host is not an IP address, nothing is announced.
     """
     url = urlsplit(address)
     service = None

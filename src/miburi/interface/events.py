@@ -19,7 +19,8 @@ from miburi.live.view import LivePartner
 
 __all__ = ["ENDING", "MOST", "AfterCursor", "event_router", "events_after", "follow"]
 
-#: What an application's state has once its server ends; streams end then by themselves.
+#: The attribute of an application's state that is set when its server shuts down; event streams
+#: close themselves when they see it.
 ENDING = "ending"
 #: Events that one answer tells.
 MOST = 1_000
@@ -119,7 +120,7 @@ async def follow(
     silence: float = _SILENCE,
     over: Callable[[], bool] = lambda: False,
 ) -> AsyncIterator[LiveEvent | None]:
-    """Yield events after a cursor, or from now on, until ``over``; None after so many s without."""
+    """Yield events after a cursor (default: now) until ``over``; None after ``silence`` s."""
     cursor = after or _now(partner)
     loop = asyncio.get_running_loop()
     spoke, seen = loop.time(), -1

@@ -122,7 +122,7 @@ class Fleet:
         for topics in map(Topics, names):
             # With QoS 1 Mosquitto drops what is retained beyond its queue of 1,000, without a word.
             await client.subscribe([(topics.available, 0), (topics.report, 0)])
-        # What is kept comes before an answer to what we say now.
+        # The broker sends the retained messages before it echoes this one.
         await client.subscribe(self._echo, 0)
         await client.publish(self._echo, qos=0)
         self._client = client

@@ -92,7 +92,7 @@ _PATIENCE = 4.0
 
 @dataclass(frozen=True)
 class About:
-    """What a home knows a partner by.
+    """A partner's identity at a home.
 
     Attributes
     ----------

@@ -9,7 +9,7 @@ __all__ = ["Headers", "allowed_origin", "check_origin", "cors", "permit"]
 
 Headers = list[tuple[bytes, bytes]]
 
-#: What a page may use: the interface alone, no page and no other door.
+#: The only paths that pages of other origins may request.
 _PATH = "/api/v1/"
 _PERMITTED = [
     (b"access-control-allow-methods", b"GET, POST, DELETE"),
