@@ -18,6 +18,7 @@ from miburi.feelings import Expression, Stimulus
 from miburi.live.answering import answer
 from miburi.live.crossing import Answer, Ask, Hello, Lanes, Latest, Look, lanes
 from miburi.live.far import FarPartner
+from miburi.live.press import PRESSED, Press, press
 from miburi.live.runner import Runner
 from miburi.live.view import UnreachableError
 
@@ -124,7 +125,7 @@ def test_a_stop_makes_a_release_void_that_it_has_overtaken(runner: Runner) -> No
     near, ends = lanes()
     answer(runner, near)
     assert isinstance(ends.asking.recv(), Hello)
-    ends.stopping.send((1.0, "person"))
+    ends.stopping.send((1.0, PRESSED))
     until(lambda: runner.tick() or ends.stopping.poll())
     run(runner, 1.0)
     ends.asking.send(Ask(1, "release", (True, None), 0.9))  # pressed before the Stop
@@ -156,6 +157,35 @@ def test_a_page_releases_the_stop_that_it_shows_and_no_later_one(
     done(runner, far.release(by_person=True, seen=now))
 
 
+def test_the_second_copy_of_a_press_undoes_no_release(runner: Runner, far: FarPartner) -> None:
+    """A page sends each press on two ways, and one of them may be slow."""
+    first, second = (press("person", name) for name in ("a" * 16, "b" * 16))
+    done(runner, far.stop(first))
+    run(runner, 1.0)
+    release = runner.release(by_person=True, seen=runner.snapshot.state.serial)
+    runner.stop(first)  # while the release waits for its step
+    runner.tick()
+    release.result(0)
+    done(runner, far.stop(first))  # and after it
+    assert runner.snapshot.state.phase != "stopped"
+    done(runner, far.stop(second))
+    assert runner.snapshot.state.phase == "stopped"
+    run(runner, 1.0)
+    for name in ("", "short", "c" * 65):  # what was not drawn for this press names none
+        release = runner.release(by_person=True, seen=runner.snapshot.state.serial)
+        runner.stop(press("person", name))
+        runner.tick()
+        with pytest.raises(BodyError, match="Stop has been pressed since"):
+            release.result(0)
+
+
+def test_a_press_without_a_name_among_named_ones_counts() -> None:
+    first, second = (press("person", name) for name in ("a" * 16, "b" * 16))
+    assert Press.both(first, second).names == {"a" * 16, "b" * 16}
+    assert Press.both(first, PRESSED).names is None
+    assert Press.both(PRESSED, first).names is None
+
+
 def test_a_flood_of_stops_fills_no_pipe_and_none_is_lost(
     pair: tuple[FarPartner, Lanes],
 ) -> None:
@@ -163,11 +193,11 @@ def test_a_flood_of_stops_fills_no_pipe_and_none_is_lost(
     futures = {id(future): future for future in (far.stop() for _ in range(10_000))}
     assert len(futures) == 2
     first, second = futures.values()
-    assert near.stopping.recv() == (1, "person")
+    assert near.stopping.recv() == (1, PRESSED)
     assert not near.stopping.poll()
     near.stopping.send(None)
     first.result(60)
-    assert near.stopping.recv() == (10_000, "person")
+    assert near.stopping.recv() == (10_000, PRESSED)
     assert not second.done()
     near.stopping.send(None)
     second.result(60)
@@ -180,7 +210,7 @@ def test_a_stop_is_sent_even_to_who_does_not_answer(
     monkeypatch.setattr("miburi.live.far.SILENCE", 0.0)
     with pytest.raises(UnreachableError, match="cannot be reached"):
         far.stop()
-    assert near.stopping.recv() == (1, "person")
+    assert near.stopping.recv() == (1, PRESSED)
 
 
 def test_silence_is_said_and_ends_with_news(

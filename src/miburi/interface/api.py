@@ -48,7 +48,7 @@ from miburi.interface.wire import (
 )
 from miburi.live.bodies import KINDS
 from miburi.live.commands import BusyError
-from miburi.live.press import BY, who
+from miburi.live.press import BY, PRESS, press, who
 from miburi.live.state import MotorsOut, Sample, State
 from miburi.live.view import LivePartner, UnreachableError
 from miburi.robot import JOINTS
@@ -181,9 +181,12 @@ def _stopping(router: APIRouter, runner: LivePartner) -> None:
     """Add what no limit holds up."""
 
     @router.post("/stop", status_code=_NOTHING, responses=_REFUSED)
-    async def stop(by: Annotated[str, Header(alias=BY, description=_BY)] = "person") -> None:
+    async def stop(
+        by: Annotated[str, Header(alias=BY, description=_BY)] = "person",
+        name: Annotated[str, Header(alias=PRESS, include_in_schema=False)] = "",
+    ) -> None:
         """Stop all motors until they are released; a person's Stop, until a person does that."""
-        await done(runner.stop(who(by)))
+        await done(runner.stop(press(by, name)))
 
 
 def _looking(router: APIRouter, runner: LivePartner) -> None:

@@ -41,7 +41,7 @@ from miburi.interface.access import (
 from miburi.interface.keys import Keys
 from miburi.interface.passing import ENCRYPTED, PLAIN, Note, pass_on
 from miburi.interface.relay import Guest, answer_of
-from miburi.live.press import BY, By, outlasting, who
+from miburi.live.press import BY, PRESS, PRESSED, Press, press
 
 __all__ = ["BEAT", "GRACE", "HANDSHAKES", "SILENCE", "Reception", "receive"]
 
@@ -130,7 +130,7 @@ class Reception:
         self._waiting: deque[Guest] = deque()  # for the server
         self._full = False  # whether it takes nothing now
         self._pressing: list[Guest] = []
-        self._by: By | None = None  # who pressed since the last Stop was sent
+        self._press: Press | None = None  # since the last Stop was sent
         self._pressed: list[Guest] = []
         self._wanted = self._asked = False
         self._told = self._tidied = -math.inf  # the first sign of life is due
@@ -333,7 +333,7 @@ class Reception:
             guest.looked = True
             self._pressing.append(guest)
             self._wanted = True
-            self._press()
+            self._send_press()
         elif not new:
             guest.looked = True  # it has its turn
         elif end is None and head[:1].isupper():
@@ -364,7 +364,7 @@ class Reception:
         guest.ends = reader.their_state is h11.MUST_CLOSE
         known = {name: value.decode("latin-1") for name, value in headers}
         guest.origin = self._gate.origin_of(STOP, known)
-        by = who(known.get(BY.encode(), ""))
+        came = press(known.get(BY.encode(), ""), known.get(PRESS.encode(), ""))
         try:
             self._gate.check(
                 {
@@ -382,17 +382,17 @@ class Reception:
         except Exception as error:  # the reception must survive whatever this is
             log_once("a Stop could not be judged", error)
             return False
-        self._by = outlasting(self._by, by)
+        self._press = Press.both(self._press, came)
         return True
 
-    def _press(self) -> None:
+    def _send_press(self) -> None:
         """Send a Stop; one at a time, and who asks meanwhile shares the next."""
         if self._wanted and not self._asked:
             self._pressed, self._pressing, self._wanted = self._pressing, [], False
-            by, self._by = self._by or "person", None
-            self._tell((self._clock(), by))
+            pressed, self._press = self._press or PRESSED, None
+            self._tell((self._clock(), pressed))
 
-    def _tell(self, what: tuple[float, By] | None) -> None:
+    def _tell(self, what: tuple[float, Press] | None) -> None:
         self._asked, self._told = True, self._clock()
         with suppress(OSError):  # its end comes to be heard
             self._stopping.send(what)
@@ -406,7 +406,7 @@ class Reception:
         pressed, self._pressed, self._asked = self._pressed, [], False
         for guest in pressed:
             self._answer(guest, 204)
-        self._press()
+        self._send_press()
 
     def _answer(self, guest: Guest, status: int, words: str = "") -> None:
         """Answer a Stop, or what is no request."""

@@ -22,7 +22,7 @@ from miburi.interface.settle import done
 from miburi.interface.wire import HandIn, Message, StimulusIn
 from miburi.live.commands import BusyError
 from miburi.live.events.model import Cursor
-from miburi.live.press import who
+from miburi.live.press import press
 from miburi.live.runner import STEP
 from miburi.live.view import LivePartner
 
@@ -63,10 +63,14 @@ class StimulusMessage(StimulusIn):
 
 
 class StopMessage(Message):
-    """Stop all motors; ``by`` as the header of ``POST /stop``."""
+    """Stop all motors; ``by`` as the header of ``POST /stop``.
+
+    ``press`` is a page's own: the name that it gives to a press which it sends by HTTP, too.
+    """
 
     do: Literal["stop"]
     by: str = "person"
+    press: str = ""
 
 
 class ReleaseMessage(Message):
@@ -171,7 +175,7 @@ class _Viewer:
                 return
             text = message.get("text")
             if (stop := _stop_in(text)) is not None:
-                self._runner.stop(who(stop.by))
+                self._runner.stop(press(stop.by, stop.press))
                 while not self._commands.empty():  # a release among them would undo it
                     self._commands.get_nowait()
             try:

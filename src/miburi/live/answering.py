@@ -13,6 +13,7 @@ from typing import Any
 from miburi.errors import BodyError, MiburiError
 from miburi.live.commands import STOP_SINCE
 from miburi.live.crossing import LONG, Answer, Ask, Cancel, Hello, Lanes, Latest, Look, Post, Ready
+from miburi.live.press import Press
 from miburi.live.runner import Runner
 from miburi.live.state import MotorsOut
 from miburi.live.watchdog import Watchdog
@@ -114,7 +115,7 @@ class _Answering:
 
     def _stop(self, who: str) -> None:
         print(f"miburi: the {who} hangs, so the body was stopped.", file=sys.stderr)
-        self._runner.stop("partner")
+        self._runner.stop(Press("partner"))
 
     def stop_all(self, stopping: Connection) -> None:
         """Stop the body whenever the other side says so; None is but a sign of life."""
@@ -130,9 +131,9 @@ class _Answering:
                 if watchdog is not None:
                     watchdog.beat()
                 if pressed is not None:
-                    came, by = pressed
+                    came, press = pressed
                     self._pressed = max(self._pressed, came)
-                    self._runner.stop(by).add_done_callback(tell)
+                    self._runner.stop(press).add_done_callback(tell)
                     continue
                 tell()
                 if watchdog is None:

@@ -9,6 +9,7 @@ answered at once, and nobody can take it back.
 
 import queue
 import threading
+from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import suppress
@@ -17,13 +18,15 @@ from typing import Any, TypeVar
 
 from miburi.errors import BodyError, MiburiError
 from miburi.ground.log import log_once
-from miburi.live.press import By, outlasting
+from miburi.live.press import By, Press
 from miburi.partner import UnsettledError
 
 __all__ = ["STOP_SINCE", "WAITING", "BusyError", "Command", "Commands", "Result"]
 
 #: Commands that may wait for the next step.
 WAITING = 256
+#: Names of presses that are remembered, so that a second copy of one is known (ours).
+NAMED = 64
 #: Why a release is refused that is older than the latest Stop.
 STOP_SINCE = "Stop has been pressed since; release the body again to go on."
 
@@ -49,7 +52,8 @@ class Commands:
         self._waiting: queue.Queue[tuple[Command, Future[Any]]] = queue.Queue(WAITING)
         self._lock = threading.Lock()
         self._next_stop: Future[None] | None = None
-        self._by: By | None = None
+        self._press = Press()
+        self._known: deque[str] = deque(maxlen=NAMED)
         self._stops = 0
         self._early: list[tuple[Command, Future[Any]]] = []
         self._done: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
@@ -82,14 +86,24 @@ class Commands:
 
         return self.ask(run)
 
-    def stop(self, by: By) -> Future[None]:
-        """Stop the body before anything else is done; all who ask until then share one future."""
+    def stop(self, press: Press) -> Future[None]:
+        """Stop the body before anything else is done; all who ask until then share one future.
+
+        A second copy of a press that was obeyed changes nothing.
+        """
         with self._lock:
-            self._by = outlasting(self._by, by)
-            if self._next_stop is None:
+            if self._next_stop is not None:
+                press = Press.both(self._press, press)
+            else:
                 self._next_stop = Future()
                 self._next_stop.set_running_or_notify_cancel()  # it cannot be cancelled any more
+                if press.names is not None and press.names.issubset(self._known):
+                    done, self._next_stop = self._next_stop, None
+                    done.set_result(None)
+                    return done
                 self._stops += 1
+            self._press = press
+            self._known.extend(press.names or ())
             return self._next_stop
 
     def run(self) -> None:
@@ -98,9 +112,9 @@ class Commands:
         A command that the body is not settled for is tried again at the next call.
         """
         with self._lock:
-            (stop, by), self._next_stop, self._by = (self._next_stop, self._by), None, None
-        if stop is not None and by is not None:
-            _run(partial(self._stop, by), stop)()
+            stop, press, self._next_stop = self._next_stop, self._press, None
+        if stop is not None:
+            _run(partial(self._stop, press.by), stop)()
         waiting, self._early = self._early, []
         with suppress(queue.Empty):
             waiting += [self._waiting.get_nowait() for _ in range(self._waiting.qsize())]

@@ -19,7 +19,7 @@ from miburi.live.crossing import LONG, Answer, Ask, Cancel, Hello, Lanes, Latest
 from miburi.live.events.log import History
 from miburi.live.events.model import LiveEvent
 from miburi.live.events.store import EventStore
-from miburi.live.press import By, outlasting
+from miburi.live.press import PRESSED, By, Press
 from miburi.live.runner import SAMPLED, STEP, STEPPED
 from miburi.live.stage import Act
 from miburi.live.state import MotorsOut, Sample, Snapshot
@@ -65,7 +65,7 @@ class FarPartner:
         self._open: dict[int, Future[Any]] = {}
         self._number = self._beats = 0
         self._pressed = 0.0
-        self._by: By | None = None  # who pressed since the last Stop was sent
+        self._press: Press | None = None  # since the last Stop was sent
         self._ticks = deque([clock()], maxlen=2)
         self._sent_stop: Future[None] | None = None
         self._next_stop: Future[None] | None = None
@@ -185,7 +185,7 @@ class FarPartner:
         future.exception(LONG)
         return future
 
-    def stop(self, by: By = "person") -> Future[None]:
+    def stop(self, press: Press = PRESSED) -> Future[None]:
         """Stop the body before anything else is done.
 
         At most one Stop is on its way: who asks meanwhile shares the next one, which goes out as
@@ -197,7 +197,8 @@ class FarPartner:
             The partner does not answer; should it do so later, it will stop.
         """
         with self._lock:
-            self._pressed, self._by = self._clock(), outlasting(self._by, by)
+            self._pressed = self._clock()
+            self._press = Press.both(self._press, press)
             if self._next_stop is None:
                 self._next_stop = Future()
                 self._next_stop.set_running_or_notify_cancel()  # nobody can take it back
@@ -250,8 +251,8 @@ class FarPartner:
     def _send_stop(self) -> None:
         self._sent_stop, self._next_stop = self._next_stop, None
         with suppress(OSError):
-            self._ends.stopping.send((self._pressed, self._by))
-        self._by = None
+            self._ends.stopping.send((self._pressed, self._press))
+        self._press = None
 
     def _look(self) -> None:
         sample = self._samples[-1][0] if self._samples else 0

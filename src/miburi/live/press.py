@@ -5,14 +5,18 @@ themselves need not know that there is a difference. A release is a program's un
 a page or another place where a person acts.
 """
 
-from typing import Literal, get_args
+from typing import Literal, NamedTuple, get_args
 
 from miburi.errors import BodyError
 
-__all__ = ["BY", "By", "Hold", "outlasting", "who"]
+__all__ = ["BY", "PRESS", "PRESSED", "By", "Hold", "Press", "outlasting", "press", "who"]
 
 #: The header by which a request says who presses.
 BY = "miburi-by"
+#: The header by which a page names a press that it sends twice.
+PRESS = "miburi-press"
+#: Characters of such a name: drawn for each press, so that no two are alike (ours).
+_DRAWN = range(16, 65)
 #: Who presses: at a page or a terminal; in a home; by MCP; in ROS; a program of
 #: :mod:`miburi.interface.client`; the partner itself, where nobody could have.
 By = Literal["person", "home", "agent", "ros", "program", "partner"]
@@ -31,6 +35,37 @@ def who(claim: str) -> By:
         if claim == known != "partner":
             return known  # type: ignore[no-any-return]
     return "person"
+
+
+class Press(NamedTuple):
+    """A press of Stop, or several that are obeyed together.
+
+    A page sends each press on two ways, because one of them may be blocked. The second copy to
+    arrive must not count as a Stop that came after the person's release.
+    """
+
+    by: By = "person"
+    #: What its copies are called; None if none will come.
+    names: frozenset[str] | None = None
+
+    @staticmethod
+    def both(before: "Press | None", later: "Press") -> "Press":
+        """Return two presses, one after the other, as one."""
+        if before is None:
+            return later
+        by = outlasting(before.by, later.by)
+        if before.names is None or later.names is None:
+            return Press(by)
+        return Press(by, before.names | later.names)
+
+
+#: A press whose maker is not known.
+PRESSED = Press()
+
+
+def press(by: str = "person", name: str = "") -> Press:
+    """Return a press as a request describes it."""
+    return Press(who(by), frozenset({name}) if len(name) in _DRAWN else None)
 
 
 def outlasting(before: By | None, by: By) -> By:

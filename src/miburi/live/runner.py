@@ -26,7 +26,7 @@ from miburi.live.gaze import Gaze
 from miburi.live.hand import GuidedHand
 from miburi.live.observer import Observer
 from miburi.live.pace import STEP, Pace
-from miburi.live.press import By, Hold
+from miburi.live.press import PRESSED, By, Hold, Press
 from miburi.live.recording import Felt
 from miburi.live.speaker import Speaker
 from miburi.live.stage import Act
@@ -249,9 +249,9 @@ class Runner:
 
         return self._commands.ask(unless_paused)
 
-    def stop(self, by: By = "person") -> Future[None]:
+    def stop(self, press: Press = PRESSED) -> Future[None]:
         """Stop the body until :meth:`release`; never refused, and before any other command."""
-        return self._commands.stop(by)
+        return self._commands.stop(press)
 
     def release(
         self,

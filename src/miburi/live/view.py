@@ -15,7 +15,7 @@ from miburi.gestures import KeyPose, Repertoire
 from miburi.live.archive import Kept
 from miburi.live.events.log import History
 from miburi.live.events.model import LiveEvent
-from miburi.live.press import By
+from miburi.live.press import PRESSED, By, Press
 from miburi.live.stage import Act
 from miburi.live.state import MotorsOut, Sample, Snapshot
 from miburi.robot import Array, Robot
@@ -153,7 +153,7 @@ class LivePartner(Protocol):
     def allow_words(self, allowed: bool) -> Future[LiveEvent]:
         """Let events tell what is said to the partner from now on, or forget what was said."""
 
-    def stop(self, by: By = "person") -> Future[None]:
+    def stop(self, press: Press = PRESSED) -> Future[None]:
         """Stop the body until :meth:`release`; never refused, and before any other command."""
 
     def release(

@@ -40,7 +40,7 @@ from miburi.live.bodies import KINDS
 from miburi.live.crossing import Lanes, lanes
 from miburi.live.events.store import kept_events
 from miburi.live.memory import keep, remember, remembered
-from miburi.live.press import Hold
+from miburi.live.press import Hold, Press
 from miburi.live.runner import Runner
 from miburi.partner import solve_with
 from miburi.robot import Robot
@@ -267,7 +267,7 @@ def _live(
             announce()
             end = _next(happenings)
         if end in _LEFT_ALONE:
-            runner.stop("partner")  # nobody else can any more
+            runner.stop(Press("partner"))  # nobody else can any more
         ending.set()
         runner.close()
     return end

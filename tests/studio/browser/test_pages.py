@@ -385,3 +385,25 @@ def test_the_face_says_when_it_is_alone_and_comes_back(page: Page, url: str) -> 
     until(page, lambda now: now["held"])
     page.locator("#release").click()
     until(page, lambda now: now["phase"] != "stopped")
+
+
+def test_the_slower_copy_of_a_stop_undoes_no_release(page: Page, url: str) -> None:
+    """A page sends each press by its socket and by HTTP; here the socket is the slow way."""
+    slow: list[Any] = []
+
+    def route(line: Any) -> None:
+        server = line.connect_to_server()
+        line.on_message(lambda text: slow.append((server, text)) if "stop" in text else None)
+
+    page.route_web_socket("**/api/v1/live*", route)
+    page.goto(url + "/face")
+    page.wait_for_function("document.documentElement.dataset.connected === 'true'")
+    page.locator("#stop").click()
+    until(page, lambda now: now["held"])
+    page.locator("#release").click()
+    until(page, lambda now: not now["held"])
+    [(server, text)] = slow
+    server.send(text)
+    then = state(page)["time"]
+    until(page, lambda now: now["time"] > then + 1)
+    assert not state(page)["held"]

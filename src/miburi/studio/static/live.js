@@ -17,22 +17,30 @@ export function send(message) {
 
 // Commands that must say whether they worked go by HTTP. Returns the refusal's words, or null;
 // where the server is not there, live.connected says so afterwards.
-export const ask = (path, content) => post("/api/v1" + path, content, path === "/stop");
+export const ask = (path, content) => post("/api/v1" + path, content);
+
+// A browser opens six connections to a server: where others hold them, the socket is open already.
+// So Stop goes both ways, under one name, and its second copy cannot undo a release after the first.
+export function stop() {
+  const press = String.fromCharCode(...crypto.getRandomValues(new Uint8Array(24)).map((n) => 97 + n % 26));
+  send({ do: "stop", press });
+  return post("/api/v1/stop", undefined, press);
+}
 
 // A person at this page releases the body as the page shows it: a Stop that it does not show holds.
 export const release = () => post("/api/page/release", { seen: live.state?.serial });
 
 // Stop is sent a second time where its connection breaks: a full server may have closed it.
-async function post(path, content, again = false) {
+async function post(path, content, press, again = true) {
   try {
     const answer = await fetch(path, {
       method: "POST",
-      headers: { "Content-Type": "application/json" },
+      headers: { "Content-Type": "application/json", ...(press && { "Miburi-Press": press }) },
       body: content === undefined ? undefined : JSON.stringify(content),
     });
     return answer.ok ? null : (await answer.json()).detail;
   } catch {
-    if (again) return post(path, content);
+    if (press && again) return post(path, content, press, false);
     lost();
     return null;
   }

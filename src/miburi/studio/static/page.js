@@ -1,5 +1,5 @@
 // On every page: Stop and Release by button and by keyboard, and a word when something is refused.
-import { ask, listen, live, lost, release, send } from "/static/live.js";
+import { ask, listen, live, lost, release, send, stop } from "/static/live.js";
 
 const UNSENT = "miburi_unsent";
 const RAISED = "a raised voice"; // as senses/tone.py has it
@@ -18,9 +18,7 @@ export function say(words) {
 }
 
 async function wish(path) {
-  // A browser opens six connections to a server: where others hold them, the socket is open already.
-  if (path === "/stop") send({ do: "stop" });
-  const refusal = await (path === "/release" ? release() : ask(path));
+  const refusal = await (path === "/stop" ? stop() : path === "/release" ? release() : ask(path));
   if (refusal) say(refusal);
   // A Stop that reached nobody is sent when somebody is there again, even if the page loads anew.
   if (path === "/stop" && !live.connected) keep(true);
