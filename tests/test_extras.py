@@ -21,6 +21,7 @@ WORKS = [
 ]
 REFUSED = [
     ("scipy", "studies", ["gesture", "measures", "surprise", "--step", "1"]),
+    ("scipy", "studies", ["paper", "--out", "out"]),
     ("pyarrow", "studies", ["trials", "--free", "1", "--blocked", "0", "--out", "out.parquet"]),
     ("mcp", "mcp", ["mcp"]),
     ("cryptography", "https", ["run", "--https", "--port", "0", "--folder", "."]),

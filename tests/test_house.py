@@ -2,6 +2,7 @@
 
 import ast
 import re
+from functools import cache
 from pathlib import Path
 
 HOUSE = Path(__file__).parents[1] / "src" / "miburi"
@@ -34,7 +35,11 @@ def parsed(folder: Path) -> dict[Path, ast.Module]:
     }
 
 
-MODULES = parsed(HOUSE)
+@cache
+def modules() -> dict[Path, ast.Module]:
+    """Every module of the house; parsed when a test asks, as it takes a second."""
+    return parsed(HOUSE)
+
 
 #: Names that two public classes may share, with why.
 SHARED = {"Servo": "servos has one as it was identified; emulation has one as it answers its bus"}
@@ -75,7 +80,7 @@ def libraries(tree: ast.Module) -> set[str]:
 def test_imports_point_down() -> None:
     wrong = [
         f"{path.relative_to(HOUSE)}: {target}"
-        for path, tree in MODULES.items()
+        for path, tree in modules().items()
         for target, _ in imports(tree)
         if target != room_of(path) and ROW[target] >= ROW[room_of(path)]
     ]
@@ -85,7 +90,7 @@ def test_imports_point_down() -> None:
 def test_no_room_reaches_into_the_private_names_of_another() -> None:
     private = [
         f"{path.relative_to(HOUSE)}: {target}.{name}"
-        for path, tree in MODULES.items()
+        for path, tree in modules().items()
         for target, name in imports(tree)
         if target != room_of(path) and name.startswith("_") and not name.startswith("__")
     ]
@@ -97,7 +102,7 @@ def test_what_an_extra_brings_is_needed_in_its_rooms_alone() -> None:
     extras = {"scipy": {"studies", "bma"}, "pyarrow": {"studies"}, "ray": {"studies"}}
     wrong = [
         f"{path.relative_to(HOUSE)}: {name}"
-        for path, tree in MODULES.items()
+        for path, tree in modules().items()
         for name in libraries(tree) & extras.keys()
         if room_of(path) not in extras[name]
     ]
@@ -105,7 +110,7 @@ def test_what_an_extra_brings_is_needed_in_its_rooms_alone() -> None:
 
 
 def test_modules_fit_in_one_reading() -> None:
-    lengths = {path: len(path.read_text(encoding="utf-8").splitlines()) for path in MODULES}
+    lengths = {path: len(path.read_text(encoding="utf-8").splitlines()) for path in modules()}
     assert {path: length for path, length in lengths.items() if length > 500} == {}
     written = sorted(length for length in lengths.values() if length > 5)
     assert written[len(written) // 2] < 170
@@ -127,7 +132,7 @@ def listed(tree: ast.Module) -> set[object]:
 def test_a_public_module_says_what_is_public() -> None:
     missing = [
         f"{path.relative_to(HOUSE)}: {node.name}"
-        for path, tree in MODULES.items()
+        for path, tree in modules().items()
         for node in tree.body
         if isinstance(node, ast.FunctionDef | ast.ClassDef | ast.AsyncFunctionDef)
         and not node.name.startswith("_")
@@ -139,7 +144,7 @@ def test_a_public_module_says_what_is_public() -> None:
 
 def test_no_two_public_classes_share_a_name() -> None:
     places: dict[str, list[str]] = {}
-    for path, tree in MODULES.items():
+    for path, tree in modules().items():
         for node in ast.walk(tree):
             if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
                 places.setdefault(node.name, []).append(str(path.relative_to(HOUSE)))

@@ -90,7 +90,7 @@ _INCLUDE = re.compile(r'^#include (?:"(.+)"|<.+>)$')
 #: Most changes are seen in a few traces already.
 FEW, ALL = 100, 1500
 #: s of the processor's time for one change, some of which run for ever; the rule takes 0.05.
-LONGEST = 2
+LONGEST = 1
 
 
 def inline(path: Path, changed: str, text: str, seen: set[Path]) -> str:

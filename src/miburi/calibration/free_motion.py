@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from miburi.errors import InputError
+from miburi.ground.compiled import compiled
 from miburi.robot import JOINTS
 from miburi.robot.guards import GUARDS, Guards
 from miburi.safety.contact import PAPER_PERIOD, PAPER_RATIO, UNLOADED, Loading, lag_doubt
@@ -119,18 +120,38 @@ def measure_need(
         late = trace.times[:, None] >= trace.profile.total + lag + period
         away = np.abs(trace.goal - travel)
         arrival = np.maximum(arrival, np.where(late, away, 0).max(axis=0))
-        judged_expected, judged_travel, period_ends = zero, zero, period
-        for row, time in enumerate(trace.times.tolist()):
-            should, did = expected[row] - judged_expected, travel[row] - judged_travel
-            judged = should >= least * FINE
-            # Rounded up, so that a slack of this size lets the window pass.
-            missing = -((did * 10_000 - should * ratio) * FINE // (10_000 * granted))
-            slack = np.where(judged, np.maximum(slack, missing), slack)
-            if time >= period_ends:
-                period_ends += period
-                judged_expected = np.where(judged, expected[row], judged_expected)
-                judged_travel = np.where(judged, travel[row], judged_travel)
+        missing = _missing(trace.times, expected, travel, granted, least * FINE, period, ratio)
+        slack = np.maximum(slack, missing)
     return Need(slack, behind, ahead, arrival)
+
+
+@compiled
+def _missing(
+    times: Steps,
+    expected: Steps,
+    travel: Steps,
+    granted: Steps,
+    least: Steps,
+    period: int,
+    ratio: int,
+) -> Steps:
+    """Return the largest travel that was missing from a window of one move, (8,) in 1/256 steps."""
+    most = np.zeros_like(least)
+    judged_expected, judged_travel = np.zeros_like(least), np.zeros_like(least)
+    period_ends = period
+    for k in range(len(times)):
+        for j in range(len(least)):
+            should, did = expected[k, j] - judged_expected[j], travel[k, j] - judged_travel[j]
+            if should < least[j]:
+                continue
+            # Rounded up, so that a slack of this size lets the window pass.
+            missing = -((did * 10_000 - should * ratio) * FINE // (10_000 * granted[j]))
+            most[j] = max(most[j], missing)
+            if times[k] >= period_ends:
+                judged_expected[j], judged_travel[j] = expected[k, j], travel[k, j]
+        if times[k] >= period_ends:
+            period_ends += period
+    return most
 
 
 def measure_lag(traces: Sequence[Trace]) -> Steps:

@@ -16,6 +16,7 @@ import numpy as np
 
 from miburi.calibration.free_motion import Trace
 from miburi.errors import BodyError, InputError
+from miburi.ground.compiled import compiled
 from miburi.robot import JOINTS, Array, Robot
 from miburi.robot.guards import Guards
 from miburi.safety.contact import Loading
@@ -152,11 +153,12 @@ def identify(robot: Robot, traces: Sequence[Trace], wear: float = 1.0) -> Identi
 class _Move:
     """A trace as the model needs it: profile and share of the way at each step of the model."""
 
-    trace: Trace
+    loading: Loading
     profile: Steps
     share: Steps
     before: Steps
     part: Array
+    travel: Steps
 
 
 def _moves(traces: Sequence[Trace], delay: int) -> list[_Move]:
@@ -166,8 +168,9 @@ def _moves(traces: Sequence[Trace], delay: int) -> list[_Move]:
         went = trace.profile.position(steps * STEP - delay)
         went[0] = 0
         share = went // np.maximum(trace.profile.distance, 1)
-        part = (trace.times % STEP / STEP)[:, None]
-        moves.append(_Move(trace, trace.loading.offset + went, share, trace.times // STEP, part))
+        before, part = trace.times // STEP, trace.times % STEP / STEP
+        profile = trace.loading.offset + went
+        moves.append(_Move(trace.loading, profile, share, before, part, trace.travel))
     return moves
 
 
@@ -177,13 +180,24 @@ def _errors(rule: FreeRule, moves: Sequence[_Move], shares: dict[str, Array]) ->
     weight = shares["gravity"] / shares["stiffness"]
     errors = np.zeros(len(JOINTS))
     for move in moves:
-        loading = move.trace.loading
+        loading = move.loading
         begin, end = ((each * weight).astype(np.int64) for each in (loading.begin, loading.end))
         sag = begin + (((end - begin) * move.share) >> 8)
         way = travel(move.profile, sag, loading.most, servo)
-        between = way[move.before] * (1 - move.part) + way[move.before + 1] * move.part
-        errors += (((between - move.trace.travel) / FINE) ** 2).sum(axis=0)
+        errors += _missed(way, move.before, move.part, move.travel)
     return errors
+
+
+@compiled
+def _missed(way: Steps, before: Steps, part: Array, seen: Steps) -> Array:
+    """Return the sum of squares between a way of the model and what was seen, (8,) steps²."""
+    missed = np.zeros(way.shape[1])
+    for k in range(len(before)):
+        for j in range(way.shape[1]):
+            first, then = way[before[k], j], way[before[k] + 1, j]
+            between = first * (1 - part[k]) + then * part[k]
+            missed[j] += ((between - seen[k, j]) / FINE) ** 2
+    return missed
 
 
 def expecting(robot: Robot, shares: Shares, guards: Guards[Steps]) -> FreeRule:

@@ -38,7 +38,7 @@ from miburi.cli.study import study_app
 from miburi.cli.templates import template
 from miburi.cli.to_ros import to_ros
 from miburi.cli.trials import calibrate, safety_page, trials, tune
-from miburi.errors import InputError, MiburiError
+from miburi.errors import InputError, MiburiError, need
 from miburi.ground.log import log_to_stderr
 from miburi.version import __version__
 
@@ -264,6 +264,7 @@ def paper(
     robot: RobotFile = None,
 ) -> None:
     """Carry out the paper's claims; write a page with verdicts, numbers and figures."""
+    need("scipy", "studies")
     from miburi.studies.paper.page import write_paper
 
     print(write_paper(robot_of(robot), out, lambda what: typer.echo(what, err=True)))

@@ -15,7 +15,7 @@ from miburi.cli.options import (
     robot_of,
     settings_of,
 )
-from miburi.errors import InputError
+from miburi.errors import InputError, need
 
 __all__ = [
     "Face",
@@ -48,6 +48,7 @@ def measures(
     solver: IkWay = "default",
 ) -> None:
     """Measure Laban's effort of each gesture at each mood, on the simulated body."""
+    need("scipy", "studies")
     from miburi.studies.gestures.check import moods, perform
 
     body = robot_of(robot)

@@ -21,7 +21,7 @@ from miburi.cli.options import (
     repertoire_of,
     robot_of,
 )
-from miburi.errors import InputError
+from miburi.errors import InputError, need
 from miburi.ground.cores import available_cores
 
 if TYPE_CHECKING:
@@ -75,6 +75,11 @@ def trials(
     gestures: GesturesFolder = None,
 ) -> None:
     """Put simulated people in the robot's way, and count what the contact rule does."""
+    need("scipy", "studies")
+    if out is not None:
+        need("pyarrow", "studies")
+    if ray is not None:
+        need("ray", "cluster")
     from miburi.studies.trials.runs import Plan, carry_out_plan
     from miburi.studies.trials.summary import summarise
 

@@ -10,6 +10,7 @@ read. What a host reads and writes counts turns, direction and homing offset as 
 from collections.abc import Callable
 from dataclasses import dataclass
 from struct import Struct
+from typing import NamedTuple
 
 from miburi.emulation.control import FULL, Control, PidGains
 from miburi.emulation.control_table import EEPROM_END, REGISTERS
@@ -25,7 +26,7 @@ _FAILED, INSTRUCTION_ERROR, _ALERT = 0x01, 0x02, 0x80
 #: Operating modes that drive the motor here; in those of current and speed it gets no duty.
 _POSITION, _EXTENDED, _CURRENT_AND_POSITION, _PWM = 3, 4, 5, 16
 _POSITIONS = (_POSITION, _EXTENDED, _CURRENT_AND_POSITION)
-_NO_GAINS = PidGains(0, 0, 0, 0, 0)
+
 _GAINS_BYTES, _GAINS_AT = Struct("<3H2x2H"), REGISTERS[GAINS[0]].address
 #: What one unit of the servo's speed and acceleration is, in steps/s and steps/s².
 SPEED_UNIT = 0.229 * 4096 / 60
@@ -82,6 +83,15 @@ class Shaft:
         return (self.position(servo, time) - before) * 100
 
 
+class _Orders(NamedTuple):
+    """What the table asks of the motor, looked up when something in it changes."""
+
+    gains: PidGains | None  # None where a PWM is asked for
+    most: float
+    pwm: float
+    slope: int
+
+
 @dataclass
 class Servo:
     """One servo: its control table, its trajectory and its faults.
@@ -120,10 +130,10 @@ class Servo:
     _heard: float = 0.0
     _registered: tuple[int, bytes] | None = None
     _turns: int = 0  # whole turns that it does not count, in steps
-    _gains: PidGains = _NO_GAINS  # as last read
 
     def __post_init__(self) -> None:
         self.control = Control(self.table.model)
+        self._looked_at, self._orders = self.table.changes, self._look_up()
 
     @classmethod
     def new(
@@ -178,25 +188,31 @@ class Servo:
         if goal is None or self.segment is None:
             self.control.rest()
             return None
-        get, model = self.table.get, self.table.model
+        if self._looked_at != self.table.changes:
+            self._looked_at, self._orders = self.table.changes, self._look_up()
+        orders = self._orders
+        pwm = orders.pwm
+        if orders.gains is not None:
+            wanted = 0.0
+            if orders.gains.first or orders.gains.second:
+                wanted = self.segment.speed_at(time, 1e6 / self.table.model.loop.rate)
+            error = goal - round(place)
+            pwm = self.control.follow(orders.gains, error, speed, wanted, orders.most)
+        return self.control.set_pwm(pwm, orders.slope)
+
+    def _look_up(self) -> _Orders:
+        get, data_sheet = self.table.get, self.table.model.data_sheet
         mode, ceiling = get("operating_mode"), get("goal_pwm")
         most: float = min(abs(ceiling), get("pwm_limit"))
-        pwm = 0.0
+        pwm, gains = 0.0, None
         if mode == _PWM:
             pwm = min(max(ceiling, -most), most) * self._sign
         elif mode in _POSITIONS:
             if mode == _CURRENT_AND_POSITION:
-                share = abs(get("goal_current")) / 1e3 / model.data_sheet.stall_current
+                share = abs(get("goal_current")) / 1e3 / data_sheet.stall_current
                 most = min(most, share * FULL)
-            gains = self._gains
-            written = _GAINS_BYTES.unpack_from(self.table.data, _GAINS_AT)
-            if written != gains:
-                gains = self._gains = PidGains(*written)
-            wanted = 0.0
-            if gains.first or gains.second:
-                wanted = self.segment.speed_at(time, 1e6 / model.loop.rate)
-            pwm = self.control.follow(gains, goal - round(place), speed, wanted, most)
-        return self.control.set_pwm(pwm, get("pwm_slope"))
+            gains = PidGains(*_GAINS_BYTES.unpack_from(self.table.data, _GAINS_AT))
+        return _Orders(gains, most, pwm, get("pwm_slope"))
 
     def setpoint(self, time: float) -> float | None:
         """Where the servo wants its shaft at ``time``, in steps; None with torque off."""

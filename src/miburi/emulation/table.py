@@ -52,8 +52,9 @@ class ControlTable:
 
     model: Model
     data: bytearray = field(default_factory=lambda: bytearray(SIZE))
-    # Entries read since they were last written: eight servos read a dozen each millisecond.
-    _decoded: dict[str, int] = field(default_factory=dict)
+    #: How often a byte has changed: who has looked an entry up need not do so again before.
+    changes: int = 0
+    _decoded: dict[str, int] = field(default_factory=dict)  # entries read since they changed
 
     def __post_init__(self) -> None:
         self.reset()
@@ -70,12 +71,15 @@ class ControlTable:
         """Set an entry, past all protection."""
         at = REGISTERS[name]
         data = (value % (1 << 8 * at.size)).to_bytes(at.size, "little")
-        self.data[at.address : at.address + at.size] = data
-        self._decoded.pop(name, None)
+        if self.data[at.address : at.address + at.size] != data:
+            self.data[at.address : at.address + at.size] = data
+            self._decoded.pop(name, None)
+            self.changes += 1
 
     def set_byte(self, address: int, byte: int) -> None:
         """Set one byte, past all protection."""
         self.data[address] = byte
+        self.changes += 1
         self._decoded.pop(_AT.get(address, ""), None)
 
     def reset(self, *keep: str) -> None:

@@ -30,17 +30,19 @@ def write_paper(
     out: Path,
     progress: Callable[[str], None] = lambda _: None,
     targets: int = 1000,
+    seeds: int = 5,
 ) -> Path:
     """Carry out the paper's claims, and write ``paper.md`` with its pictures in ``images``.
 
-    ``targets`` is how many random ones the inverse kinematics solve for.
+    ``targets`` is how many random ones the inverse kinematics solve for, ``seeds`` how many
+    experiments there are.
 
     Raises
     ------
     OutputError
         The folder cannot be written to.
     """
-    runs = Runs(robot, progress, targets)
+    runs = Runs(robot, progress, targets, seeds)
     found = list(claims(runs))
     with whole_files(out) as draft, whole_files(out / "images") as images:
         progress("figures")
