@@ -38,3 +38,25 @@ def test_a_hand_that_feels_the_robot_is_slow_and_goes_back_where_it_is_pressed()
         places.append(body.configuration[1][0])
     step, slow = FASTEST * 0.02, FEELING * 0.02
     assert np.allclose(places, [0.3 - step, 0.3 - step - slow, 0.3 - slow])
+
+
+@pytest.mark.parametrize("seed", [5, 6, 7])
+def test_a_pressed_hand_that_is_led_away_comes_away(seed: int) -> None:
+    """It used to back away from where it was led: deeper, where it pressed and stayed."""
+    body, hand, rng = Simulated(iphonoid()), GuidedHand(), np.random.default_rng(seed)
+    out = np.array([0.25, -0.1, 0.1])
+    body.place_hand(out, INWARDS)
+    pressed = 0
+    for _ in range(40):
+        hand.guide(body, rng.uniform([-0.05, -0.2, 0.0], [0.25, 0.2, 0.2]), INWARDS)
+        for _ in range(10):
+            hand.step(body, 0.02)
+            body.step(0.02)
+            pressed = pressed + 1 if body.touch.force > 100 else 0
+            assert pressed <= 3  # steps
+    hand.guide(body, out, INWARDS)
+    for _ in range(100):
+        hand.step(body, 0.02)
+        body.step(0.02)
+    assert np.allclose(body.configuration[1][:3], out, atol=1e-3)
+    assert body.touch.force == 0

@@ -32,7 +32,7 @@ _OPTIONS: dict[str, Any] = {
     "fastmath": {"contract", "nsz", "arcp"},
 }
 #: The folders, from the package's root, of the modules with compiled functions.
-FOLDERS = ("ik", "servos")
+FOLDERS = ("calibration", "ik", "servos")
 
 
 def state_of_sources(root: Path) -> str:

@@ -1,5 +1,7 @@
 """The simulated human hand of a live partner: it goes where it is asked to, as fast as a person."""
 
+from collections import deque
+
 import numpy as np
 
 from miburi.bodies import Touchable
@@ -10,12 +12,14 @@ __all__ = ["FASTEST", "FEELING", "GIVES_WAY", "GuidedHand"]
 
 #: The hand's greatest speed, m/s (ours): it cannot jump into the robot.
 FASTEST = 1.2
-#: Its speed while it feels the robot, m/s (ours): faster, it would be deep inside an arm that is
-#: caught between it and the trunk before the arm could give way.
-FEELING = 0.3
+#: Its speed while it feels the robot, m/s, and for so many s after that (ours): faster, it would be
+#: deep inside an arm that is caught between it and the trunk before the arm could give way.
+FEELING, WARY = 0.3, 0.5
 #: A hand that meets this force goes back as fast as it came, N (ours). It is more than the servos
 #: press with, and far less than what bruises.
 GIVES_WAY = 40.0
+#: Steps of its way that it remembers; it goes back by them (ours).
+REMEMBERED = 200
 
 
 class GuidedHand:
@@ -30,6 +34,8 @@ class GuidedHand:
     def __init__(self) -> None:
         self.goal: Array | None = None
         self._along = np.array([0.0, 0.0, 1.0])
+        self._came: deque[Array] = deque(maxlen=REMEMBERED)
+        self._wary = 0.0
 
     def guide(self, body: Touchable | None, position: Array | None, along: Array) -> None:
         """Let the hand go to ``position`` (3,) m, fingers ``along`` (3,); None takes it away.
@@ -54,12 +60,30 @@ class GuidedHand:
         """Let ``dt`` seconds pass; a body that nobody can touch leaves the hand where it is."""
         if self.goal is None or body is None:
             return
-        here = body.configuration[1][:3]
-        way = self.goal - here
-        length = float(np.linalg.norm(way))
+        here = body.configuration[1][:3].copy()
         force = body.touch.force
-        speed = FEELING if 0 < force <= GIVES_WAY else FASTEST
-        reach = min(1.0, speed * dt / length) if length > 0 else 1.0
+        self._wary = WARY if force > 0 else self._wary - dt
         if force > GIVES_WAY:
-            reach = -reach
-        body.place_hand(here + reach * way, self._along)
+            # Where it was before was free. Away from its goal need not be: it may be led away.
+            place = self._back(here, FASTEST * dt)
+        else:
+            self._came.append(here)
+            place = _towards(here, self.goal, (FEELING if self._wary > 0 else FASTEST) * dt)
+        body.place_hand(place, self._along)
+
+    def _back(self, here: Array, distance: float) -> Array:
+        """Return the place so far back on the way that it came."""
+        while self._came and distance > 0:
+            before = self._came[-1]
+            length = float(np.linalg.norm(before - here))
+            here = _towards(here, before, distance)
+            if length <= distance:
+                self._came.pop()
+            distance -= length
+        return here
+
+
+def _towards(here: Array, there: Array, distance: float) -> Array:
+    way = there - here
+    length = float(np.linalg.norm(way))
+    return there if length <= distance else here + way * (distance / length)
