@@ -197,6 +197,7 @@ void mega_eeprom(mega_t *m, uint8_t *bytes, unsigned count, int write) {
 }
 
 
-/* For tests: writes to data memory; makes the processor go on elsewhere. */
+/* For tests: writes to data memory, reads it; makes the processor go on elsewhere. */
 void mega_poke(mega_t *m, unsigned address, uint8_t byte) { m->avr->data[address] = byte; }
+unsigned mega_peek(mega_t *m, unsigned address) { return m->avr->data[address]; }
 void mega_jump(mega_t *m, unsigned pc) { m->avr->pc = pc; }

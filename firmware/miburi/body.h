@@ -5,6 +5,7 @@
 
 #include "controller.h"
 #include "health.h"
+#include "hold.h"
 #include "link.h"
 #include "memory.h"
 #include "readings.h"
@@ -14,7 +15,8 @@ namespace miburi {
 template <class Io>
 class Body {
  public:
-  explicit Body(Io& io) : io_(io), memory_(io), servos_(io), readings_(servos_), health_(servos_) {}
+  explicit Body(Io& io) : io_(io), memory_(io), servos_(io), readings_(servos_), health_(servos_),
+        hold_(servos_, readings_, controller_) {}
 
   // Power-on: nothing moves. Servos that still follow an order from before a reset are stopped.
   void begin() {
@@ -33,16 +35,24 @@ class Body {
       return false;
     }
     next_poll_ += POLL;
-    if (next_poll_ < time) {
-      next_poll_ = time + POLL;
+    if (next_poll_ < time + APART) {
+      next_poll_ = time + APART;
     }
     if (table_.complete()) {
       poll();
     } else {
       readings_.pass(time);
     }
-    memory_.work(table_);
     return true;
+  }
+
+  // Looks at what can wait until the report is out: a report that goes out beside the next reading
+  // costs that bytes.
+  void look_after() {
+    if (table_.complete()) {
+      look_at(NO_MOTOR);
+    }
+    memory_.work(table_);
   }
 
   int64_t time() const { return readings_.time(); }  // of the latest reading
@@ -156,7 +166,7 @@ class Body {
     if (table_.complete() && controller_.phase != Phase::stopped) {
       look_around();
       give_up(Reason::asked, NO_MOTOR);
-      hold(table_.settings.max_speed);
+      hold_.tell(table_, orders_, table_.settings.max_speed);
     }
     return Result::ok;
   }
@@ -180,7 +190,11 @@ class Body {
     }
     // A motor under torque would jump to its goal when it becomes stiffer: it starts as a limp one.
     if (servos_.detuned(table_.joints, gains_of(table_)) != 0) {
-      servos_.set_torque(table_.joints, false);
+      hold_.set_loose(ALL);
+      hold_.renew();
+      for (uint8_t copies = 0; copies < COPIES; copies++) {
+        servos_.set_torque(table_.joints, false);
+      }
     }
     // A motor that was just made known, or was turned, must be read again to be believed.
     const uint8_t limp = servos_.limp(table_.joints);
@@ -214,21 +228,29 @@ class Body {
     for (uint8_t i = 0; i < MOTORS; i++) {
       const int16_t here = goal_here(controller_, i, readings_.angles());
       if (limp & (1u << i)) {
-        pinned_ = static_cast<uint8_t>(pinned_ & ~(1u << i));
+        hold_.unpin(static_cast<uint8_t>(1u << i));
       } else if (distance_between(here, controller_.origin[i]) > table_.joints[i].guards.arrival) {
         controller_.origin[i] = inside(table_.joints[i], here);
       }
     }
-    held_ = limp_ = false;
-    clear_watchdog_ = true;
-    hold(table_.settings.return_speed);
-    servos_.set_torque(table_.joints, true);
-    // Not before: a servo may fall back to its own gains when torque comes on.
-    servos_.set_gains(table_.joints, gains_of(table_));
-    const uint8_t detuned = servos_.detuned(table_.joints, gains_of(table_));
-    const uint8_t weak = servos_.limp(table_.joints) | detuned;
+    hold_.take_up();
+    hold_.set_loose(ALL);
+    gains_ = gains_of(table_);
+    uint8_t weak = ALL;
+    // A byte is lost now and then: what they did not hear they are told again.
+    for (uint8_t copies = 0; copies < COPIES && !hold_.told(); copies++) {
+      hold_.tell(table_, orders_, table_.settings.return_speed);
+    }
+    for (uint8_t copies = 0; copies < COPIES && hold_.told() && weak != 0; copies++) {
+      servos_.set_torque(table_.joints, true);
+      // Not before: a servo may fall back to its own gains when torque comes on.
+      servos_.set_gains(table_.joints, gains_);
+      weak = static_cast<uint8_t>(servos_.detuned(table_.joints, gains_) |
+                                  servos_.limp(table_.joints));
+    }
+    hold_.set_loose(weak);
     for (uint8_t i = 0; i < MOTORS; i++) {
-      if (!held_ || (weak & (1u << i))) {
+      if (weak & (1u << i)) {
         return unready(i, Reason::deaf, out);
       }
     }
@@ -251,7 +273,7 @@ class Body {
     if (!table_.complete()) {
       return Result::settings;
     }
-    limp_ = true;
+    hold_.let_go();
     servos_.set_torque(table_.joints, false);
     return Result::ok;
   }
@@ -264,6 +286,7 @@ class Body {
       out.put(old_id > 252 ? 0 : 1, 1);
       return Result::range;
     }
+    hold_.forget();
     if (!servos_.identify(old_id, new_id)) {
       return unready(NO_MOTOR, Reason::silent, out);
     }
@@ -302,7 +325,7 @@ class Body {
     out.put(static_cast<uint32_t>(latched.contact.expected), 4);
     out.put(static_cast<uint64_t>(latched.contact.length), 8);
     out.put(static_cast<uint64_t>(latched.time), 8);
-    out.put(readings_.heard(), 1).put((held_ ? 1u : 0u) | (limp_ ? 2u : 0u), 1);
+    out.put(readings_.heard(), 1).put((hold_.holds() ? 1u : 0u) | (hold_.limp() ? 2u : 0u), 1);
     for (uint8_t i = 0; i < MOTORS; i++) {
       out.put(static_cast<uint16_t>(readings_.angles()[i]), 2);
     }
@@ -316,10 +339,13 @@ class Body {
 
  private:
   static const int32_t POLL = 20000;  // µs between two readings of the servos
+  static const int32_t APART = 19000;  // and at least: bytes for the host cost bytes of servos
   // Steps outside its limits that a joint may be at a release: limp, its servo may have lost count
   // of the turns; held, it hangs from a goal inside.
   static const int16_t LIES_BEYOND = 8;
   static const int16_t HANGS_BEYOND = HANGS;
+  static const uint8_t COPIES = 3;  // of an order, where bytes are lost
+  static const uint16_t CREEP = 187;  // steps/s (0.29 rad/s) to where a motor was found again
 
   // The clock: 64 bits that never wrap; called at least once in 71 minutes.
   int64_t now() {
@@ -336,43 +362,88 @@ class Body {
   }
 
   // Reads all positions, once; true when every servo answered, and is believed.
-  bool look_around() { return look_around(limp_ ? ALL : 0); }
+  bool look_around() { return look_around(hold_.loose()); }
   bool look_around(uint8_t limp) {
-    return readings_.take(table_, now(), limp, controller_.origin);
+    return readings_.take(table_, now(), limp, controller_.origin, controller_.goal);
   }
 
   void poll() {
-    const bool all = look_around();
-    if (all) {
+    health_.count_reading();
+    const bool moved = controller_.phase != Phase::stopped;
+    if (look_around()) {
       update(controller_, rule_, readings_.angles(), time());
       if (yield(controller_, rule_, readings_.angles(), time())) {
-        held_ = false;
+        hold_.renew();
       }
     }
     for (uint8_t i = 0; i < MOTORS; i++) {
       const Reason fault = readings_.fault(i);
       if (fault != Reason::none) {
-        give_up(fault, i);
+        fail(fault, i);
       }
       if (fault == Reason::astray) {
         controller_.yields = false;
       }
     }
-    uint8_t motor = NO_MOTOR;
-    const Reason reason = health_.look(table_, controller_.phase == Phase::idle, motor);
-    if (reason != Reason::none) {
-      give_up(reason, motor);
-    }
     if (controller_.phase == Phase::stopped) {
-      hold(table_.settings.max_speed);
+      hold_.stay(table_, orders_);
     } else {
-      held_ = false;
       ease();
+    }
+    // A motor that seems to have met something may have lost its power.
+    if (moved && controller_.latched.reason == Reason::contact &&
+        controller_.phase == Phase::stopped) {
+      look_at(controller_.latched.contact.motor);
     }
   }
 
-  // Once the motors have sped up, lets each use no more duty than the rest of the move needs. Who
-  // does not hear it keeps the ceiling that it has.
+  // Looks at the health of a servo, or of that whose turn it is.
+  void look_at(uint8_t motor) {
+    const bool rests = controller_.phase == Phase::idle || controller_.phase == Phase::stopped;
+    const Reason reason = health_.look(table_, gains_, hold_.loose(), rests, motor);
+    if (reason != Reason::none) {
+      fail(reason, motor);
+      hold_.stay(table_, orders_);
+    } else if (hold_.holds() || controller_.phase == Phase::idle) {
+      look_at_ceiling(motor);
+    }
+  }
+
+  // A servo that did not hear its ceiling hears it once more; then it is deaf.
+  void look_at_ceiling(uint8_t motor) {
+    const uint8_t bit = static_cast<uint8_t>(1u << motor);
+    if (motor >= MOTORS) {
+      return;
+    }
+    if (!servos_.has_other_pwm(table_.joints[motor].id, orders_[motor].pwm)) {
+      unlimited_ = static_cast<uint8_t>(unlimited_ & ~bit);
+    } else if (unlimited_ & bit) {
+      fail(Reason::deaf, motor);
+      hold_.stay(table_, orders_);
+    } else {
+      unlimited_ = static_cast<uint8_t>(unlimited_ | bit);
+      servos_.set_pwm(table_.joints, orders_);
+    }
+  }
+
+  // Stops for a fault. One that takes the torque of a held body becomes the reason of its stop.
+  void fail(Reason reason, uint8_t motor) {
+    const bool limp = reason == Reason::restarted || reason == Reason::faulty;
+    const bool kept = hold_.loose() == 0 && controller_.latched.reason != reason;
+    if (controller_.phase != Phase::stopped) {
+      give_up(reason, motor);
+      if (reason == Reason::silent) {
+        hold_.unpin(ALL);  // what was read last may be old
+      }
+    } else if (kept && (limp || reason == Reason::silent)) {
+      lose(controller_, reason, motor, time());
+    }
+    if (limp) {
+      hold_.set_loose(static_cast<uint8_t>(hold_.loose() | (1u << motor)));
+    }
+  }
+
+  // Once the motors have sped up, lets each use no more duty than the rest of the move needs.
   void ease() {
     if (eased_ || !cruises(controller_, now())) {
       return;
@@ -388,31 +459,6 @@ class Body {
     stop(controller_, reason, motor, readings_.angles(), time());
   }
 
-  // Holds a stopped body softly where it is, until the servos are known to do so. They go there at
-  // no more than `speed`, but without a ramp: one would carry them on.
-  void hold(uint16_t speed) {
-    if (held_ || limp_) {
-      return;
-    }
-    for (uint8_t i = 0; i < MOTORS; i++) {
-      const Joint& joint = table_.joints[i];
-      if (readings_.known() & ~pinned_ & (1u << i)) {
-        controller_.origin[i] = inside(joint, readings_.angles()[i]);
-      }
-      orders_[i] =
-          Order{table_.settings.hold_pwm, speed, 0, to_servo(joint, controller_.origin[i])};
-    }
-    pinned_ = readings_.known();
-    if (clear_watchdog_) {
-      servos_.set_bus_watchdog(table_.joints, false);
-    }
-    // A motor whose place is not known gets no goal.
-    servos_.command(table_.joints, orders_, pinned_);
-    held_ = pinned_ == ALL && servos_.deaf(table_.joints, orders_) == 0;
-    servos_.set_bus_watchdog(table_.joints, true);
-    clear_watchdog_ = !held_;
-  }
-
   void go(Phase phase, const int16_t* goal, const uint16_t* speeds) {
     uint32_t real[MOTORS];
     for (uint8_t i = 0; i < MOTORS; i++) {
@@ -421,17 +467,32 @@ class Body {
       orders_[i] = Order{loads_[i].pwm, speeds[i], acceleration_,
                          to_servo(table_.joints[i], goal[i])};
     }
-    held_ = loaded_ = eased_ = false;
-    servos_.command(table_.joints, orders_);
-    start(controller_, rule_, phase, goal, real, loads_, acceleration_, readings_.angles(), now());
-    // Whoever did not hear it is told once more; who still did not will be missed by the rule.
-    if (servos_.deaf(table_.joints, orders_) != 0) {
-      servos_.command(table_.joints, orders_);
-      const uint8_t deaf = servos_.deaf(table_.joints, orders_);
+    loaded_ = eased_ = false;
+    unlimited_ = 0;
+    hold_.move_on();
+    // The rule's clock starts with the copy that the servos took.
+    int64_t began = 0;
+    uint8_t waiting = ALL;
+    uint8_t deaf = 0;
+    for (uint8_t copies = 0; copies < COPIES && waiting != 0; copies++) {
+      servos_.command(table_.joints, orders_, waiting);
+      const int64_t sent = now();
+      began = waiting == ALL ? sent : began;
       for (uint8_t i = 0; i < MOTORS; i++) {
-        if (deaf & (1u << i)) {
-          give_up(Reason::deaf, i);
+        if (waiting & (1u << i)) {
+          // A motor that alone missed the first copy sets off later than the others.
+          rule_.guards[i].lag = table_.joints[i].guards.lag + static_cast<int32_t>(sent - began);
         }
+      }
+      const typename Servos::Taken taken = servos_.taken(table_.joints, orders_);
+      waiting = static_cast<uint8_t>(waiting & ~taken.by);
+      deaf = waiting & taken.not_by;
+    }
+    start(controller_, rule_, phase, goal, real, loads_, acceleration_, readings_.angles(), began);
+    // A motor that says nothing at all is missed by the readings.
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      if (deaf & (1u << i)) {
+        give_up(Reason::deaf, i);
       }
     }
   }
@@ -443,8 +504,7 @@ class Body {
     }
     adopt();
     // Positions, and where to hold, have another meaning now.
-    held_ = false;
-    pinned_ = 0;
+    hold_.forget();
     readings_.forget(now());
     for (uint8_t i = 0; i < MOTORS; i++) {
       controller_.sag[i] = 0;
@@ -467,6 +527,7 @@ class Body {
   Servos servos_;
   Readings<Servos> readings_;
   HealthWatch<Servos> health_;
+  Hold<Servos> hold_;
   Table table_ = Table();
   Rule rule_ = Rule();
   uint16_t acceleration_ = 1;
@@ -482,10 +543,8 @@ class Body {
 
   bool loaded_ = false;          // loads_ are those of the next move
   bool eased_ = false;           // the motors have been told their ceilings after the ramp
-  bool held_ = false;            // the servos are known to hold
-  bool limp_ = false;            // torque was taken off on purpose
-  uint8_t pinned_ = 0;           // motors for which controller_.origin says where to hold
-  bool clear_watchdog_ = false;  // a servo may have stopped by its own watchdog
+  uint8_t unlimited_ = 0;        // motors that did not hear their ceiling at their latest turn
+  Gains gains_ = {};             // that were last written; p 0: none yet
 };
 
 }  // namespace miburi

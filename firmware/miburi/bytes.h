@@ -14,8 +14,8 @@ class Writer {
   Writer(uint8_t* bytes, uint16_t room) : bytes_(bytes), room_(room) {}
 
   Writer& put(uint64_t value, uint8_t width) {
-    for (uint8_t i = 0; i < width && count_ < room_; i++) {
-      bytes_[count_++] = static_cast<uint8_t>(value >> (8 * i));
+    for (uint8_t i = 0; i < width && count_ < room_; i++, value >>= 8) {
+      bytes_[count_++] = static_cast<uint8_t>(value);
     }
     return *this;
   }

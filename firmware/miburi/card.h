@@ -23,11 +23,20 @@ class Card {
     if (decoder_.complete()) {
       serve();
     }
-    if (!body_.work()) {
+    if (body_.work()) {
+      // A host that is never quiet must not keep the card from looking.
+      if (++waits_ > LONGEST_WAIT) {
+        look_after();
+      }
+      if (report_period_ != 0 && body_.time() >= next_report_) {
+        next_report_ = body_.time() + report_period_;
+        report();
+      }
+    } else if (waits_ != 0 && io_.host_is_quiet()) {
+      // What servos say beside bytes for the host loses some now and then: interrupts take turns.
+      look_after();
+    } else {
       rest();
-    } else if (report_period_ != 0 && body_.time() >= next_report_) {
-      next_report_ = body_.time() + report_period_;
-      report();
     }
   }
 
@@ -36,6 +45,7 @@ class Card {
   int bus_read() { return io_.bus_read(); }
   void bus_write(const uint8_t* bytes, uint8_t count) { io_.bus_write(bytes, count); }
   void bus_speed(uint32_t baud) { io_.bus_speed(baud); }
+  void alive() { io_.alive(); }
   bool eeprom_ready() { return io_.eeprom_ready(); }
   uint8_t eeprom_read(uint16_t address) { return io_.eeprom_read(address); }
   void eeprom_write(uint16_t address, uint8_t byte) { io_.eeprom_write(address, byte); }
@@ -50,6 +60,13 @@ class Card {
   }
 
  private:
+  static const uint8_t LONGEST_WAIT = 1;  // readings
+
+  void look_after() {
+    waits_ = 0;
+    body_.look_after();
+  }
+
   void serve() {
     Frame frame;
     const Result result = decoder_.take(frame);
@@ -192,6 +209,7 @@ class Card {
 
   int32_t report_period_ = 0;
   int64_t next_report_ = 0;
+  uint8_t waits_ = 0;  // readings after which nobody has looked at the health
   uint8_t reports_ = 0;
 };
 

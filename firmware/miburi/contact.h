@@ -131,7 +131,7 @@ inline Contact look(Watch& watch, const Rule& rule, const int16_t* positions, in
   if (due) {
     watch.period_ends += rule.period;
   }
-  const int32_t steps = static_cast<int32_t>((time - watch.modelled) / MODEL_STEP);
+  const int32_t steps = static_cast<int32_t>(time - watch.modelled) / MODEL_STEP;
   watch.modelled += static_cast<int64_t>(steps) * MODEL_STEP;
   const int32_t rest = static_cast<int32_t>(time - watch.modelled) * fine / MODEL_STEP;
   for (uint8_t motor = 0; motor < MOTORS; motor++) {

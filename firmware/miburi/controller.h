@@ -89,6 +89,12 @@ inline void stop(Controller& c, Reason reason, uint8_t motor, const int16_t* pos
   }
 }
 
+// A stop keeps its first reason, but not when this takes away what held the motors: limp is not held.
+inline void lose(Controller& c, Reason reason, uint8_t motor, int64_t time) {
+  c.latched = Stop{reason, time, Contact{Sign::none, motor, 0, 0, 0}};
+  c.yields = false;
+}
+
 // The error that a motor's load takes at a move's beginning and end, in quarters of a step of the
 // joint's angle; and how much duty the motor may use: until all have sped up, and after that.
 struct Load {

@@ -44,9 +44,20 @@ inline int32_t clamped(int32_t value, int32_t most) {
 inline void advance(FreeMotion& motion, const FreeServo& servo, int32_t before, int32_t now,
                     int32_t steps, int32_t sag, int32_t most) {
   const int32_t weight = (servo.pull * sag) >> 8;
+  // A profile never goes back. Its k-th part of the way is (now - before) · k / steps; a division
+  // for each would take the card as long as all the rest.
+  const int32_t part = (now - before) / steps;
+  const int32_t left = (now - before) % steps;
+  int32_t way = before;
+  int32_t more = 0;
   for (int32_t k = 1; k <= steps; k++) {
-    int32_t error = before + (now - before) * k / steps - (motion.x >> 8);
-    error = clamped(error, most);
+    way += part;
+    more += left;
+    if (more >= steps) {
+      more -= steps;
+      way++;
+    }
+    const int32_t error = clamped(way - (motion.x >> 8), most);
     const int32_t motor = ((servo.pull * error) >> 8) - ((servo.brake * (motion.v >> 8)) >> 8);
     const int32_t speed = motion.v + motor - weight;
     const int32_t lost = (servo.lost * (motor < 0 ? -motor : motor)) >> 8;

@@ -18,27 +18,30 @@ class HealthWatch {
  public:
   explicit HealthWatch(Servos& servos) : servos_(servos) {}
 
+  void count_reading() { readings_++; }
+
   // Looks, after a reading of the motors, at what has its turn; what speaks against going on, with
   // the motor. A servo that lost its power for a moment answers as before, but is limp, and has
-  // gains of its own: the rule sees it in motion, and this at rest (`idle`), one servo at each
-  // reading, so that the report is out before the next.
-  Reason look(const Table& table, bool idle, uint8_t& motor) {
-    polls_++;
-    if (polls_ % HEALTH_POLLS == 0) {
-      return measure(table, motor);
-    }
-    if (idle) {
-      // No motor's turn falls to a look at the health.
-      motor = static_cast<uint8_t>((polls_ - polls_ / HEALTH_POLLS) % MOTORS);
-      if (servos_.restarted(table.joints[motor].id, gains_of(table))) {
-        return Reason::restarted;
+  // gains of its own: one after the other is looked at, in every phase. `motor` may name one that
+  // is to be looked at now. Motors that are `loose` have no torque to lose; `gains` are those that
+  // were written.
+  Reason look(const Table& table, const Gains& gains, uint8_t loose, bool rests,
+              uint8_t& motor) {
+    if (motor == NO_MOTOR) {
+      if (readings_ >= HEALTH_READINGS) {
+        return measure(table, motor);
       }
+      motor = turn_++ % MOTORS;
     }
-    return Reason::none;
+    if ((loose & (1u << motor)) || !servos_.restarted(table.joints[motor].id, gains, rests)) {
+      return Reason::none;
+    }
+    return servos_.alarmed() ? Reason::faulty : Reason::restarted;
   }
 
   // Reads all temperatures and voltages; what speaks against moving, with the motor.
   Reason measure(const Table& table, uint8_t& motor) {
+    readings_ = 0;
     const uint8_t measured = servos_.read_health(table.joints, health_);
     for (uint8_t i = 0; i < MOTORS; i++) {
       motor = i;
@@ -57,11 +60,12 @@ class HealthWatch {
   const Health& of(uint8_t motor) const { return health_[motor]; }
 
  private:
-  static const int32_t HEALTH_POLLS = 25;  // readings between two looks at the health
+  static const uint8_t HEALTH_READINGS = 25;  // from one look at the temperatures to the next
 
   Servos& servos_;
   Health health_[MOTORS] = {};
-  uint16_t polls_ = 0;
+  uint8_t readings_ = 0;
+  uint8_t turn_ = 0;
 };
 
 }  // namespace miburi

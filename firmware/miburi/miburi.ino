@@ -42,6 +42,8 @@ struct Board {
   int host_read() { return Serial.read(); }
   void host_write(const uint8_t* bytes, uint8_t count) { Serial.write(bytes, count); }
 
+  void alive() { wdt_reset(); }
+  bool host_is_quiet() { return Serial.availableForWrite() == SERIAL_TX_BUFFER_SIZE - 1; }
   bool eeprom_ready() { return eeprom_is_ready(); }
   uint8_t eeprom_read(uint16_t address) {
     return eeprom_read_byte(reinterpret_cast<const uint8_t*>(address));

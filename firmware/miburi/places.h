@@ -15,7 +15,7 @@ const uint8_t BAD_READING = 2;      // what a reading that cannot be adds to the
 const uint8_t TOO_DOUBTFUL = 4;     // … and how much is too much: two in a row, or every other
 const uint8_t SETTLED = 3;          // readings that agree on another place
 const int32_t HANGS = 128;          // steps from its goal at which a held joint may hang
-const uint8_t FIRST = 2;            // readings that agree on the first place of all
+const uint8_t FIRST = 2;            // readings that agree on the first place, of all or after silence
 
 struct Place {
   int32_t steps;  // believed
@@ -31,25 +31,43 @@ inline int32_t reach(int64_t time, uint16_t speed) {
   return JERK + ((gap >> 10) * speed >> 10);  // 2^20 µs is a second, nearly: a division takes long
 }
 
-// Takes a reading in; true when it is believed: no motor is faster than `fastest` steps/s. If
-// some readings agree on another place, a `limp` joint is believed to be there, since somebody may
-// have turned it; a joint that is held is pulled back to `held`, and is astray until it gets there.
-inline bool believe(Place& place, int32_t reading, int64_t time, uint16_t fastest, bool limp,
-                    int32_t held) {
+// Where else readings that agree may have a joint: a `limp` one anywhere, since somebody may have
+// turned it; one that is held where it is held, since it is pulled back there, and is astray until
+// it gets there; one that was `lost` for a while on the way to its goal, where nobody watched it.
+struct Elsewhere {
+  bool limp;
+  bool lost;
+  int32_t held;  // or the goal of one that was lost
+};
+
+inline bool may_be(const Elsewhere& elsewhere, const Place& place, int32_t reading) {
+  const int32_t held = elsewhere.held;
+  const int32_t other = elsewhere.lost ? place.steps : held;
+  const int32_t low = held < other ? held : other;
+  const int32_t high = held < other ? other : held;
+  return elsewhere.limp || (reading >= low - HANGS && reading <= high + HANGS);
+}
+
+// Takes a reading in; true when it is believed: no motor is faster than `fastest` steps/s.
+inline bool believe(Place& place, int32_t reading, int64_t time, uint16_t fastest,
+                    const Elsewhere& elsewhere) {
   reading = reading > FARTHEST ? FARTHEST : reading < -FARTHEST ? -FARTHEST : reading;
   const int32_t may = reach(time - place.time, fastest);
   bool believed = place.known && distance_between(reading, place.steps) <= may;
   if (believed) {
     place.doubt = static_cast<uint8_t>(place.doubt ? place.doubt - 1 : 0);
   } else {
-    const bool agrees = place.agreeing && distance_between(reading, place.strange) <= JERK;
+    // A joint that was lost may still be on its way.
+    const int32_t near = elsewhere.lost ? reach(LONGEST_GAP, fastest) : JERK;
+    const bool agrees = place.agreeing && distance_between(reading, place.strange) <= near;
     place.agreeing = static_cast<uint8_t>(agrees ? place.agreeing + 1 : 1);
     place.strange = reading;
     if (place.known && place.doubt < TOO_DOUBTFUL) {
       place.doubt = static_cast<uint8_t>(place.doubt + BAD_READING);
     }
-    const bool there = limp || distance_between(reading, held) <= HANGS;
-    believed = place.known ? there && place.agreeing >= SETTLED : place.agreeing >= FIRST;
+    const bool first = !place.known || elsewhere.lost;
+    believed = place.agreeing >= (first ? FIRST : SETTLED) &&
+               (!place.known || may_be(elsewhere, place, reading));
   }
   if (believed) {
     place.steps = reading;

@@ -53,6 +53,16 @@ inline int32_t fastest(const Profile& p) {
   return tip < p.speed ? tip : p.speed;
 }
 
+// n / (2 · SECOND) for n below 2^55, digit by digit: the card takes a division of 64 bits for longer
+// than all the rest of a motor's model.
+inline int64_t over_two_seconds(uint64_t n) {
+  const uint16_t odd = 15625;  // 2 · SECOND is 128 times that
+  n >>= 7;
+  const uint32_t high = static_cast<uint32_t>(n >> 16);
+  const uint32_t low = ((high % odd) << 16) | static_cast<uint16_t>(n);
+  return (static_cast<int64_t>(high / odd) << 16) + low / odd;
+}
+
 // Travel in 1/256 steps after `time` µs.
 inline int64_t travel(const Profile& p, int64_t time) {
   if (time < 0) {
@@ -68,7 +78,7 @@ inline int64_t travel(const Profile& p, int64_t time) {
   if (left <= p.ramp) {
     return p.distance * FINE - p.acceleration * left * left * (FINE / 2) / (SECOND * SECOND);
   }
-  return p.speed * (2 * time - p.ramp) / (2 * SECOND);
+  return over_two_seconds(static_cast<uint64_t>(p.speed * (2 * time - p.ramp)));
 }
 
 }  // namespace miburi

@@ -33,8 +33,9 @@ class Instruction {
   }
 
   Instruction& put(uint32_t value, uint8_t width) {
-    for (uint8_t i = 0; i < width && count_ < ROOM - 3; i++) {
-      const uint8_t byte = static_cast<uint8_t>(value >> (8 * i));
+    // Shifts by a byte are quick; by a number of bits that is not known, an AVR takes them one by one.
+    for (uint8_t i = 0; i < width && count_ < ROOM - 3; i++, value >>= 8) {
+      const uint8_t byte = static_cast<uint8_t>(value);
       bytes_[count_++] = byte;
       if (count_ >= 10 && byte == 0xfd && bytes_[count_ - 2] == 0xff && bytes_[count_ - 3] == 0xff) {
         bytes_[count_++] = 0xfd;

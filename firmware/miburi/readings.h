@@ -15,21 +15,28 @@ class Readings {
   explicit Readings(Servos& servos) : servos_(servos) {}
 
   // Reads all motors; true when every one answered, and is believed. `limp`: the motors that
-  // anybody may have turned; `held`: the angles at which the others are held.
-  bool take(const Table& table, int64_t time, uint8_t limp, const int16_t* held) {
+  // anybody may have turned; `held`: the angles at which the others are held; `goals`: those to
+  // which they were last sent.
+  bool take(const Table& table, int64_t time, uint8_t limp, const int16_t* held,
+            const int16_t* goals) {
     uint32_t late;
     heard_ = answered_ = servos_.read_motion(table.joints, motion_, late);
     time += late;
     time_ = time;
     for (uint8_t i = 0; i < MOTORS; i++) {
       const uint8_t bit = static_cast<uint8_t>(1u << i);
+      if (time - last_heard_[i] > SILENCE) {
+        known_ = static_cast<uint8_t>(known_ & ~bit);
+      }
       if (!(answered_ & bit)) {
         continue;
       }
       last_heard_[i] = time;
       const Joint& joint = table.joints[i];
-      if (believe(places_[i], motion_[i].position, time, table.settings.max_speed, limp & bit,
-                  to_servo(joint, held[i]))) {
+      const bool lost = !(known_ & bit);
+      const Elsewhere elsewhere = {(limp & bit) != 0, lost,
+                                   to_servo(joint, lost ? goals[i] : held[i])};
+      if (believe(places_[i], motion_[i].position, time, table.settings.max_speed, elsewhere)) {
         known_ = static_cast<uint8_t>(known_ | bit);
         angles_[i] = to_joint(joint, places_[i].steps);
       } else {
@@ -100,7 +107,7 @@ class Readings {
   int64_t whole_ = 0;     // of the latest in which all were believed
   uint8_t answered_ = 0;  // motors that answered it
   uint8_t heard_ = 0;     // motors of those that are believed
-  uint8_t known_ = 0;     // motors that have been believed at all
+  uint8_t known_ = 0;     // motors that have been believed, and have not been silent since
 };
 
 }  // namespace miburi

@@ -5,7 +5,7 @@
 //
 // `Io` gives the bus: bus_write(bytes, count) returns when the last bit is out; bus_read() gives a
 // byte or -1; bus_speed(baud); micros(); rest() sleeps until something may have happened, and may
-// look after the host meanwhile.
+// look after the host meanwhile; alive() tells the watchdog that a long wait is meant.
 #pragma once
 
 #include "protocol2.h"
@@ -62,11 +62,12 @@ class Xl330 {
   // Each returns a bit per motor that answered. Motions are those of `late` µs after the call.
   uint8_t read_motion(const Joint* joints, Motion* motion, uint32_t& late) {
     const uint32_t began = io_.micros();
-    uint8_t heard = sync_read(joints, SPEED_AND_POSITION, 8);
-    late = 0;
-    if (heard != ALL) {
-      // A byte is lost now and then. All are asked anew: who is asked alone has gone on meanwhile,
-      // and would seem to be ahead of the others.
+    uint8_t heard = 0;
+    // A byte is lost now and then. All are asked again: a motor that is asked alone has gone on
+    // meanwhile, and would seem to be ahead of the others. A servo that was missing before takes the
+    // time of the others.
+    const uint8_t asks = missing_ ? 1 : ASKS;
+    for (uint8_t asked = 0; asked < asks && heard != ALL; asked++) {
       late = io_.micros() - began;
       heard = sync_read(joints, SPEED_AND_POSITION, 8);
     }
@@ -83,11 +84,12 @@ class Xl330 {
       }
       if (heard & (1u << i)) {
         Reader in(answers_[i].parameters, 8);
-        motion[i].speed = static_cast<int16_t>(in.i32() * 1563L / 100);
+        motion[i].speed = static_cast<int16_t>(clamped(in.i32(), FASTEST) * 1563L / 100);
         motion[i].position = in.i32();
         motion[i].alert = (answers_[i].error & protocol2::ALERT) != 0;
       }
     }
+    missing_ = heard != ALL;
     return heard;
   }
 
@@ -95,7 +97,7 @@ class Xl330 {
   uint8_t misnamed() const { return misnamed_; }
 
   uint8_t read_health(const Joint* joints, Health* health) {
-    const uint8_t heard = sync_read(joints, VOLTAGE_AND_TEMPERATURE, 3);
+    const uint8_t heard = ask(joints, VOLTAGE_AND_TEMPERATURE, 3);
     for (uint8_t i = 0; i < MOTORS; i++) {
       if (heard & (1u << i)) {
         Reader in(answers_[i].parameters, 3);
@@ -132,9 +134,14 @@ class Xl330 {
     send(packet);
   }
 
-  // The motors that have not taken these orders.
-  uint8_t deaf(const Joint* joints, const Order* orders) {
-    uint8_t deaf = static_cast<uint8_t>(~sync_read(joints, PROFILE_AND_GOAL, 12));
+  // The motors that say that they have taken these orders, and those that say that they have not.
+  struct Taken {
+    uint8_t by;
+    uint8_t not_by;
+  };
+  Taken taken(const Joint* joints, const Order* orders) {
+    const uint8_t heard = ask(joints, PROFILE_AND_GOAL, 12);
+    Taken taken = {heard, 0};
     for (uint8_t i = 0; i < MOTORS; i++) {
       const Order& o = orders[i];
       Reader in(answers_[i].parameters, 12);
@@ -142,22 +149,32 @@ class Xl330 {
       const uint32_t speed = in.u32();
       if (in.i32() != o.goal || speed != speed_units(o.speed) ||
           acceleration != (o.acceleration ? acceleration_units(o.acceleration) : 0)) {
-        deaf = static_cast<uint8_t>(deaf | (1u << i));
+        taken.by = static_cast<uint8_t>(taken.by & ~(1u << i));
       }
     }
-    return deaf;
+    taken.not_by = static_cast<uint8_t>(heard & ~taken.by);
+    return taken;
   }
 
   // Without a packet for 0.2 s the servos stop by themselves; 0 also ends such a stop.
   void set_bus_watchdog(const Joint* joints, bool on) {
-    write_all(joints, BUS_WATCHDOG, on ? 10 : 0, 1);
+    write_all(joints, BUS_WATCHDOG, on ? PATIENCE_OF_SERVOS : 0, 1);
+  }
+
+  // Whether all say that their watchdogs are on.
+  bool watched(const Joint* joints) {
+    bool all = ask(joints, BUS_WATCHDOG, 1) == ALL;
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      all = all && answers_[i].parameters[0] == PATIENCE_OF_SERVOS;
+    }
+    return all;
   }
 
   void set_torque(const Joint* joints, bool on) { write_all(joints, TORQUE_ENABLE, on, 1); }
 
-  // The motors whose torque is not on.
+  // The motors that do not say that their torque is on.
   uint8_t limp(const Joint* joints) {
-    uint8_t limp = static_cast<uint8_t>(~sync_read(joints, TORQUE_ENABLE, 1));
+    uint8_t limp = static_cast<uint8_t>(~ask(joints, TORQUE_ENABLE, 1));
     for (uint8_t i = 0; i < MOTORS; i++) {
       if (answers_[i].parameters[0] != 1) {
         limp = static_cast<uint8_t>(limp | (1u << i));
@@ -177,15 +194,15 @@ class Xl330 {
     write_all(joints, FEED_FORWARD, 0, FEED_SIZE);
   }
 
-  // The motors that have not these gains.
+  // The motors that do not say that they have these gains.
   uint8_t detuned(const Joint* joints, const Gains& gains) {
-    uint8_t detuned = static_cast<uint8_t>(~sync_read(joints, POSITION_GAINS, GAINS_SIZE));
+    uint8_t detuned = static_cast<uint8_t>(~ask(joints, POSITION_GAINS, GAINS_SIZE));
     for (uint8_t i = 0; i < MOTORS; i++) {
       if (!are(answers_[i].parameters, gains)) {
         detuned = static_cast<uint8_t>(detuned | (1u << i));
       }
     }
-    detuned = static_cast<uint8_t>(detuned | ~sync_read(joints, FEED_FORWARD, FEED_SIZE));
+    detuned = static_cast<uint8_t>(detuned | ~ask(joints, FEED_FORWARD, FEED_SIZE));
     for (uint8_t i = 0; i < MOTORS; i++) {
       if (!are_nothing(answers_[i].parameters)) {
         detuned = static_cast<uint8_t>(detuned | (1u << i));
@@ -194,10 +211,14 @@ class Xl330 {
     return detuned;
   }
 
-  // Whether a servo answers that its torque is off, or that it has other gains.
-  bool restarted(uint8_t id, const Gains& gains) {
-    if (read(id, TORQUE_ENABLE, 1) && answer_.parameters[0] == 0) {
-      return true;
+  // Whether a servo answers that its torque is off, or that it has other gains; p 0: they may be any.
+  // The feed-forward, which only comes back with the gains, is asked for where there is `time`.
+  bool restarted(uint8_t id, const Gains& gains, bool rests) {
+    if (!read(id, TORQUE_ENABLE, 1)) {
+      return false;
+    }
+    if (answer_.parameters[0] == 0 || gains.p == 0 || !rests) {
+      return answer_.parameters[0] == 0;
     }
     if (read(id, POSITION_GAINS, GAINS_SIZE) && !are(answer_.parameters, gains)) {
       return true;
@@ -205,10 +226,27 @@ class Xl330 {
     return read(id, FEED_FORWARD, FEED_SIZE) && !are_nothing(answer_.parameters);
   }
 
+  // Whether a servo answers that the limit of its duty is another one.
+  bool has_other_pwm(uint8_t id, uint16_t pwm) {
+    return read(id, GOAL_PWM, 2) && u16_at(answer_.parameters) != pwm;
+  }
+
+  // Whether the servo that was asked last reports a hardware error.
+  bool alarmed() const { return (answer_.error & protocol2::ALERT) != 0; }
+
+  // Where the servos' own profiles are now; a bit per motor that answered.
+  uint8_t read_setpoints(const Joint* joints, int32_t* setpoints) {
+    const uint8_t heard = sync_read(joints, POSITION_TRAJECTORY, 4);
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      setpoints[i] = Reader(answers_[i].parameters, 4).i32();
+    }
+    return heard;
+  }
+
   // Makes sure that a servo works in the mode that this layer needs, and starts limp after a loss of
   // power; torque goes off where not.
   bool set_mode(uint8_t id) {
-    // A byte is lost now and then: who is silent is asked once more.
+    // A byte is lost now and then: a silent servo is asked, or told, once more.
     if (!read(id, RETURN_DELAY, 3) && !read(id, RETURN_DELAY, 3)) {
       return false;
     }
@@ -240,13 +278,14 @@ class Xl330 {
   // Gives the only servo on the bus, new or not, an id and our bus speed. It may have one of them
   // already: what was broken off is taken up again.
   bool identify(uint8_t old_id, uint8_t new_id) {
-    const uint32_t speeds[] = {FACTORY_SPEED, BUS_SPEED};
+    // The last ones are those of other projects.
+    const uint32_t speeds[] = {FACTORY_SPEED, BUS_SPEED, 115200, 2000000, 9600};
     const uint8_t ids[] = {old_id, new_id};
     patience_ = LONG_PATIENCE;
-    for (uint8_t i = 0; i < 4; i++) {
+    for (uint8_t i = 0; i < 10; i++) {
       const uint8_t id = ids[i % 2];
       io_.bus_speed(speeds[i / 2]);
-      if (read(id, ID, 1) || read(id, ID, 1)) {
+      if (read(id, ID, 1) || (i < 4 && read(id, ID, 1))) {
         // Written to its EEPROM, it may answer late or not at all: what it then is counts.
         write(id, TORQUE_ENABLE, 0);
         if (id != new_id && !write(id, ID, new_id)) {
@@ -280,8 +319,12 @@ class Xl330 {
   static const uint8_t GOAL_PWM = 100;  // goals of current, speed; profile acceleration, speed, goal
   static const uint8_t PROFILE_AND_GOAL = 108;
   static const uint8_t SPEED_AND_POSITION = 128;
+  static const uint8_t POSITION_TRAJECTORY = 140;
   static const uint8_t VOLTAGE_AND_TEMPERATURE = 144;
 
+  static const int32_t FASTEST = 2000;  // units of speed: more does not fit a Motion
+  static const uint8_t ASKS = 3;  // how often all are asked, at most, where a byte was lost
+  static const uint8_t PATIENCE_OF_SERVOS = 10;  // in 20 ms
   static const uint8_t ONE_MBPS = 3;
   static const uint8_t DELAY = 25;  // in 2 µs: time for us to turn from sending to listening
   static const uint8_t SPEED_PROFILES = 0;
@@ -377,6 +420,15 @@ class Xl330 {
     }
   }
 
+  // Asks all for registers that do not change by themselves, until each has been heard.
+  uint8_t ask(const Joint* joints, uint8_t address, uint8_t width) {
+    uint8_t heard = 0;
+    for (uint8_t asked = 0; asked < ASKS && heard != ALL; asked++) {
+      heard = static_cast<uint8_t>(heard | sync_read(joints, address, width));
+    }
+    return heard;
+  }
+
   bool read(uint8_t id, uint8_t address, uint8_t width) {
     protocol2::Instruction packet(id, protocol2::READ);
     packet.put(address, 2).put(width, 2);
@@ -394,6 +446,9 @@ class Xl330 {
   bool answered(uint8_t id, uint8_t width) {
     listen();
     stranger_ = refused_ = false;
+    if (patience_ == LONG_PATIENCE) {
+      io_.alive();
+    }
     bool more = receive(length_of_answers(1, width));
     for (;;) {
       protocol2::Status status;
@@ -443,6 +498,7 @@ class Xl330 {
   uint16_t patience_ = PATIENCE;
   bool stranger_ = false;  // the servo asked last answered with another id
   bool refused_ = false;   // it answered with an error
+  bool missing_ = false;  // somebody did not answer the latest reading
   uint8_t misnamed_ = 0;
 };
 

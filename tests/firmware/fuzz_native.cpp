@@ -32,6 +32,8 @@ struct FakeIo {
   uint8_t eeprom_read(uint16_t address) { return eeprom[address]; }
   void eeprom_write(uint16_t address, uint8_t byte) { eeprom[address] = byte; }
   void rest() { time += 500; }
+  void alive() {}
+  bool host_is_quiet() { return true; }
 };
 
 int main() {

@@ -259,7 +259,7 @@ class Card:
 
     def identify(self, old: int, new: int) -> None:
         """Set id, speed and mode of the only servo on the bus; ``old`` is its id until now."""
-        self.ask(FrameKind.IDENTIFY, bytes((old, new)), patience=1.0)
+        self.ask(FrameKind.IDENTIFY, bytes((old, new)), patience=2.0)
 
     def configure(self, settings: CardSettings) -> None:
         """Send settings to a stopped card; if it refuses them, send the previous ones again.
@@ -483,10 +483,9 @@ class Card:
                 pass
 
     def _begin_clock(self) -> None:
-        """Start the body's clock at 0 now."""
-        now = self._line.now()
-        self._offset -= now - self._began
-        self._began = self._due = now
+        """Start the body's clock at 0 now, by the latest report: the first one may come late."""
+        self._began = self._due = self._line.now()
+        self._offset = self._heard - self._began - self.report.time / SECOND
 
     @property
     def _epoch(self) -> float:

@@ -129,6 +129,10 @@ class Mega:
         for offset, byte in enumerate(data):
             self._lib.mega_poke(self._mega, address + offset, byte)
 
+    def peek(self, address: int, count: int) -> bytes:
+        """Read the data memory."""
+        return bytes(self._lib.mega_peek(self._mega, address + at) for at in range(count))
+
     def jump(self, address: int) -> None:
         """Let the processor continue at an address of its program."""
         self._lib.mega_jump(self._mega, address)

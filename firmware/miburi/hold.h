@@ -1,0 +1,145 @@
+// How a stopped body is held: softly, where it is; and whether it is known to be.
+//
+// A motor whose place is not known gets no goal. One that was silent for long is held where it is
+// found again: nobody knows how far it went on.
+#pragma once
+
+#include "controller.h"
+#include "readings.h"
+#include "settings.h"
+
+namespace miburi {
+
+template <class Servos>
+class Hold {
+ public:
+  Hold(Servos& servos, const Readings<Servos>& readings, Controller& controller)
+      : servos_(servos), readings_(readings), controller_(controller) {}
+
+  // The servos are known to hold, with torque.
+  bool holds() const { return told_ && loose_ == 0; }
+  // They are known to have their orders.
+  bool told() const { return told_; }
+  // Torque was taken off on purpose.
+  bool limp() const { return limp_; }
+  // The motors that are not known to have torque.
+  uint8_t loose() const { return loose_; }
+
+  void set_loose(uint8_t motors) { loose_ = motors; }
+  void renew() { told_ = false; }
+  // These motors are to be held where they are found, not where they were.
+  void unpin(uint8_t motors) { pinned_ = static_cast<uint8_t>(pinned_ & ~motors); }
+  void move_on() {
+    told_ = false;
+    creeps_ = 0;
+  }
+  void let_go() {
+    limp_ = true;
+    told_ = false;
+    loose_ = ALL;
+  }
+  // Before a release: their own watchdogs may have stopped the servos.
+  void take_up() {
+    limp_ = told_ = false;
+    stopped_themselves_ = true;
+  }
+  // Positions, and where to hold, have another meaning now.
+  void forget() {
+    told_ = false;
+    pinned_ = 0;
+    loose_ = ALL;
+  }
+
+  // At every reading of a stopped body.
+  void stay(const Table& table, Order* orders) {
+    if (pinned_ & ~readings_.known()) {
+      told_ = false;
+      stopped_themselves_ = doubted_ = true;
+    }
+    tell(table, orders, table.settings.max_speed);
+  }
+
+  // Tells the servos where to hold, until they are known to do so. They go there at no more than
+  // `speed`, but without a ramp: one would carry them on.
+  void tell(const Table& table, Order* orders, uint16_t speed) {
+    if (told_ || limp_) {
+      return;
+    }
+    const uint8_t found = readings_.known() & ~pinned_;
+    pinned_ = readings_.known();
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      orders[i].pwm = table.settings.hold_pwm;
+    }
+    if (stopped_themselves_) {
+      servos_.set_bus_watchdog(table.joints, false);
+    }
+    // A motor that gets no goal goes on softly, if it hears.
+    if (pinned_ != ALL) {
+      servos_.set_pwm(table.joints, orders);
+    }
+    adopt_places(table, found);
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      const bool creeps = (creeps_ & (1u << i)) && speed > CREEP;
+      orders[i] = Order{table.settings.hold_pwm, creeps ? CREEP : speed, 0,
+                        to_servo(table.joints[i], controller_.origin[i])};
+    }
+    servos_.command(table.joints, orders, pinned_);
+    told_ = pinned_ == ALL && servos_.taken(table.joints, orders).by == ALL;
+    servos_.set_bus_watchdog(table.joints, true);
+    told_ = told_ && servos_.watched(table.joints);
+    // A motor that was silent may have been without power, too.
+    told_ = told_ && !(doubted_ && loose_ == 0 && servos_.limp(table.joints) != 0);
+    doubted_ = doubted_ && !told_;
+    stopped_themselves_ = !told_;
+    if (told_) {
+      for (uint8_t i = 0; i < MOTORS; i++) {
+        controller_.goal[i] = controller_.origin[i];
+      }
+      // A card that was reset finds servos that kept their torque.
+      loose_ = loose_ != 0 ? servos_.limp(table.joints) : 0;
+    }
+  }
+
+ private:
+  static const uint16_t CREEP = 187;  // steps/s (0.29 rad/s) to where a motor was found again
+
+  // Lets motors that were found again be held where they are. One with torque hangs from where its
+  // servo's own profile is, or is on its way there: that is where it goes by itself.
+  void adopt_places(const Table& table, uint8_t found) {
+    if (found == 0) {
+      return;
+    }
+    int32_t setpoints[MOTORS];
+    const uint8_t known = servos_.read_setpoints(table.joints, setpoints) & ~loose_;
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      if (!(found & (1u << i))) {
+        continue;
+      }
+      const Joint& joint = table.joints[i];
+      int32_t here = readings_.angles()[i];
+      if (known & (1u << i)) {
+        // It lags behind, and has gone on since it was read: by 1/16 s in all. One that is kept
+        // further away must not push.
+        const int16_t speed = readings_.speed(i);
+        const int32_t most = GIVE_WAY + (speed < 0 ? -speed : speed) / 16;
+        here += clamped(to_joint(joint, setpoints[i]) - here, most);
+      }
+      controller_.origin[i] = inside(joint, static_cast<int16_t>(here));
+    }
+    creeps_ = static_cast<uint8_t>(creeps_ | found);
+  }
+
+  Servos& servos_;
+  const Readings<Servos>& readings_;
+  Controller& controller_;
+
+  bool told_ = false;
+  bool limp_ = false;
+  bool stopped_themselves_ = false;  // servos, by their watchdogs, or may have
+  bool doubted_ = false;             // their torque is, because they were silent
+  uint8_t pinned_ = 0;               // motors for which controller.origin says where to hold
+  uint8_t creeps_ = 0;               // motors that were found again since the latest motion
+  uint8_t loose_ = ALL;
+};
+
+}  // namespace miburi

@@ -1,0 +1,130 @@
+"""What the card is short of, or could count too far: its stack, and a servo's wildest speed."""
+
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.firmware.endings import raise_arms
+from tests.firmware.rig import Rig
+from tests.firmware.test_faults import symbol
+
+from miburi.card.link import FrameKind
+from miburi.errors import BodyError
+from miburi.robot import JOINTS
+from miburi.safety.stop import Phase, StopReason
+
+#: Where the Mega has its stack pointer. Bytes that must stay unused.
+STACK_POINTER, SPARE = 0x5D, 1024
+PAINT = 0xC5
+
+
+@pytest.mark.parametrize("says", [2**31 - 1, -(2**31), 1_400_000])
+def test_a_speed_that_no_servo_has_is_cut_short(rig: Rig, says: int) -> None:
+    """Times 1563, it overflowed: the largest speed forwards was read as a slow one backwards."""
+    servo, joint = rig.servos[2], rig.settings.joints[2]
+    read = servo.read
+
+    def lie(address: int, count: int, time: float) -> tuple[int, bytes]:
+        error, data = read(address, count, time)
+        return error, struct.pack("<i", says) + data[4:] if address == 128 else data
+
+    servo.read = lie  # type: ignore[method-assign]
+    rig.run(0.1)
+    told = rig.body.report.speeds[2] * joint.direction
+    assert abs(told) > 30_000
+    assert (told > 0) == (says > 0)
+
+
+def ceilings(rig: Rig) -> list[int]:
+    return [servo.get("goal_pwm") for servo in rig.servos]
+
+
+def test_a_ceiling_that_a_servo_has_lost_is_sent_again(rig: Rig) -> None:
+    """At rest: in motion there is no time beside the readings."""
+    raise_arms(rig, speed=0.5)
+    order = rig.body.order
+    assert order is not None
+    assert ceilings(rig) == order.cruise.tolist() != order.pwm.tolist()
+    assert rig.settle() is Phase.IDLE
+    rig.servos[6].set("goal_pwm", 885)
+    rig.run(0.3)
+    assert ceilings(rig) == order.cruise.tolist()
+    assert rig.body.state.phase is Phase.IDLE
+
+
+def test_a_servo_that_takes_no_ceiling_is_named(rig: Rig) -> None:
+    raise_arms(rig, speed=0.5)
+    assert rig.settle() is Phase.IDLE
+    servo = rig.servos[6]
+    write = servo.write
+
+    def without_ceiling(address: int, data: bytes, time: float, *, shared: bool = False) -> int:
+        return 0 if address == 100 and len(data) == 2 else write(address, data, time, shared=shared)
+
+    servo.write = without_ceiling  # type: ignore[method-assign]
+    servo.set("goal_pwm", 885)
+    rig.run(0.5)
+    stop = rig.body.state.stop
+    assert stop is not None
+    assert (stop.reason, stop.motor) == (StopReason.SERVO_DEAF, JOINTS[6])
+
+
+def test_the_stack_leaves_a_kilobyte(rig: Rig, firmware: Path) -> None:
+    """Painted before, and measured after, all that a card does."""
+    mega = rig.line.mega
+    used = symbol(firmware, "__bss_end") & 0xFFFF
+    # Nothing uses the heap: all up to the stack is free.
+    (stack,) = struct.unpack("<H", mega.peek(STACK_POINTER, 2))
+    mega.poke(used, bytes([PAINT]) * (stack - used))
+    raise_arms(rig)
+    shaft = rig.servos[1].shaft
+    shaft.low = shaft.high = shaft.place
+    rig.run(0.4)
+    assert rig.body.state.phase is Phase.STOPPED
+    shaft.low, shaft.high = -np.inf, np.inf
+    rig.body.configure(rig.settings)
+    rig.body.ask(FrameKind.SAVE)
+    rig.run(0.5)
+    rig.body.ask(FrameKind.PEEK, bytes((3, 128, 12)))
+    with pytest.raises(BodyError):
+        rig.body.identify(20, 21)
+    rig.servos[4].dead = True
+    rig.run(0.3)
+    rig.servos[4].dead = False
+    rig.run(0.3)
+    rig.body.wake()
+    free = next(n for n, byte in enumerate(mega.peek(used, stack - used)) if byte != PAINT)
+    print(f"{free} bytes between data and stack were never used")
+    assert free > SPARE
+
+
+@pytest.mark.parametrize("baud", [0, 2, 4])
+def test_a_servo_at_another_speed_is_found(rig: Rig, baud: int) -> None:
+    """At 9,600, 115,200 or 2,000,000 bits a second, as other projects leave them."""
+    rig.body.stop()
+    for other in rig.servos[1:]:
+        other.dead = True
+    rig.servos[0].set("baud", baud)
+    rig.body.identify(1, 9)
+    assert (rig.servos[0].get("id"), rig.servos[0].get("baud")) == (9, 3)
+
+
+def test_a_half_done_servo_that_answers_late_resets_no_card(rig: Rig) -> None:
+    rig.body.stop()
+    for other in rig.servos[1:]:
+        other.dead = True
+    servo = rig.servos[0]
+    for name, value in (
+        ("drive_mode", 4),
+        ("operating_mode", 4),
+        ("return_delay", 250),
+        ("startup", 3),
+    ):
+        servo.set(name, value)
+    servo.delay = 30_000.0
+    rig.body.identify(1, 9)
+    rig.body.step(0.5)
+    assert rig.body.state.stop.reason is StopReason.ASKED  # not that the card has started
+    names = ("id", "baud", "drive_mode", "operating_mode", "return_delay", "startup")
+    assert [servo.get(name) for name in names] == [9, 3, 0, 3, 25, 0]
