@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from miburi.bodies.rehearsal import PERIOD, rehearse
-from miburi.gestures import KeyPose, blend, breath, key_poses, load
+from miburi.gestures import KeyPose, blend, key_poses, load
 from miburi.robot import forward
 
 
@@ -30,8 +30,8 @@ def test_arms_that_cross_are_noticed(robot):
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_blends_and_breaths_run_freely(robot, seed):
+def test_blends_run_freely(robot, seed):
     mixed = blend(robot, [(load("happiness"), 0.7), (load("surprise"), 0.5)], variation=seed)
-    rehearsal = rehearse(robot, [*breath(robot, variation=seed), *mixed])
+    rehearsal = rehearse(robot, mixed)
     assert rehearsal.stop is None
     assert rehearsal.met is None

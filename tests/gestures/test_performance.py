@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from miburi import ik
 from miburi.errors import InputError
 from miburi.feelings import FEELINGS
-from miburi.gestures import blend, breath, coordinates, key_poses, load, membership
+from miburi.gestures import blend, coordinates, key_poses, load, membership
 from miburi.gestures.coordinates import neutral
 from miburi.robot import forward, iphonoid
 
@@ -185,10 +185,3 @@ def test_variation_is_seeded_and_small():
     assert np.array_equal(seven, again)
     assert not np.array_equal(seven, eight)
     assert 1e-3 < np.abs(seven - written).max() < 0.06
-
-
-@given(seeds)
-def test_a_breath_is_slight_and_ends_exactly_at_neutral(variation):
-    inwards, outwards = breath(ROBOT, variation=variation)
-    assert 1e-3 < np.linalg.norm(inwards.right - NEUTRAL[:3]) < 0.015
-    assert np.array_equal(outwards.target, NEUTRAL)

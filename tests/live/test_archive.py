@@ -186,6 +186,7 @@ def test_an_observer_that_fails_hides_no_stop(
         patch.setattr(Observer, name, fail)
         runner.stimulate(Stimulus("happiness", 0.9))
         until(runner, lambda state: state.phase == "moving")
+        run(runner, 0.3)  # to be away from neutral
         stops_and_is_released_once_it_rests(runner)
         run(runner, 2.0)
     troubles = [entry.name for entry in runner.history.after(0) if entry.kind == "trouble"]

@@ -31,8 +31,8 @@ def highest(robot: Robot, partner: Partner, seconds: float) -> float:
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_it_beats_while_it_speaks_and_then_breathes_on(robot: Robot, seed: int) -> None:
-    partner = Partner(Simulated(robot), EmotionalModel(), life=seed)
+def test_it_beats_while_it_speaks_and_then_rests_on(robot: Robot, seed: int) -> None:
+    partner = Partner(Simulated(robot), EmotionalModel(), life=seed, rest="still")
     breathing = highest(robot, partner, 8.0)
     partner.gesticulate(6.0)
     assert highest(robot, partner, 6.0) > breathing + 0.008

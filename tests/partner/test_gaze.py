@@ -24,7 +24,7 @@ def test_it_turns_slowly_and_as_far_as_its_temperament_lets_it(
     robot: Robot, name: str, side: int
 ) -> None:
     temperament = shipped_temperament(name)
-    partner = Partner(Simulated(robot), EmotionalModel(temperament), life=3)
+    partner = Partner(Simulated(robot), EmotionalModel(temperament), life=3, rest="still")
     run(partner, 5.0)
     partner.gaze = side * 1.2
     turned = [waist(partner)]
@@ -33,13 +33,13 @@ def test_it_turns_slowly_and_as_far_as_its_temperament_lets_it(
         turned.append(waist(partner))
     assert turned[-1] * side == pytest.approx(temperament.gaze.turn, abs=0.02)
     assert max(turned, key=abs) * side < temperament.gaze.turn + 0.02
-    # What a breath turns, it turns in 1.4 s or more; a servo starts and ends slowly.
+    # Each turn takes 1.4 s; a servo starts and ends slowly.
     in_two_seconds = np.abs(np.array(turned[4:]) - np.array(turned[:-4])).max()
     assert in_two_seconds < temperament.gaze.speed * 2.0 + 0.02
 
 
 def test_it_turns_back_when_nobody_is_there(robot: Robot) -> None:
-    partner = Partner(PaperBody(robot), EmotionalModel(), life=3)
+    partner = Partner(PaperBody(robot), EmotionalModel(), life=3, rest="still")
     partner.gaze = 0.3
     run(partner, 10.0)
     assert waist(partner) == pytest.approx(0.3, abs=1e-3)
@@ -53,7 +53,7 @@ def test_a_partner_without_life_and_one_that_may_not_turn_stay(robot: Robot) -> 
     still = still.model_copy(update={"gaze": still.gaze.model_copy(update={"turn": 0.0})})
     for partner in (
         Partner(PaperBody(robot), EmotionalModel()),
-        Partner(PaperBody(robot), EmotionalModel(still), life=3),
+        Partner(PaperBody(robot), EmotionalModel(still), life=3, rest="still"),
     ):
         partner.gaze = 0.3
         run(partner, 10.0)
@@ -68,7 +68,7 @@ def performed(robot: Robot, gaze: float) -> list[Array]:
         asked.append(target)
         return solve_with()(robot, target, start)
 
-    partner = Partner(PaperBody(robot), EmotionalModel(), solve=solve, life=3)
+    partner = Partner(PaperBody(robot), EmotionalModel(), solve=solve, life=3, rest="still")
     partner.gaze = gaze
     run(partner, 10.0)
     assert waist(partner) == pytest.approx(gaze, abs=1e-3)
@@ -87,7 +87,7 @@ def test_gestures_keep_their_frame(robot: Robot) -> None:
 @pytest.mark.parametrize("reason", [StopReason.ASKED, StopReason.CONTACT])
 def test_while_stopped_it_turns_to_nobody(robot: Robot, reason: StopReason) -> None:
     body = PaperBody(robot)
-    partner = Partner(body, EmotionalModel(), life=3)
+    partner = Partner(body, EmotionalModel(), life=3, rest="still")
     partner.gaze = 0.3
     run(partner, 0.1)
     assert body.phase is Phase.MOVING
@@ -107,14 +107,14 @@ def test_while_stopped_it_turns_to_nobody(robot: Robot, reason: StopReason) -> N
 
 def contact(robot: Robot, *, news: bool) -> float:
     """Return when a hand in the way of a gesture stops it, s, news of a face coming or not."""
-    partner = Partner(Simulated(robot), EmotionalModel(), life=3)
+    partner = Partner(Simulated(robot), EmotionalModel(), life=3, rest="still")
     partner.feelings.set_state(emotion={"happiness": 1.0}, mood={"happiness": 1.0}, hold=True)
     places = []
     for _ in range(75):
         partner.step(0.02)
         places.append(forward(robot, partner.body.state.angles)[:3])
     body = Simulated(robot)
-    partner = Partner(body, partner.feelings, life=3)
+    partner = Partner(body, partner.feelings, life=3, rest="still")
     body.place_hand(max(places, key=lambda place: place[2]), np.array([1.0, 0.0, 0.0]))
     for number in range(500):
         if news:
@@ -130,7 +130,7 @@ def test_a_face_delays_no_contact_stop(robot: Robot) -> None:
 
 def test_a_hand_in_its_way_stops_the_turn(robot: Robot) -> None:
     body = Simulated(robot)
-    partner = Partner(body, EmotionalModel(shipped_temperament("lively")), life=3)
+    partner = Partner(body, EmotionalModel(shipped_temperament("lively")), life=3, rest="still")
     neutral = forward(robot, robot.neutral)[3:6]
     turned = 0.25  # rad, on the left hand's way
     turn = np.array([[np.cos(turned), -np.sin(turned)], [np.sin(turned), np.cos(turned)]])

@@ -128,15 +128,13 @@ def test_one_remark_is_seen_within_the_first_gesture(robot: Robot) -> None:
     assert travel.min() >= 0.05
 
 
-def test_life_breathes_and_varies_and_a_seed_repeats_it(robot: Robot) -> None:
+def test_life_moves_at_rest_and_varies_and_a_seed_repeats_it(robot: Robot) -> None:
     def lived(feelings: EmotionalModel, life: int | None) -> list[np.ndarray]:
         body = PaperBody(robot)
         run(Partner(body, feelings, life=life), 20.0)
         return [move.angles for move in body.moves]
 
-    breaths = lived(EmotionalModel(), 1)
-    assert len(breaths) > 4
-    assert 0 < np.abs(np.array(breaths) - robot.neutral).max() < 0.1
+    assert len(lived(EmotionalModel(), 1)) >= 2
     plain, varied = lived(happy(), None), lived(happy(), 1)
     assert any(np.allclose(plain[0], again, atol=1e-3) for again in plain[1:])
     assert not any(np.allclose(varied[0], again, atol=1e-3) for again in varied[1:])

@@ -5,7 +5,7 @@ import re
 import socket
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -116,6 +116,10 @@ def run(
     forget: Annotated[
         bool, typer.Option("--forget", help="Forget the moods of last time.")
     ] = False,
+    rest: Annotated[
+        Literal["still", "quiet", "lively"],
+        typer.Option(help="How much it moves while it shows nothing."),
+    ] = "quiet",
     seed: Annotated[int, typer.Option(help="Varies the gestures; 0 or more.")] = 0,
     programs_may_release: Annotated[
         bool,
@@ -180,6 +184,7 @@ def run(
             folder=folder,
             forget=forget,
             seed=seed,
+            rest=rest,
             programs_may_release=programs_may_release,
         ),
         # It loads the solver, which takes as long as the server's libraries.

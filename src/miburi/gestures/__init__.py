@@ -2,12 +2,11 @@
 
 from miburi.gestures.movement import MovementFunction, load, load_for, misfits
 from miburi.gestures.performance import (
-    INWARDS,
     Direction,
     KeyPose,
     beat,
     blend,
-    breath,
+    key_pose,
     key_poses,
     look,
     membership,
@@ -15,14 +14,13 @@ from miburi.gestures.performance import (
 from miburi.gestures.repertoire import Repertoire, read_repertoire, shipped_repertoire
 
 __all__ = [
-    "INWARDS",
     "Direction",
     "KeyPose",
     "MovementFunction",
     "Repertoire",
     "beat",
     "blend",
-    "breath",
+    "key_pose",
     "key_poses",
     "load",
     "load_for",

@@ -19,7 +19,6 @@ from miburi.gestures.movement import MovementFunction
 from miburi.robot import Array, Robot, forward
 
 __all__ = [
-    "INWARDS",
     "REACH_VARIES",
     "TIME_VARIES",
     "WIDE",
@@ -27,7 +26,7 @@ __all__ = [
     "KeyPose",
     "beat",
     "blend",
-    "breath",
+    "key_pose",
     "key_poses",
     "look",
     "membership",
@@ -38,10 +37,6 @@ __all__ = [
 WIDE = 0.5
 #: Variation: how much less far than written a coordinate may go, and how much durations may differ.
 REACH_VARIES, TIME_VARIES = 0.15, 0.12
-#: Breathing: the offsets at the height of a breath, as in ``COORDINATES``, and s for in and out.
-_BREATH = np.array([-0.007, -0.022, 0.03, -0.007, -0.022, 0.03, 0.0, 0.035])
-INWARDS = 1.4
-_BREATH_TIMES = (INWARDS, 2.0)
 #: A beat of the arms, as people make while they speak: the offsets at its height for the arm that
 #: leads to the right (ours), and s up and down.
 _BEAT = np.array([-0.03, 0.0, 0.32, -0.015, 0.0, 0.16, 0.0, 0.0])
@@ -174,32 +169,8 @@ def blend(
         if rng is not None:
             offset = offset * rng.uniform(1 - REACH_VARIES, 1, len(offset))
             slower *= rng.uniform(1 - TIME_VARIES, 1 + TIME_VARIES)
-        performance.append(_key_pose(robot, offset, beat.duration * slower, beat.hold * slower))
+        performance.append(key_pose(robot, offset, beat.duration * slower, beat.hold * slower))
     return performance
-
-
-def breath(robot: Robot, *, variation: int | None = None, turn: float = 0.0) -> list[KeyPose]:
-    """Return one breath of a body at rest: in, and out to neutral again.
-
-    Parameters
-    ----------
-    robot
-        Gives lengths, limits and neutral.
-    variation
-        A seed. Each seed gives a slightly different breath.
-    turn
-        rad to its left, as far as the body is turned through the breath, arms and all.
-    """
-    depth = slower = 1.0
-    if variation is not None:
-        rng = np.random.default_rng(variation)
-        depth, slower = rng.uniform(0.7, 1.0), rng.uniform(1.0, 1.3)
-    inwards, outwards = (slower * time for time in _BREATH_TIMES)
-    turned = np.array([*[0.0] * 6, turn, 0.0])
-    return [
-        _key_pose(robot, depth * _BREATH + turned, inwards, 0.1),
-        _key_pose(robot, turned, outwards, 0.3 * slower),
-    ]
 
 
 def beat(robot: Robot, *, variation: int, turn: float = 0.0) -> list[KeyPose]:
@@ -220,19 +191,19 @@ def beat(robot: Robot, *, variation: int, turn: float = 0.0) -> list[KeyPose]:
         offset = offset[[3, 4, 5, 0, 1, 2, 6, 7]]
     turned = np.array([*[0.0] * 6, turn, 0.0])
     up, down = _BEAT_TIMES
-    return [_key_pose(robot, offset + turned, up, 0.0), _key_pose(robot, turned, down, 0.1)]
+    return [key_pose(robot, offset + turned, up, 0.0), key_pose(robot, turned, down, 0.1)]
 
 
 def look(robot: Robot, at: Direction, seconds: float) -> list[KeyPose]:
     """Return a look that is held for so many ``seconds``, and the way back to neutral (ours)."""
     there = np.array([*[0.0] * 6, *_LOOKS[at]])
     return [
-        _key_pose(robot, there, _LOOK_TIME, seconds),
-        _key_pose(robot, np.zeros_like(there), _LOOK_TIME, 0.0),
+        key_pose(robot, there, _LOOK_TIME, seconds),
+        key_pose(robot, np.zeros_like(there), _LOOK_TIME, 0.0),
     ]
 
 
-def _key_pose(robot: Robot, offset: Array, duration: float, hold: float) -> KeyPose:
+def key_pose(robot: Robot, offset: Array, duration: float, hold: float) -> KeyPose:
     """Return the key pose that is ``offset`` away from neutral, (8,) as in ``COORDINATES``."""
     if offset.any():
         places = coordinates.targets(robot, coordinates.neutral(robot) + offset)

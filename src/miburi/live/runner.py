@@ -35,6 +35,7 @@ from miburi.live.tape import Tape
 from miburi.live.watchdog import USUAL, Lateness
 from miburi.live.wishes import Wishes
 from miburi.partner import Event, Partner, Solve, solve_with
+from miburi.partner.rest import RestLevel
 from miburi.robot import Array, Robot, forward
 from miburi.safety.contact import Rule
 from miburi.senses import Impression, stimuli
@@ -66,8 +67,8 @@ class Runner:
         The kind of body to begin with, and a card's serial port.
     recordings
         Where recordings are kept.
-    seed
-        Chooses the small variations of gestures.
+    seed, rest
+        Chooses the small variations of gestures; how lively it rests.
     rule
         The contact rule of simulated bodies; by default the robot's own.
     repertoire, solve
@@ -89,6 +90,7 @@ class Runner:
         body: str = "simulated",
         port: str | None = None,
         seed: int = 0,
+        rest: RestLevel = "quiet",
         rule: Rule | None = None,
         repertoire: Repertoire | None = None,
         solve: Solve | None = None,
@@ -103,7 +105,11 @@ class Runner:
         self.ports = {port} if port else set[str]()
         self._feelings = feelings
         self._own_temperament = feelings.temperament
-        self._seed, self._rule, self._solve = seed, rule, solve or solve_with()
+        self._rule, self._solve = rule, solve or solve_with()
+        self._move: Callable[[Body], Partner] = lambda body: Partner(
+            body, feelings, repertoire=self.repertoire, period=_PERIOD, solve=self._solve,
+            life=seed, rest=rest,
+        )  # fmt: skip
         self._hold = hold or Hold()
         self._commands, self._log = Commands(self._stop), Log(events, boot)
         self._pace, self._was_late = Pace(self, lateness), False
@@ -447,14 +453,7 @@ class Runner:
         )
 
     def _use(self, name: str, port: str | None, body: Body) -> None:
-        self._partner = Partner(
-            body,
-            self._feelings,
-            repertoire=self.repertoire,
-            period=_PERIOD,
-            solve=self._solve,
-            life=self._seed,
-        )
+        self._partner = self._move(body)
         if self._paused:
             self._partner.pause()
         self._hand, self._gaze = GuidedHand(), Gaze(rides=name == "card")

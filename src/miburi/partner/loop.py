@@ -24,6 +24,7 @@ from miburi.errors import BodyError, InputError
 from miburi.feelings import FEELINGS, Expression, FeelingModel
 from miburi.partner.performance import Performance
 from miburi.partner.recovery import Recovery
+from miburi.partner.rest import Rest, RestLevel
 from miburi.robot import JOINTS, Array, Robot
 from miburi.safety.move import Move, plan_move
 from miburi.safety.stop import Phase, Stop, StopReason
@@ -148,9 +149,12 @@ class Partner:
     solve
         The inverse kinematics: robot, target (9,) m and present angles (8,) rad to a solution.
     life
-        A seed. With one, the partner breathes while it feels nothing, and varies each gesture.
-        With None it does neither, as in the paper's experiment. The seed (0 for None) also
-        chooses among several gestures of a feeling.
+        A seed. With one, the partner breathes and looks around while it feels nothing
+        (:mod:`miburi.partner.rest`), and varies each gesture. With None it does neither, as in
+        the paper's experiment. The seed (0 for None) also chooses among several gestures of a
+        feeling.
+    rest
+        How lively it rests.
     """
 
     def __init__(
@@ -162,6 +166,7 @@ class Partner:
         period: float = 2.0,
         solve: Solve | None = None,
         life: int | None = None,
+        rest: RestLevel = "quiet",
     ) -> None:
         self.body = body
         self.feelings = feelings
@@ -170,6 +175,7 @@ class Partner:
         self._solve = solve or solve_with()
         self._periods = -1  # that have begun
         self._life = None if life is None else np.random.default_rng(life)
+        self._rest = None if life is None else Rest(body.robot, rest, life)
         self._choices = np.random.default_rng([life or 0, _CHOICES])
         self._performance: Performance | None = None
         self._asked: Performance | None = None
@@ -180,10 +186,10 @@ class Partner:
         self._angles = np.array(body.robot.neutral)
         self._resting = False
         self._paused = False
-        #: Where somebody is, rad to its left: it turns there while it breathes, as far and as fast
-        #: as its temperament lets it.
+        #: Where somebody is, rad to its left: it turns there at rest, as far and as fast as its
+        #: temperament lets it.
         self.gaze = 0.0
-        #: While somebody is in distress it shows no feeling, and breathes.
+        #: While somebody is in distress it shows no feeling, and rests.
         self.calm = False
         self._speaks_until = 0.0
 
@@ -402,20 +408,20 @@ class Partner:
             self._go_home()
 
     def _begin(self, time: float) -> Iterator[Event]:
-        """Begin the requested performance, else a gesture, else a breath."""
+        """Begin the requested performance, else a gesture, else an act at rest."""
         robot, expression = self.body.robot, self._felt()
         if self._asked is not None:
             self._performance, self._asked = self._asked, None
         else:
             variation = None if self._life is None else int(self._life.integers(2**32))
+            turned = float(self._angles[_WAIST])
             if expression is not None:
                 function = self._repertoire.choose(expression.feeling, self._choices)
                 self._performance = Performance.of_gesture(robot, function, expression, variation)
             elif variation is not None and time < self._speaks_until:
-                turned = float(self._angles[_WAIST])
                 self._performance = Performance.of_beat(robot, variation, turned)
-            elif variation is not None:
-                self._performance = Performance.of_breath(robot, variation, self._turn())
+            elif self._rest is not None:
+                self._performance = self._rest.act(time, self.feelings, turned, self.gaze)
         begun = self._performance
         if begun is not None and begun.tells:
             yield GestureStarted(time, begun.expression, begun.gesture, begun.wish)
@@ -424,17 +430,10 @@ class Partner:
         """Return the feeling to show, if any."""
         return None if self.calm else self.feelings.express()
 
-    def _turn(self) -> float:
-        """Return how far the next breath is turned, rad: from where the waist is, to the gaze."""
-        allowed, waist = self.feelings.temperament.gaze, float(self._angles[_WAIST])
-        way = float(np.clip(self.gaze, -allowed.turn, allowed.turn)) - waist
-        step = allowed.speed * gestures.INWARDS
-        return waist + float(np.clip(way, -step, step))
-
     def _go_on(self, performance: Performance, time: float) -> Iterator[Event]:
         """Send the next key pose at the present mood, or end the performance."""
         robot, shown = self.body.robot, performance.expression
-        # A breath gives way to a gesture, too.
+        # An act at rest gives way to a gesture, too.
         felt = not performance.asked and shown is None and self._felt()
         if felt or self._gives_way(performance, time):
             yield from self._end(time, complete=False)
@@ -458,7 +457,7 @@ class Partner:
             return True
         gives_way = performance.expression is None or self._interrupts
         asked = gives_way and self._asked is not None
-        return asked or (performance.breath and time < self._speaks_until)
+        return asked or (bool(performance.rests) and time < self._speaks_until)
 
     def _end(self, time: float, *, complete: bool) -> Iterator[Event]:
         ended, self._performance = self._performance, None

@@ -2,7 +2,7 @@
 
 A :class:`Performance` takes a function from a mood to key poses. It answers when the next key
 pose is due, and which one it is. A gesture's key poses are computed anew for every move, at the
-mood of that moment; the key poses of a request or a breath stay the same.
+mood of that moment; those of a request or of an act at rest stay the same.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -23,13 +23,13 @@ class Performance:
     poses
         The key poses at a mood from 0 to 1; their number does not depend on it.
     expression
-        What it shows; None for a breath.
+        What it shows; None for an act at rest.
     gesture
         The gesture's name; None if the key poses belong to no gesture.
     asked
         Whether somebody asked for it.
-    breath
-        Whether it is a breath, which gives way to whatever else there is.
+    rests
+        The name of an act at rest, which gives way to whatever else there is; else empty.
     wish
         What it is called by who asked for it.
     """
@@ -41,12 +41,12 @@ class Performance:
         gesture: str | None = None,
         *,
         asked: bool = False,
-        breath: bool = False,
+        rests: str = "",
         wish: str | None = None,
     ) -> None:
         self.expression = expression
         self.gesture = gesture
-        self.asked, self.breath, self.wish = asked, breath, wish
+        self.asked, self.rests, self.wish = asked, rests, wish
         self._poses = poses
         self._next, self._count = 0, -1
         self._hold = 0.0
@@ -66,12 +66,6 @@ class Performance:
             return gestures.key_poses(robot, function, mood, variation=variation)
 
         return cls(poses, expression, function.name)
-
-    @classmethod
-    def of_breath(cls, robot: Robot, variation: int | None, turn: float) -> "Performance":
-        """Perform one breath, turned by ``turn`` rad to the left."""
-        poses = gestures.breath(robot, variation=variation, turn=turn)
-        return cls(lambda _mood: poses, breath=True)
 
     @classmethod
     def of_beat(cls, robot: Robot, variation: int, turn: float) -> "Performance":
@@ -95,7 +89,7 @@ class Performance:
 
     @property
     def tells(self) -> bool:
-        """Whether its beginning and its end are events; those of breaths and beats are not."""
+        """Whether its beginning and its end are events; those of beats and acts at rest are not."""
         return self.expression is not None or self.wish is not None
 
     @property

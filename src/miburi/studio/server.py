@@ -43,6 +43,7 @@ from miburi.live.memory import keep, remember, remembered
 from miburi.live.press import Hold, Press
 from miburi.live.runner import Runner
 from miburi.partner import solve_with
+from miburi.partner.rest import RestLevel
 from miburi.robot import Robot
 from miburi.safety.contact import Rule
 from miburi.studio.addresses import listening_plainly, listening_twice
@@ -88,6 +89,8 @@ class Wish:
         Start in the resting moods, and keep none.
     seed
         Chooses among gestures, and their small variations; 0 or more.
+    rest
+        How lively it rests.
     programs_may_release
         Whether programs may end a person's Stop.
     """
@@ -107,6 +110,7 @@ class Wish:
     folder: Path | None = None
     forget: bool = False
     seed: int = 0
+    rest: RestLevel = "quiet"
     programs_may_release: bool = False
 
 
@@ -221,6 +225,7 @@ def _wake(wish: Wish, feelings: EmotionalModel, folder: Path) -> Runner:
         body=wish.body,
         port=wish.port_of_body,
         seed=wish.seed,
+        rest=wish.rest,
         rule=wish.rule,
         repertoire=wish.repertoire,
         solve=solve_with(wish.settings),

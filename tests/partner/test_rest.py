@@ -1,0 +1,84 @@
+"""At rest it moves now and then, like something living, and its mood shows."""
+
+from typing import get_args
+
+import numpy as np
+import pytest
+from tests.fixtures.partner import PaperBody, of, run
+
+from miburi.bodies.simulated import Simulated
+from miburi.feelings import EmotionalModel, Stimulus, shipped_temperament
+from miburi.partner import GestureStarted, MoveSent, Partner, Stopped
+from miburi.partner.rest import RestLevel
+from miburi.robot import JOINTS, Array, Robot, forward
+from miburi.safety.stop import Phase
+
+WAIST, HEAD = JOINTS.index("waist"), JOINTS.index("head")
+
+
+def rested(partner: Partner, seconds: float) -> tuple[float, Array]:
+    """Let it rest; return the share of time in which it was moved, and its angles (n, 8)."""
+    moved, angles = 0, []
+    steps = round(seconds / 0.02)
+    for _ in range(steps):
+        assert not of(Stopped, partner.step(0.02)), "its own arms are no contact"
+        moved += partner.body.state.phase is Phase.MOVING
+        angles.append(partner.body.state.angles)
+    return moved / steps, np.array(angles)
+
+
+def test_levels_move_it_little_and_differently(robot: Robot) -> None:
+    shares = [
+        rested(Partner(Simulated(robot), EmotionalModel(), life=2, rest=level, period=0.5), 240)[0]
+        for level in get_args(RestLevel)
+    ]
+    assert 0 < shares[0] < 0.1
+    assert shares[0] < shares[1] < 0.2
+    assert shares[1] < shares[2] < 0.45
+
+
+def test_what_moves_can_be_seen_and_no_two_windows_are_alike(robot: Robot) -> None:
+    partner = Partner(Simulated(robot), EmotionalModel(), life=3, period=0.5)
+    _, angles = rested(partner, 240)
+    places = np.array([forward(robot, pose) for pose in angles[::5]]).reshape(-1, 3, 3)
+    far = np.linalg.norm(places - forward(robot, robot.neutral).reshape(3, 3), axis=2).max(axis=0)
+    assert far[:2].min() > 0.015
+    assert far[2] > 0.008
+    assert np.abs(angles[:, WAIST]).max() > 0.1
+    windows = angles[: len(angles) // 1000 * 1000].reshape(-1, 1000, 8)
+    for i, one in enumerate(windows):
+        for other in windows[i + 1 :]:
+            assert np.abs(one - other).max() > np.radians(3)
+
+
+def head(robot: Robot, mood: dict[str, float]) -> float:
+    """How high the head is on average, rad over neutral, in a mood and no emotion."""
+    feelings = EmotionalModel(shipped_temperament())
+    feelings.set_state(mood=mood, hold=True)
+    partner = Partner(PaperBody(robot), feelings, life=4, period=0.5)
+    _, angles = rested(partner, 120)
+    return float(np.median(angles[2000:, HEAD]) - robot.neutral[HEAD])
+
+
+def test_a_sad_mood_lowers_the_head_and_a_happy_one_lifts_it(robot: Robot) -> None:
+    sad, plain, happy = (head(robot, m) for m in ({"sadness": 0.9}, {}, {"happiness": 0.9}))
+    assert sad < plain - 0.15
+    assert happy > plain + 0.05
+
+
+def test_an_act_at_rest_gives_way_to_a_feeling(robot: Robot) -> None:
+    partner = Partner(PaperBody(robot), EmotionalModel(), life=1, rest="lively", period=0.5)
+    while not of(MoveSent, partner.step(0.02)):
+        pass
+    partner.feelings.stimulate(Stimulus("fright", 1.0, "speech"))
+    assert of(GestureStarted, run(partner, 2.0))
+
+
+@pytest.mark.parametrize("level", get_args(RestLevel))
+def test_a_seed_repeats_it(robot: Robot, level: RestLevel) -> None:
+    def moves() -> list[Array]:
+        partner = Partner(PaperBody(robot), EmotionalModel(), life=7, rest=level, period=0.5)
+        return [sent.move.angles for sent in of(MoveSent, run(partner, 60.0))]
+
+    assert len(moves()) >= 2
+    np.testing.assert_array_equal(moves(), moves())
