@@ -24,6 +24,7 @@ def test_run_takes_a_robot_gestures_and_a_temperament(
     tall_file: Path, own_gestures: Path, own_temperament: Path, tmp_path: Path
 ) -> None:
     options = ("--robot", tall_file, "--gestures", own_gestures, "--temperament", own_temperament)
+    options += ("--rest", "lively")
     with running(tmp_path, *map(str, options)) as program, httpx.Client() as client:
         url = address(program.out.next())
         api = url + "/api/v1"
