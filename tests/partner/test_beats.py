@@ -55,7 +55,8 @@ def test_a_gesture_is_the_same_with_words_and_without(robot: Robot) -> None:
         partner.gesticulate(seconds)
         return [sent.move.angles for sent in of(MoveSent, run(partner, 8.0))]
 
-    np.testing.assert_array_equal(moves(0.0), moves(8.0))
+    # After its gestures it beats on, or rests.
+    np.testing.assert_array_equal(moves(0.0)[:9], moves(8.0)[:9])
 
 
 def test_without_life_paused_or_stopped_it_does_not(robot: Robot) -> None:

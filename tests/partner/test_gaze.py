@@ -81,7 +81,7 @@ def performed(robot: Robot, gaze: float) -> list[Array]:
 def test_gestures_keep_their_frame(robot: Robot) -> None:
     ahead, aside = performed(robot, 0.0), performed(robot, 0.3)
     assert len(ahead) > 3
-    np.testing.assert_array_equal(ahead, aside)
+    np.testing.assert_array_equal(ahead[:9], aside[:9])  # then it turns to whom it sees
 
 
 @pytest.mark.parametrize("reason", [StopReason.ASKED, StopReason.CONTACT])

@@ -82,3 +82,25 @@ def test_a_seed_repeats_it(robot: Robot, level: RestLevel) -> None:
 
     assert len(moves()) >= 2
     np.testing.assert_array_equal(moves(), moves())
+
+
+def gestures_of(partner: Partner, seconds: float) -> list[float]:
+    """When gestures began, s."""
+    return [one.time for one in of(GestureStarted, run(partner, seconds))]
+
+
+def test_one_emotion_shows_in_a_few_gestures_and_a_new_one_in_others(robot: Robot) -> None:
+    partner = Partner(PaperBody(robot), EmotionalModel(), life=1, rest="still", period=0.5)
+    run(partner, 1.1)
+    partner.feelings.stimulate(Stimulus("happiness", 0.9, "speech"))
+    assert len(gestures_of(partner, 40.0)) == 3
+    partner.feelings.stimulate(Stimulus("happiness", 0.9, "speech"))
+    assert len(gestures_of(partner, 40.0)) == 3
+
+
+def test_a_new_emotion_waits_for_no_period(robot: Robot) -> None:
+    partner = Partner(PaperBody(robot), EmotionalModel(), life=1, rest="still", period=2.0)
+    run(partner, 0.5)
+    partner.feelings.stimulate(Stimulus("surprise", 0.9, "speech"))
+    began = gestures_of(partner, 0.1)
+    assert began == [pytest.approx(partner.body.state.time - 0.08, abs=0.021)]

@@ -1,19 +1,16 @@
 """The partner: a loop that lets feelings move a body, one deterministic ``step`` at a time."""
 
-from miburi.partner.loop import (
-    LAPSES,
+from miburi.partner.events import (
     Event,
     GestureEnded,
     GestureStarted,
     Lapse,
     MoveSent,
-    Partner,
     Released,
-    Solve,
     Stopped,
     WishDropped,
-    solve_with,
 )
+from miburi.partner.loop import LAPSES, Partner, Solve, solve_with
 from miburi.partner.recovery import UnsettledError
 
 __all__ = [

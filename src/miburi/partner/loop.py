@@ -12,8 +12,7 @@ lowers the mood by 20 %, waits, and lets the body go back to neutral (Section 4)
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
-from typing import Literal
+from dataclasses import replace
 
 import numpy as np
 
@@ -22,6 +21,17 @@ from miburi.bma.settings import Settings
 from miburi.bodies import Body, BodyState
 from miburi.errors import BodyError, InputError
 from miburi.feelings import FEELINGS, Expression, FeelingModel
+from miburi.partner.episode import Episode
+from miburi.partner.events import (
+    Event,
+    GestureEnded,
+    GestureStarted,
+    Lapse,
+    MoveSent,
+    Released,
+    Stopped,
+    WishDropped,
+)
 from miburi.partner.performance import Performance
 from miburi.partner.recovery import Recovery
 from miburi.partner.rest import Rest, RestLevel
@@ -29,21 +39,7 @@ from miburi.robot import JOINTS, Array, Robot
 from miburi.safety.move import Move, plan_move
 from miburi.safety.stop import Phase, Stop, StopReason
 
-__all__ = [
-    "HOMECOMING",
-    "LAPSES",
-    "Event",
-    "GestureEnded",
-    "GestureStarted",
-    "Lapse",
-    "MoveSent",
-    "Partner",
-    "Released",
-    "Solve",
-    "Stopped",
-    "WishDropped",
-    "solve_with",
-]
+__all__ = ["HOMECOMING", "LAPSES", "Partner", "Solve", "solve_with"]
 
 #: The shortest time of the last move, back to neutral, s (ours).
 HOMECOMING = 1.5
@@ -55,79 +51,6 @@ _CHOICES = 1
 _WAIST = JOINTS.index("waist")
 
 Solve = Callable[[Robot, Array, Array], ik.Solution]
-
-
-@dataclass(frozen=True)
-class GestureStarted:
-    """A movement function begins, with the mood as its intensity.
-
-    ``gesture`` is its name, or None if a caller gave the key poses; ``expression`` is None if those
-    show no feeling. ``wish`` is what the caller of :meth:`Partner.perform` named it.
-    """
-
-    time: float
-    expression: Expression | None
-    gesture: str | None = None
-    wish: str | None = None
-
-
-@dataclass(frozen=True)
-class MoveSent:
-    """A key pose was solved and sent to the body."""
-
-    time: float
-    key_pose: int
-    move: Move
-    solution: ik.Solution
-
-
-@dataclass(frozen=True)
-class GestureEnded:
-    """The body is at rest after the last key pose, or something interrupted the gesture."""
-
-    time: float
-    expression: Expression | None
-    complete: bool
-    wish: str | None = None
-
-
-@dataclass(frozen=True)
-class Stopped:
-    """The body has stopped; the moods before and after differ only for a contact."""
-
-    time: float
-    stop: Stop
-    mood_before: float
-    mood_after: float
-
-
-@dataclass(frozen=True)
-class Released:
-    """The body may go back to neutral."""
-
-    time: float
-
-
-#: Why a wish was dropped before it began.
-Lapse = Literal["lapsed", "replaced", "stopped", "paused", "body"]
-
-
-@dataclass(frozen=True)
-class WishDropped:
-    """A wish was dropped before it began.
-
-    The body was stopped for too long (``lapsed``), a newer wish took its place (``replaced``), a
-    person pressed Stop (``stopped``), the partner was paused (``paused``), or it got another body
-    (``body``).
-    """
-
-    time: float
-    expression: Expression | None
-    why: Lapse
-    wish: str | None = None
-
-
-Event = GestureStarted | MoveSent | GestureEnded | Stopped | Released | WishDropped
 
 
 class Partner:
@@ -176,6 +99,7 @@ class Partner:
         self._periods = -1  # that have begun
         self._life = None if life is None else np.random.default_rng(life)
         self._rest = None if life is None else Rest(body.robot, rest, life)
+        self._episode = None if life is None else Episode()
         self._choices = np.random.default_rng([life or 0, _CHOICES])
         self._performance: Performance | None = None
         self._asked: Performance | None = None
@@ -394,7 +318,7 @@ class Partner:
 
     def _while_idle(self, state: BodyState, *, due: bool) -> Iterator[Event]:
         self._recovery.forget_stop()
-        due = due or self._asked is not None
+        due = due or self._asked is not None or self._is_new(self._felt())
         if self._performance is None and due and not self._quiet:
             yield from self._begin(state.time)
         performance = self._performance
@@ -418,6 +342,8 @@ class Partner:
             if expression is not None:
                 function = self._repertoire.choose(expression.feeling, self._choices)
                 self._performance = Performance.of_gesture(robot, function, expression, variation)
+                if self._episode is not None:
+                    self._episode.shown += 1
             elif variation is not None and time < self._speaks_until:
                 self._performance = Performance.of_beat(robot, variation, turned)
             elif self._rest is not None:
@@ -428,14 +354,16 @@ class Partner:
 
     def _felt(self) -> Expression | None:
         """Return the feeling to show, if any."""
-        return None if self.calm else self.feelings.express()
+        felt = None if self.calm else self.feelings.express()
+        return felt if self._episode is None else self._episode.left(felt, self.feelings.emotion)
+
+    def _is_new(self, felt: Expression | None) -> bool:
+        return felt is not None and self._episode is not None and self._episode.shown == 0
 
     def _go_on(self, performance: Performance, time: float) -> Iterator[Event]:
         """Send the next key pose at the present mood, or end the performance."""
         robot, shown = self.body.robot, performance.expression
-        # An act at rest gives way to a gesture, too.
-        felt = not performance.asked and shown is None and self._felt()
-        if felt or self._gives_way(performance, time):
+        if self._gives_way(performance, time):
             yield from self._end(time, complete=False)
             return
         if not self._quiet:
@@ -452,12 +380,14 @@ class Partner:
         yield from self._end(time, complete=performance.complete)
 
     def _gives_way(self, performance: Performance, time: float) -> bool:
-        """Whether it is broken off: for calm, for what somebody asks, or for a beat."""
-        if self.calm and performance.expression is not None and not performance.asked:
+        """Whether it is broken off: for calm, for what somebody asks, for a feeling, or a beat."""
+        shows = performance.expression is not None
+        if self._asked is not None and (not shows or self._interrupts):
             return True
-        gives_way = performance.expression is None or self._interrupts
-        asked = gives_way and self._asked is not None
-        return asked or (bool(performance.rests) and time < self._speaks_until)
+        if shows:
+            return self.calm and not performance.asked
+        felt = not performance.asked and self._felt() is not None
+        return felt or (bool(performance.rests) and time < self._speaks_until)
 
     def _end(self, time: float, *, complete: bool) -> Iterator[Event]:
         ended, self._performance = self._performance, None

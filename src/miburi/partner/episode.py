@@ -1,0 +1,44 @@
+"""How much of an emotion a lively partner shows: at once, a few gestures, and then rest.
+
+As long as an emotion lasted, the same gesture used to come again and again: fourteen for one
+remark. The paper's experiment goes on so; a partner with life does not.
+"""
+
+from miburi.feelings import FEELINGS, Expression
+from miburi.robot import Array
+
+__all__ = ["MOST", "Episode"]
+
+#: Gestures for one emotion (ours).
+MOST = 3
+#: An emotion that rises by more than this above where it was is another one (ours).
+_RISES = 0.05
+
+
+class Episode:
+    """One emotion, from its rise on.
+
+    Attributes
+    ----------
+    shown
+        Gestures that have shown it.
+    """
+
+    def __init__(self) -> None:
+        self.shown = 0
+        self._feeling: str | None = None
+        self._lowest = 0.0
+
+    def left(self, felt: Expression | None, emotion: Array) -> Expression | None:
+        """Return what is felt if there is still something of it to show.
+
+        ``emotion`` is the fastest level of all feelings, (n,) from 0 to 1.
+        """
+        if felt is None:
+            self._feeling = None
+            return None
+        level = float(emotion[FEELINGS.index(felt.feeling)])
+        if felt.feeling != self._feeling or level > self._lowest + _RISES:
+            self.shown, self._feeling, self._lowest = 0, felt.feeling, level
+        self._lowest = min(self._lowest, level)
+        return felt if self.shown < MOST else None

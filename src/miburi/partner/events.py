@@ -1,0 +1,93 @@
+"""What a step of the partner may tell."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from miburi.feelings import Expression
+from miburi.ik import Solution
+from miburi.safety.move import Move
+from miburi.safety.stop import Stop
+
+__all__ = [
+    "Event",
+    "GestureEnded",
+    "GestureStarted",
+    "Lapse",
+    "MoveSent",
+    "Released",
+    "Stopped",
+    "WishDropped",
+]
+
+
+@dataclass(frozen=True)
+class GestureStarted:
+    """A movement function begins, with the mood as its intensity.
+
+    ``gesture`` is its name, or None if a caller gave the key poses; ``expression`` is None if those
+    show no feeling. ``wish`` is what the caller of :meth:`Partner.perform` named it.
+    """
+
+    time: float
+    expression: Expression | None
+    gesture: str | None = None
+    wish: str | None = None
+
+
+@dataclass(frozen=True)
+class MoveSent:
+    """A key pose was solved and sent to the body."""
+
+    time: float
+    key_pose: int
+    move: Move
+    solution: Solution
+
+
+@dataclass(frozen=True)
+class GestureEnded:
+    """The body is at rest after the last key pose, or something interrupted the gesture."""
+
+    time: float
+    expression: Expression | None
+    complete: bool
+    wish: str | None = None
+
+
+@dataclass(frozen=True)
+class Stopped:
+    """The body has stopped; the moods before and after differ only for a contact."""
+
+    time: float
+    stop: Stop
+    mood_before: float
+    mood_after: float
+
+
+@dataclass(frozen=True)
+class Released:
+    """The body may go back to neutral."""
+
+    time: float
+
+
+#: Why a wish was dropped before it began.
+Lapse = Literal["lapsed", "replaced", "stopped", "paused", "body"]
+
+
+@dataclass(frozen=True)
+class WishDropped:
+    """A wish was dropped before it began.
+
+    The body was stopped for too long (``lapsed``), a newer wish took its place (``replaced``), a
+    person pressed Stop (``stopped``), the partner was paused (``paused``), or it got another body
+    (``body``).
+    """
+
+    time: float
+    expression: Expression | None
+    why: Lapse
+    wish: str | None = None
+
+
+Event = GestureStarted | MoveSent | GestureEnded | Stopped | Released | WishDropped
