@@ -21,7 +21,6 @@ from miburi.bma.settings import Settings
 from miburi.bodies import Body, BodyState
 from miburi.errors import BodyError, InputError
 from miburi.feelings import FEELINGS, Expression, FeelingModel
-from miburi.partner.episode import Episode
 from miburi.partner.events import (
     Event,
     GestureEnded,
@@ -35,6 +34,7 @@ from miburi.partner.events import (
 from miburi.partner.performance import Performance
 from miburi.partner.recovery import Recovery
 from miburi.partner.rest import Rest, RestLevel
+from miburi.partner.shown import ShownEmotion
 from miburi.robot import JOINTS, Array, Robot
 from miburi.safety.move import Move, plan_move
 from miburi.safety.stop import Phase, Stop, StopReason
@@ -68,7 +68,7 @@ class Partner:
     period
         A gesture starts at every multiple of this many seconds at which the body is at rest
         (Section 5: 2 s). One that does not fit into a period leaves out the multiples that it
-        covers.
+        covers. With ``life`` a new emotion waits for none, and shows in three gestures at most.
     solve
         The inverse kinematics: robot, target (9,) m and present angles (8,) rad to a solution.
     life
@@ -99,7 +99,7 @@ class Partner:
         self._periods = -1  # that have begun
         self._life = None if life is None else np.random.default_rng(life)
         self._rest = None if life is None else Rest(body.robot, rest, life)
-        self._episode = None if life is None else Episode()
+        self._emotion = None if life is None else ShownEmotion()
         self._choices = np.random.default_rng([life or 0, _CHOICES])
         self._performance: Performance | None = None
         self._asked: Performance | None = None
@@ -342,8 +342,8 @@ class Partner:
             if expression is not None:
                 function = self._repertoire.choose(expression.feeling, self._choices)
                 self._performance = Performance.of_gesture(robot, function, expression, variation)
-                if self._episode is not None:
-                    self._episode.shown += 1
+                if self._emotion is not None:
+                    self._emotion.shown += 1
             elif variation is not None and time < self._speaks_until:
                 self._performance = Performance.of_beat(robot, variation, turned)
             elif self._rest is not None:
@@ -355,10 +355,10 @@ class Partner:
     def _felt(self) -> Expression | None:
         """Return the feeling to show, if any."""
         felt = None if self.calm else self.feelings.express()
-        return felt if self._episode is None else self._episode.left(felt, self.feelings.emotion)
+        return felt if self._emotion is None else self._emotion.left(felt, self.feelings.emotion)
 
     def _is_new(self, felt: Expression | None) -> bool:
-        return felt is not None and self._episode is not None and self._episode.shown == 0
+        return felt is not None and self._emotion is not None and self._emotion.shown == 0
 
     def _go_on(self, performance: Performance, time: float) -> Iterator[Event]:
         """Send the next key pose at the present mood, or end the performance."""

@@ -7,7 +7,7 @@ remark. The paper's experiment goes on so; a partner with life does not.
 from miburi.feelings import FEELINGS, Expression
 from miburi.robot import Array
 
-__all__ = ["MOST", "Episode"]
+__all__ = ["MOST", "ShownEmotion"]
 
 #: Gestures for one emotion (ours).
 MOST = 3
@@ -15,7 +15,7 @@ MOST = 3
 _RISES = 0.05
 
 
-class Episode:
+class ShownEmotion:
     """One emotion, from its rise on.
 
     Attributes
