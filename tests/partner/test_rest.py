@@ -1,5 +1,6 @@
 """At rest it moves now and then, like something living, and its mood shows."""
 
+from pathlib import Path
 from typing import get_args
 
 import numpy as np
@@ -10,7 +11,7 @@ from miburi.bodies.simulated import Simulated
 from miburi.feelings import EmotionalModel, Stimulus, shipped_temperament
 from miburi.partner import GestureStarted, MoveSent, Partner, Stopped
 from miburi.partner.rest import RestLevel
-from miburi.robot import JOINTS, Array, Robot, forward
+from miburi.robot import JOINTS, Array, Robot, forward, load_robot
 from miburi.safety.stop import Phase
 
 WAIST, HEAD = JOINTS.index("waist"), JOINTS.index("head")
@@ -104,3 +105,11 @@ def test_a_new_emotion_waits_for_no_period(robot: Robot) -> None:
     partner.feelings.stimulate(Stimulus("surprise", 0.9, "speech"))
     began = gestures_of(partner, 0.1)
     assert began == [pytest.approx(partner.body.state.time - 0.08, abs=0.021)]
+
+
+def test_the_liveliest_acts_meet_nothing_on_longer_arms(tall_file: Path) -> None:
+    """A weight shift pressed the arm of a taller robot against its trunk."""
+    feelings = EmotionalModel(shipped_temperament())
+    feelings.set_state(mood={"happiness": 1.0, "thrill": 1.0}, hold=True)
+    body = Simulated(load_robot(tall_file))
+    rested(Partner(body, feelings, life=0, rest="lively", period=0.5), 240)

@@ -26,6 +26,8 @@ LEVELS: tuple[RestLevel, ...] = ("still", "quiet", "lively")
 _ANEW = 2.0
 #: s of a turn to a face, and one that is not worth making, rad (ours).
 TURNING, _FACED = 1.4, 0.02
+#: Moods together make acts deeper and quicker by e to the power of this at most (ours).
+_LIVELIEST = 0.3
 #: Shares by which size and tempo of an act vary (ours).
 _SIZES, _TEMPOS = (0.8, 1.2), (0.85, 1.1)
 #: The head's turn and rise, as in ``gestures.coordinates.COORDINATES``; and the arms, mirrored.
@@ -158,4 +160,4 @@ class Rest:
             if (tone := tones.get(name)) is not None
         ]
         lift, depth, tempo = np.sum(parts, axis=0) if parts else np.zeros(3)
-        return float(lift), float(depth), float(tempo)
+        return float(lift), min(float(depth), _LIVELIEST), min(float(tempo), _LIVELIEST)
