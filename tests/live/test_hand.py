@@ -60,3 +60,13 @@ def test_a_pressed_hand_that_is_led_away_comes_away(seed: int) -> None:
         body.step(0.02)
     assert np.allclose(body.configuration[1][:3], out, atol=1e-3)
     assert body.touch.force == 0
+
+
+def test_a_hand_that_has_waited_for_long_still_goes_back_when_it_is_pressed() -> None:
+    body, hand = Simulated(iphonoid()), GuidedHand()
+    body.place_hand(np.array([0.3, 0.0, 0.1]), INWARDS)
+    hand.guide(body, np.array([0.2, 0.0, 0.1]), INWARDS)
+    for force in (*[0.0] * 1000, GIVES_WAY + 1):
+        body.touch = Touch(force=force)
+        hand.step(body, 0.02)
+    assert body.configuration[1][0] == pytest.approx(0.2 + FASTEST * 0.02)

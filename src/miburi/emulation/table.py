@@ -52,7 +52,7 @@ class ControlTable:
 
     model: Model
     data: bytearray = field(default_factory=lambda: bytearray(SIZE))
-    #: How often a byte has changed: who has looked an entry up need not do so again before.
+    #: How often a byte has changed. Until it does, an entry need not be looked up again.
     changes: int = 0
     _decoded: dict[str, int] = field(default_factory=dict)  # entries read since they changed
 

@@ -67,7 +67,8 @@ class GuidedHand:
             # Where it was before was free. Away from its goal need not be: it may be led away.
             place = self._back(here, FASTEST * dt)
         else:
-            self._came.append(here)
+            if not (self._came and np.array_equal(here, self._came[-1])):
+                self._came.append(here)
             place = _towards(here, self.goal, (FEELING if self._wary > 0 else FASTEST) * dt)
         body.place_hand(place, self._along)
 

@@ -45,7 +45,7 @@ class Press(NamedTuple):
     """
 
     by: By = "person"
-    #: What its copies are called; None if none will come.
+    #: The names of its copies; None for a press that is sent once.
     names: frozenset[str] | None = None
 
     @staticmethod
