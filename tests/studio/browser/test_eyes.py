@@ -4,6 +4,7 @@ import io
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 from PIL import Image
 from playwright.sync_api import Browser, Page
@@ -131,3 +132,27 @@ def test_what_a_face_shows_in_time(workbench: Page) -> None:
     }
     told = {name: workbench.evaluate(LOOK, parts) for name, (parts, _) in cases.items()}
     assert told == {name: kinds for name, (_, kinds) in cases.items()}
+
+
+def test_it_blinks_as_often_as_people_do_and_not_like_a_metronome(workbench: Page) -> None:
+    """17 times a minute, 26 while talking; by a generator of a test's own."""
+    times = workbench.evaluate(
+        """async () => {
+          const { Blinker } = await import("/static/face.js");
+          return [false, true].map((talks) => {
+            let seed = 1;
+            const random = () => (seed = (seed * 48271) % 2147483647) / 2147483647;
+            const blinker = new Blinker(random), found = [];
+            for (let time = 0, shut = false; time < 3600; time += 1 / 60) {
+              const now = blinker.at(time, talks) > 0;
+              if (now && !shut) found.push(time);
+              shut = now;
+            }
+            return found;
+          });
+        }"""
+    )
+    for found, minute in zip(times, (17, 26), strict=True):
+        gaps = np.diff(found)
+        assert len(found) / 60 == pytest.approx(minute, rel=0.05)
+        assert gaps.std() / gaps.mean() > 0.4

@@ -3,7 +3,7 @@ import * as THREE from "three";
 import { listen, send } from "/static/live.js";
 import { clipKind, download, film, Past } from "/static/clip.js";
 import { ArmsWay, DepthMarks } from "/static/reach.js";
-import { Blinker, drawOn, Easer, enliven, mix, tintOf } from "/static/face.js";
+import { Blinker, drawOn, Easer, enliven, lips, mix, tintOf } from "/static/face.js";
 
 const LIGHT = { wall: 0xf3ebe0, table: 0xe6dccf, sky: 0xffffff, ground: 0xd9c7b4, strength: 1.5 };
 const DARK = { wall: 0x1d1b1e, table: 0x2b2729, sky: 0x9fb2d6, ground: 0x30241e, strength: 0.75 };
@@ -246,7 +246,8 @@ export default {
       context.fillRect(0, 0, width, height);
       const size = Math.min(width, height) * 0.98;
       context.translate((width - size) / 2, (height - size) * 0.45);
-      drawOn(context, size, look, time, this.blinker.at(time));
+      const talks = lips.open(performance.now()) !== null;
+      drawOn(context, size, look, time, this.blinker.at(time, talks));
       this.texture.needsUpdate = true;
     },
 

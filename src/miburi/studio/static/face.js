@@ -283,13 +283,23 @@ export function drawOn(context, size, look, time = 0, blink = 0) {
   context.restore();
 }
 
-// Blinks every few seconds: 0 open, 1 shut.
+// Blinks as people do: 17 times a minute at rest, 26 times while talking, at intervals whose
+// logarithm is normal (Bentivoglio et al. 1997, Movement Disorders 12; their spread is ours).
+const AT_REST = 60 / 17, TALKING = 60 / 26, SPREAD = 0.5;
+
+// 0 open, 1 shut.
 export class Blinker {
-  constructor() {
+  constructor(random = Math.random) {
+    this.random = random;
     this.next = 2;
   }
-  at(time) {
-    if (time > this.next + 0.18) this.next = time + 1.5 + 4 * Math.random();
+  at(time, talks = false) {
+    if (time > this.next + 0.18) {
+      const normal = Math.sqrt(-2 * Math.log(1 - this.random())) * Math.cos(2 * Math.PI * this.random());
+      const mean = talks ? TALKING : AT_REST;
+      this.next += Math.max(0.36, mean * Math.exp(SPREAD * normal - SPREAD ** 2 / 2));
+      if (this.next < time) this.next = time;  // the page was hidden
+    }
     const into = time - this.next;
     return into > 0 && into < 0.18 ? Math.sin((into / 0.18) * Math.PI) : 0;
   }
