@@ -33,7 +33,7 @@ class Card {
         report();
       }
     } else if (waits_ != 0 && io_.host_is_quiet()) {
-      // What servos say beside bytes for the host loses some now and then: interrupts take turns.
+      // While bytes go out to the host, servos' bytes get lost now and then: interrupts take turns.
       look_after();
     } else {
       rest();

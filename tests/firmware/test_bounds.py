@@ -1,4 +1,4 @@
-"""What the card is short of, or could count too far: its stack, and a servo's wildest speed."""
+"""The card's limits: its stack, a servo's wildest speed, and what a bad servo may cost it."""
 
 import struct
 from pathlib import Path

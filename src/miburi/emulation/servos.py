@@ -26,7 +26,6 @@ _FAILED, INSTRUCTION_ERROR, _ALERT = 0x01, 0x02, 0x80
 #: Operating modes that drive the motor here; in those of current and speed it gets no duty.
 _POSITION, _EXTENDED, _CURRENT_AND_POSITION, _PWM = 3, 4, 5, 16
 _POSITIONS = (_POSITION, _EXTENDED, _CURRENT_AND_POSITION)
-
 _GAINS_BYTES, _GAINS_AT = Struct("<3H2x2H"), REGISTERS[GAINS[0]].address
 #: What one unit of the servo's speed and acceleration is, in steps/s and steps/s².
 SPEED_UNIT = 0.229 * 4096 / 60

@@ -12,8 +12,8 @@ __all__ = ["FASTEST", "FEELING", "GIVES_WAY", "GuidedHand"]
 
 #: The hand's greatest speed, m/s (ours): it cannot jump into the robot.
 FASTEST = 1.2
-#: Its speed while it feels the robot, m/s, and for so many s after that (ours): faster, it would be
-#: deep inside an arm that is caught between it and the trunk before the arm could give way.
+#: Its speed while it touches the robot, m/s, and for how long after that, s (ours). A faster hand
+#: would be deep inside an arm, caught between it and the trunk, before the arm could give way.
 FEELING, WARY = 0.3, 0.5
 #: A hand that meets this force goes back as fast as it came, N (ours). It is more than the servos
 #: press with, and far less than what bruises.

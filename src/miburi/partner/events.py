@@ -1,4 +1,4 @@
-"""What a step of the partner may tell."""
+"""The events that a step of the partner returns."""
 
 from dataclasses import dataclass
 from typing import Literal

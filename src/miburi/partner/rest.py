@@ -7,7 +7,7 @@ and slow. ``rest.toml`` has the acts and all numbers.
 
 from functools import cache
 from importlib import resources
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
 import numpy as np
 from pydantic import Field
@@ -21,11 +21,11 @@ from miburi.robot import Array, Robot
 __all__ = ["LEVELS", "Rest", "RestLevel"]
 
 RestLevel = Literal["still", "quiet", "lively"]
-LEVELS: tuple[RestLevel, ...] = ("still", "quiet", "lively")
-#: A rest that was interrupted for so many s begins with a pause (ours).
+LEVELS: tuple[RestLevel, ...] = get_args(RestLevel)
+#: After an interruption of this many s, rest begins with a pause (ours).
 _ANEW = 2.0
 #: s of a turn to a face, and one that is not worth making, rad (ours).
-TURNING, _FACED = 1.4, 0.02
+_TURNING, _FACED = 1.4, 0.02
 #: Moods together make acts deeper and quicker by e to the power of this at most (ours).
 _LIVELIEST = 0.3
 #: Shares by which size and tempo of an act vary (ours).
@@ -99,17 +99,17 @@ class Rest:
         time
             Now, s; to be called again and again while the body rests.
         feelings
-            Whose mood shows.
+            The emotional model; its mood shows in the act.
         turned, gaze
             rad to its left: how far the body is turned, and where somebody is.
         """
         allowed = feelings.temperament.gaze
         turn = float(np.clip(gaze, -allowed.turn, allowed.turn))
         if abs(turn - turned) > _FACED:
-            step = allowed.speed * TURNING
+            step = allowed.speed * _TURNING
             turn = turned + float(np.clip(turn - turned, -step, step))
             lift = self._tone(feelings)[0]
-            pose = self._pose(turn, lift, np.zeros(8), TURNING, 0.0)
+            pose = self._pose(turn, lift, np.zeros(8), _TURNING, 0.0)
             return Performance(lambda _mood: [pose], rests="turn")
         if time > self._called + _ANEW:
             self._due = time + self._pause()
