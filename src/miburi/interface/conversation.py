@@ -12,28 +12,25 @@ said is kept in memory alone, and no more than the last few exchanges of it.
 
 import asyncio
 import json
-import unicodedata
 from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import httpx
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, Field, ValidationError
 
 from miburi.feelings import FEELINGS, Stimulus
-from miburi.feelings.catalogue import FeelingName
-from miburi.interface.endpoint import Endpoint, OvertakenError
-from miburi.live.state import Share, State
+from miburi.interface.endpoint import KEY, Endpoint, OvertakenError
+from miburi.interface.replies import Content, read_reply
+from miburi.live.state import State
 from miburi.senses.care import may_be_said
 from miburi.version import __version__
 
-__all__ = ["LARGEST_REPLY", "LONGEST_REPLY", "PATIENCE", "Conversation", "Reply"]
+__all__ = ["LARGEST_REPLY", "PATIENCE", "Conversation", "Reply"]
 
 #: s until the partner answers by itself; a program waits 10 s for the answer to what it says.
 PATIENCE = 8.0
-#: Characters that the partner says at once; what is longer is cut.
-LONGEST_REPLY = 300
 #: The largest answer of an endpoint, bytes.
 LARGEST_REPLY = 65_536
 
@@ -45,8 +42,6 @@ _CONNECTING = 3.0
 _REMEMBERED = 6
 #: Tokens that the endpoint may spend, thoughts included.
 _TOKENS = 1000
-#: The last characters of an answer, among which the reply is looked for.
-_END = 4000
 _NONE = "none"
 
 _PROMPT = f"""\
@@ -74,6 +69,12 @@ _FORMAT = {
 }
 #: Statuses of servers that do not know what we ask for beside the words.
 _UNKNOWN_WISH = (400, 422)
+#: What a status most often means.
+_HINTS = {
+    401: f"the server wants another key than that in {KEY}",
+    403: f"the server wants another key than that in {KEY}",
+    404: "the server does not know the model; look at --model, and at --talk's path",
+}
 
 
 @dataclass(frozen=True)
@@ -82,16 +83,6 @@ class Reply:
 
     text: str
     stimulus: Stimulus | None
-
-
-class _Content(BaseModel):
-    """What the model is asked to write."""
-
-    model_config = ConfigDict(strict=True, allow_inf_nan=False)
-
-    reply: str
-    feeling: FeelingName | Literal["none"]
-    strength: Share
 
 
 class _Message(BaseModel):
@@ -129,8 +120,8 @@ class Conversation:
         self.trouble: str | None = None
         self._patience = patience
         self._said: deque[tuple[str, str | None]] = deque(maxlen=_REMEMBERED)
-        self._thinking: asyncio.Task[_Content] | None = None
-        self._slow: asyncio.Task[_Content] | None = None
+        self._thinking: asyncio.Task[Content] | None = None
+        self._slow: asyncio.Task[Content] | None = None
         self._plainly = False
 
     def overtake(self) -> None:
@@ -169,16 +160,29 @@ class Conversation:
         if self.trouble is not None:
             return None
         content = task.result()
-        text = _clean(content.reply)
-        if not may_be_said(text):
+        if not may_be_said(content.text):
             self.trouble = "a reply that it does not say."
             return None
-        if self._said[-1] == (said, None):
-            self._said[-1] = (said, content.model_copy(update={"reply": text}).model_dump_json())
-        feels = content.feeling != _NONE and content.strength > 0
-        return Reply(text, Stimulus(content.feeling, content.strength, "talk") if feels else None)
+        self._remember(said, content)
+        feeling, strength = content.feeling, content.strength
+        felt_at_it = Stimulus(feeling, strength, "talk") if feeling and strength > 0 else None
+        return Reply(content.text, felt_at_it)
 
-    def _trouble(self, task: asyncio.Task[_Content]) -> str | None:
+    def answered(self, answer: str) -> None:
+        """Remember what the partner answered by itself, so that the model can follow the talk."""
+        if self._said:
+            self._remember(self._said[-1][0], Content(answer, None, 0.0))
+
+    def _remember(self, said: str, content: Content) -> None:
+        if self._said[-1] == (said, None):
+            told = {
+                "reply": content.text,
+                "feeling": content.feeling or _NONE,
+                "strength": content.strength,
+            }
+            self._said[-1] = (said, json.dumps(told, ensure_ascii=False))
+
+    def _trouble(self, task: asyncio.Task[Content]) -> str | None:
         """Return why a request has brought no reply, if so; whatever failed, there is an answer."""
         if not task.done():
             return f"no reply within {self._patience:g} s."
@@ -203,7 +207,7 @@ class Conversation:
         messages.append({"role": "user", "content": "\n".join(unanswered)})
         return messages
 
-    def _leave_open(self, task: asyncio.Task[_Content]) -> None:
+    def _leave_open(self, task: asyncio.Task[Content]) -> None:
         """Let one slow request go on, so that the server goes on loading; end any other."""
         if self._slow is None or self._slow.done():
             self._slow = task
@@ -211,7 +215,7 @@ class Conversation:
         else:
             task.cancel()
 
-    async def _ask(self, messages: list[dict[str, str]]) -> _Content:
+    async def _ask(self, messages: list[dict[str, str]]) -> Content:
         plain = {"model": self.endpoint.model, "messages": messages, "stream": False}
         wished = {**plain, "max_tokens": _TOKENS, "response_format": _FORMAT}
         async with asyncio.timeout(_LOADING):
@@ -257,31 +261,19 @@ def _prompt(felt: Iterable[Stimulus], state: State) -> str:
     return " ".join([_PROMPT, *now])
 
 
-def _content(status: int, answer: bytes) -> _Content:
-    """Return what the model wrote; a server that knows no schemas may have put it in other text."""
+def _content(status: int, answer: bytes) -> Content:
+    """Return what the model wrote."""
     if httpx.codes.is_redirect(status):
         raise _SilentError("a redirect, which is not followed; give its address with --talk.")
+    if status in _HINTS:
+        raise _SilentError(f"an answer with status {status}: {_HINTS[status]}.")
     if status != httpx.codes.OK:
         raise _SilentError(f"an answer with status {status}.")
     try:
-        text = _Completion.model_validate_json(answer).choices[0].message.content[-_END:]
+        text = _Completion.model_validate_json(answer).choices[0].message.content
     except ValidationError:
         raise _SilentError("an answer that is no chat completion.") from None
-    decoder, start = json.JSONDecoder(), len(text)
-    while (start := text.rfind("{", 0, start)) >= 0:
-        try:
-            content = _Content.model_validate(decoder.raw_decode(text, start)[0])
-        except (ValueError, RecursionError):
-            continue
-        if _clean(content.reply):
-            return content
-    raise _SilentError("an answer without reply, feeling and strength.")
-
-
-def _clean(text: str) -> str:
-    """Return a text as one line without control characters, and not too long."""
-    shown = "".join(" " if unicodedata.category(one)[0] in "CZ" else one for one in text)
-    line = " ".join(shown.split())
-    if len(line) <= LONGEST_REPLY:
-        return line
-    return line[: LONGEST_REPLY - 1].rstrip() + "…"
+    content = read_reply(text)
+    if content is None:
+        raise _SilentError("an answer without words.")
+    return content

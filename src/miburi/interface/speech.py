@@ -2,10 +2,13 @@
 
 import asyncio
 from collections import Counter
+from contextlib import suppress
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
+from miburi.errors import MiburiError
 from miburi.feelings import Stimulus
+from miburi.gestures import look
 from miburi.interface.endpoint import Endpoint, OvertakenError
 from miburi.interface.settle import done
 from miburi.interface.wire import FeltOut, SayIn, SayOut, WhyOut
@@ -19,6 +22,9 @@ if TYPE_CHECKING:
     from miburi.interface.conversation import Conversation
 
 __all__ = ["Speech"]
+
+#: s without an answer after which it looks thoughtful, and s for which it does so at most (ours).
+_THOUGHTFUL, _LONGEST_THOUGHT = 0.5, 30.0
 
 
 class Speech:
@@ -60,6 +66,8 @@ class Speech:
             answer = await self._reply(said.text, felt)
         if answer is None:
             answer = (await done(self._partner.answer(heard, language))).text or ""
+            if self._conversation is not None:
+                self._conversation.answered(answer)
         return SayOut(
             feeling=heard.feeling,
             asked=heard.topic == "asked",
@@ -68,6 +76,7 @@ class Speech:
             why=[WhyOut.model_validate(asdict(part)) for part in heard.why],
             felt=[FeltOut.model_validate(asdict(stimulus)) for stimulus in felt],
             answer=answer,
+            trouble=None if self._conversation is None else self._conversation.trouble,
         )
 
     def _comfort(self, kind: Distress | None, language: Language) -> str:
@@ -85,10 +94,13 @@ class Speech:
             return None
         if self._noted is None:
             await self._note(talk)
+        thinking = asyncio.create_task(self._look_thoughtful())
         try:
             reply = await talk.reply(said, felt, self._partner.snapshot.state)
         except OvertakenError:
             return ""
+        finally:
+            await self._look_back(thinking)
         if self._noted != (talk.trouble,):
             await self._note(talk)
         if reply is None:
@@ -99,6 +111,25 @@ class Speech:
             await done(self._partner.stimulate(reply.stimulus, "partner"))
         await done(self._partner.speak(reply.text, "partner"))
         return reply.text
+
+    async def _look_thoughtful(self) -> bool:
+        """Look aside once an answer takes longer than people wait; return whether it does."""
+        await asyncio.sleep(_THOUGHTFUL)
+        state = self._partner.snapshot.state
+        if state.asked or state.stop is not None:
+            return False
+        aside = look(self._partner.robot, "aside", _LONGEST_THOUGHT)
+        await done(self._partner.perform(None, aside, "look", "partner"))
+        return True
+
+    async def _look_back(self, thinking: asyncio.Task[bool]) -> None:
+        """Look at the person again, if it has looked aside."""
+        if not thinking.done():
+            thinking.cancel()
+        elif thinking.exception() is None and thinking.result():
+            ahead = look(self._partner.robot, "user", 0.0)
+            with suppress(MiburiError):  # paused meanwhile
+                await done(self._partner.perform(None, ahead, "look", "partner"))
 
     async def _note(self, talk: "Conversation") -> None:
         self._noted = (talk.trouble,)

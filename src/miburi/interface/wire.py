@@ -108,7 +108,7 @@ class SayOut(BaseModel):
     """What was heard in it, why, and what the partner felt at it."""
 
     feeling: TheirFeeling | None = Field(description="The feeling that was heard; null: none.")
-    strength: Share = Field(description="How likely it is; without a feeling, that of the nearest.")
+    strength: Share = Field(description="How likely it is; 0 without a feeling.")
     why: list[WhyOut] = Field(description="What spoke for it.")
     felt: list[FeltOut] = Field(description="What the partner felt at it.")
     asked: bool = Field(default=False, description="Whether it was asked what it feels itself.")
@@ -116,6 +116,9 @@ class SayOut(BaseModel):
         default=None, description="What somebody needs help with now; it calls nobody."
     )
     answer: str = Field(description="What it answered, aloud where a page has its voice on.")
+    trouble: str | None = Field(
+        default=None, description="Why the language model of `--talk` did not answer this."
+    )
 
 
 class SpeakIn(Message):

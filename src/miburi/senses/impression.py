@@ -36,7 +36,7 @@ class Impression:
     feeling
         Theirs, one of ``FEELINGS``; none if they showed nothing clear.
     strength
-        0 to 1. Without a feeling: that of the one that came nearest.
+        0 to 1; 0 without a feeling.
     source
         One of ``SOURCES``.
     why

@@ -193,7 +193,7 @@ def _shown(text: str, language: Language) -> Impression:
     spoken = strength >= SILENT and strength > likely[_NEUTRAL]
     return Impression(
         LABELS[best] if spoken else None,
-        strength,
+        strength if spoken else 0.0,
         "speech",
         _told(words, evidence[:, best] - evidence[:, _NEUTRAL]) if spoken else (),
     )

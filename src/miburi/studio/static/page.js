@@ -92,7 +92,7 @@ document.addEventListener("submit", async (event) => {
     if (answer.ok && line.value.trim() === text) line.value = "";
     if (number !== form.talks) return;
     out.textContent = answer.ok
-      ? `${understood(heard, words)} ${words.quoted.replace("{what}", heard.answer)}` : heard.detail;
+      ? `${understood(heard, words)} ${words.quoted.replace("{what}", heard.answer)}${alone(heard, words)}` : heard.detail;
     if (!answer.ok) return;
     weights.hidden = !heard.feeling || !heard.why.length;
     weights.querySelector("span").textContent = heard.why
@@ -106,6 +106,10 @@ document.addEventListener("submit", async (event) => {
 
 function sign({ what }, words) {
   return what === RAISED ? words.raised : words.quoted.replace("{what}", what);
+}
+
+function alone({ trouble }, words) {
+  return trouble ? ` ${words.alone.replace("{why}", trouble)}` : "";
 }
 
 function understood(heard, words) {
