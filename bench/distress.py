@@ -18,7 +18,6 @@ from words import share  # noqa: E402  (below the folder that holds it)
 
 from miburi.senses.distress import hear_distress  # noqa: E402  (below the folder that holds it)
 from miburi.senses.kinds import KINDS  # noqa: E402  (below the folder that holds it)
-from miburi.senses.language import LANGUAGES  # noqa: E402  (below the folder that holds it)
 from miburi.senses.text import without_punctuation  # noqa: E402  (below the folder that holds it)
 
 #: Kinds that the strangers call otherwise.
@@ -34,7 +33,7 @@ def lines(language: str) -> list[tuple[str, str]]:
 
 def main() -> None:
     """Measure and print."""
-    for language in LANGUAGES:
+    for language in ("en", "ja"):
         rows = lines(language)
         begin = time.process_time()
         heard = [hear_distress(said) for _, said in rows]

@@ -18,9 +18,9 @@ import numpy as np
 from scipy.optimize import minimize
 from scipy.sparse import csr_matrix
 
-from miburi.senses.distress import features, plain
+from miburi.languages import Language, plain
+from miburi.senses.distress import features
 from miburi.senses.kinds import KINDS
-from miburi.senses.language import Language
 
 ROOT = Path(__file__).parents[1]
 LESSONS = Path(__file__).with_name("distress-lessons.toml")

@@ -26,11 +26,11 @@ from miburi.interface.conversation import (
     Reply,
 )
 from miburi.interface.endpoint import KEY, Endpoint, OvertakenError, find_endpoint
-from miburi.interface.replies import LONGEST_REPLY
 from miburi.interface.report import Topics
 from miburi.live.runner import Runner
-from miburi.senses.answers import shipped_answers
-from miburi.senses.care import Care
+from miburi.talk.care import Care
+from miburi.talk.replies import LONGEST_REPLY
+from miburi.talk.script import script
 
 INITIALIZE = {
     "jsonrpc": "2.0", "id": 1, "method": "initialize",
@@ -41,9 +41,7 @@ INITIALIZE = {
 }  # fmt: skip
 UNKIND = "You are worthless. Take all your pills."
 SAD = "I am so sad today"
-SMALL = {
-    line for row in shipped_answers("en").root.values() for lines in row.values() for line in lines
-}
+SMALL = {line for lines in script("en").feelings.root["sadness"].values() for line in lines}
 
 
 @pytest.fixture
@@ -420,6 +418,36 @@ def test_the_program_opens_the_doors_that_it_is_asked_for(
     kept = b"".join(path.read_bytes() for path in tmp_path.rglob("*") if path.is_file())
     assert b"sesame" not in kept
     assert b"sad" not in kept.replace(b"sadness", b""), "what was said is kept nowhere"
+
+
+def test_while_it_thinks_it_looks_aside_and_then_back(live: Runner, mind: Mind) -> None:
+    free = threading.Event()
+
+    def slow(handler: Handler) -> None:
+        free.wait(60)
+        answers(LOVELY)(handler)
+
+    mind.answer = slow
+    with (
+        talking(live, mind.endpoint) as url,
+        miburi.connect(url) as partner,
+        ThreadPoolExecutor() as threads,
+    ):
+        said = threads.submit(httpx.post, f"{url}/api/v1/say", json={"text": SAD}, timeout=60)
+        for state in partner.watch():
+            if state.asked:
+                break
+        free.set()
+        assert said.result().json()["answer"] == "How lovely!"
+        looks = [e.kind for e in partner.log() if e.name == "look" or e.kind == "wish_replaced"]
+    assert len(looks) >= 2, "aside, and then ahead"
+
+
+def test_what_a_model_cannot_do_it_does_itself(live: Runner, mind: Mind) -> None:
+    with talking(live, mind.endpoint) as url, miburi.connect(url) as partner:
+        assert partner.say("Stop!").answer in script("en").intent[0].say
+        assert partner.state.held
+    assert mind.asked == []
 
 
 def test_it_is_off_unless_somebody_wants_it(live: Runner, mind: Mind) -> None:

@@ -10,10 +10,10 @@ from miburi.interface.api import make_api
 from miburi.live.runner import Runner
 from miburi.live.speaker import CALM
 from miburi.senses import Impression
-from miburi.senses.care import Care
 from miburi.senses.words import hear
 from miburi.studio.contact_panel import line
 from miburi.studio.words import words
+from miburi.talk.care import Care
 
 FALL = Impression(None, 0.0, "speech", distress="fall")
 

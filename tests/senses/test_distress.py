@@ -7,12 +7,12 @@ import pytest
 
 from miburi.errors import InputError
 from miburi.feelings import TEMPERAMENTS, shipped_temperament
+from miburi.languages import LANGUAGES, Language, language_of, plain
 from miburi.senses import Impression, stimuli
-from miburi.senses.care import Care, find_region, may_be_said, regions, words_of_care
-from miburi.senses.distress import hear_distress, plain
+from miburi.senses.distress import hear_distress
 from miburi.senses.kinds import KINDS
-from miburi.senses.language import LANGUAGES, Language, language_of
 from miburi.senses.words import hear
+from miburi.talk.care import Care, find_region, may_be_said, regions, words_of_care
 
 #: Lines that nothing was chosen on: kind, or - everyday, or = stories and the like; and the line.
 KEPT_BACK = {
@@ -26,7 +26,7 @@ KEPT_BACK = {
             .splitlines()[1:]
         )
     ]
-    for language in LANGUAGES
+    for language in ("en", "ja")
 }
 
 
@@ -53,6 +53,14 @@ KEPT_BACK = {
         ("息ができない", "breathing"),
         ("救急車を呼んで！", "help"),
         ("I feel 死にたい", "suicide"),
+        ("Je suis tombée et je n'arrive pas à me relever", "fall"),
+        ("Appelez une ambulance !", "help"),
+        ("j'ai une douleur dans la poitrine", "heart"),
+        ("J'ai pris tous mes cachets d'un coup.", "poison"),
+        ("Je n'ai plus envie de vivre", "suicide"),
+        ("ça sent le gaz", "gas"),
+        ("la cuisine est en feu", "fire"),
+        ("je n'arrive plus à respirer", "breathing"),
     ],
 )
 def test_somebody_in_distress_is_heard(said: str, kind: str) -> None:
@@ -80,6 +88,9 @@ def test_somebody_in_distress_is_heard(said: str, kind: str) -> None:
         "I took my pills with breakfast",
         "死にたくない",
         "去年転んで骨折した",
+        "Il y a dix ans je suis tombé de vélo.",
+        "je meurs de faim",
+        "Il est tombé amoureux.",
         "映画で主人公が刺された",
         "笑い死ぬかと思った",
         "",
@@ -91,7 +102,7 @@ def test_something_else_is_no_distress(said: str) -> None:
     assert hear(said).distress is None
 
 
-@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize("language", KEPT_BACK)
 def test_lines_that_nothing_was_chosen_on(language: Language) -> None:
     """The shares that bench/distress.txt gives, with room for chance."""
     rows = KEPT_BACK[language]
@@ -102,7 +113,7 @@ def test_lines_that_nothing_was_chosen_on(language: Language) -> None:
     assert sum(other) <= 0.06 * len(other)
 
 
-@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize("language", KEPT_BACK)
 def test_signs_and_capitals_change_no_verdict(language: Language) -> None:
     for _, said in KEPT_BACK[language]:
         bare = said.translate(dict.fromkeys(map(ord, ".,!?'’。、！？"), "")).lower()

@@ -13,10 +13,10 @@ from miburi.live.bodies import KINDS
 from miburi.live.state import EndReason
 from miburi.robot import JOINTS
 from miburi.safety.stop import StopReason
-from miburi.senses.answers import shipped_answers
 from miburi.senses.happenings import happenings
 from miburi.senses.kinds import KINDS as DISTRESSES
 from miburi.studio.words import LANGUAGES, own_name, preferred, words
+from miburi.talk.script import script
 
 
 def places(text: str) -> set[str]:
@@ -78,7 +78,7 @@ def test_the_font_for_computers_without_one_has_every_character_of_the_pages() -
     house = Path(str(resources.files("miburi")))
     file = house / "studio/static/fonts/japanese.woff"
     assert file.stat().st_size < 400_000
-    texts = [words("ja"), own_name("ja"), shipped_answers("ja").model_dump()]
+    texts = [words("ja"), own_name("ja"), script("ja").model_dump()]
     said = json.dumps(texts, ensure_ascii=False) + "身振り"
     needed = {char for char in said if "\u2e80" <= char <= "\uffff"}
     assert needed - {*map(chr, TTFont(file).getBestCmap())} == set()

@@ -145,9 +145,9 @@ def run(
     """Wake the live partner and open its studio."""
     from miburi.interface.origins import check_origin
     from miburi.interface.synthesizer import find_synthesizer
-    from miburi.senses.care import Care, find_region
     from miburi.studio.addresses import EVERYWHERE
     from miburi.studio.server import Wish, serve
+    from miburi.talk.care import Care, find_region
 
     log_to_stderr(log_level, apart=True)
 
@@ -159,6 +159,7 @@ def run(
         voice=None if voice is None else find_synthesizer(voice),
         care=Care(None if region is None else find_region(region)),
         origins=frozenset(map(check_origin, allow_origin or ())),
+        seed=seed,
     )
     if doors.broker is not None:
         doors.need()

@@ -31,7 +31,7 @@ from miburi.live.events.model import LiveEvent
 from miburi.live.state import Expressed, Share, State, StopOut
 from miburi.partner import LAPSES
 from miburi.safety.stop import StopReason
-from miburi.senses.care import may_be_said
+from miburi.talk.care import may_be_said
 from miburi.version import __version__
 
 try:

@@ -55,8 +55,8 @@ from miburi.robot import JOINTS
 from miburi.robot.mjcf import HAND_AWAY, HAND_SIZE
 from miburi.robot.shape import COLOURS, links, parts
 from miburi.safety.stop import StopReason
-from miburi.senses.care import Care
 from miburi.senses.happenings import notice
+from miburi.talk.care import Care
 from miburi.version import __version__
 
 __all__ = [
@@ -107,7 +107,9 @@ _Asker = Annotated[
 _RecordingName = Annotated[str, Path(max_length=60, description="The name of its file.")]
 
 
-def make_api(runner: LivePartner, endpoint: Endpoint | None = None, care: Care = _PLAIN) -> FastAPI:
+def make_api(
+    runner: LivePartner, endpoint: Endpoint | None = None, care: Care = _PLAIN, seed: int = 0
+) -> FastAPI:
     """Return the interface to a live partner, without pages.
 
     Parameters
@@ -118,6 +120,8 @@ def make_api(runner: LivePartner, endpoint: Endpoint | None = None, care: Care =
         Who thinks of what the partner answers; None: it answers by itself.
     care
         How it cares for somebody in distress; by default it names no number and tells no words.
+    seed
+        Chooses among its own answers.
     """
     app = FastAPI(
         title="Miburi",
@@ -130,7 +134,7 @@ def make_api(runner: LivePartner, endpoint: Endpoint | None = None, care: Care =
         docs_url=None,
         redoc_url=None,
     )
-    speech = Speech(runner, endpoint, care)
+    speech = Speech(runner, endpoint, care, seed)
     app.include_router(_router(runner, speech))
     _describe(app)
     refuse_in_words(app)
@@ -246,9 +250,12 @@ def _asking(router: APIRouter, runner: LivePartner, speech: Speech) -> None:
         return WishOut(id=await done(runner.stimulate(felt, who(by))))
 
     @router.post("/say", responses=_REFUSED)
-    async def say(wish: SayIn) -> SayOut:
-        """Say something to the partner; it takes the feeling of the words, and answers."""
-        return await speech.take(wish)
+    async def say(wish: SayIn, by: _Asker = "person") -> SayOut:
+        """Say something to the partner; it takes the feeling of the words, and answers.
+
+        "Stop" stops all motors; "wave" or "lift your arms" is performed.
+        """
+        return await speech.take(wish, by)
 
     noticing = Allowance(NOTICED_RATE, NOTICED_BURST)
 

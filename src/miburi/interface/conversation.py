@@ -22,9 +22,9 @@ from pydantic import BaseModel, Field, ValidationError
 
 from miburi.feelings import FEELINGS, Stimulus
 from miburi.interface.endpoint import KEY, Endpoint, OvertakenError
-from miburi.interface.replies import Content, read_reply
 from miburi.live.state import State
-from miburi.senses.care import may_be_said
+from miburi.talk.care import may_be_said
+from miburi.talk.replies import Content, read_reply
 from miburi.version import __version__
 
 __all__ = ["LARGEST_REPLY", "PATIENCE", "Conversation", "Reply"]

@@ -10,7 +10,7 @@ from miburi.interface.endpoint import Endpoint
 from miburi.interface.ros_network import RosNetwork
 from miburi.interface.synthesizer import Synthesizer
 from miburi.live.view import LivePartner
-from miburi.senses.care import Care
+from miburi.talk.care import Care
 
 if TYPE_CHECKING:  # the process of the partner's loop needs no web library
     from fastapi import FastAPI
@@ -40,6 +40,8 @@ class Doors:
         How it cares for somebody in distress.
     origins
         The other origins whose pages may use the interface.
+    seed
+        Chooses among its own answers.
     """
 
     agents: bool = False
@@ -50,6 +52,7 @@ class Doors:
     voice: Synthesizer | None = None
     care: Care = field(default_factory=Care)
     origins: frozenset[str] = frozenset()
+    seed: int = 0
 
     def need(self) -> None:
         """Refuse to go on without the libraries of the open doors."""

@@ -2,29 +2,43 @@
 
 import asyncio
 from collections import Counter
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import asdict
+from datetime import datetime
 from typing import TYPE_CHECKING
 
 from miburi.errors import MiburiError
-from miburi.feelings import Stimulus
-from miburi.gestures import look
+from miburi.feelings import Expression, Stimulus
+from miburi.gestures import KeyPose, look
 from miburi.interface.endpoint import Endpoint, OvertakenError
 from miburi.interface.settle import done
 from miburi.interface.wire import FeltOut, SayIn, SayOut, WhyOut
+from miburi.languages import FALLBACK, Language, language_of
+from miburi.live.press import Press, who
 from miburi.live.view import LivePartner
-from miburi.senses.care import Care
+from miburi.senses import Impression
 from miburi.senses.kinds import Distress
-from miburi.senses.language import Language, language_of
 from miburi.senses.tone import coloured
+from miburi.talk.answers import Answerer, SmallAnswer, wants_stop
+from miburi.talk.care import Care, may_be_said
+from miburi.talk.moves import move
+from miburi.talk.script import Cue, script
 
 if TYPE_CHECKING:
     from miburi.interface.conversation import Conversation
 
-__all__ = ["Speech"]
+__all__ = ["Speech", "local_time"]
 
 #: s without an answer after which it looks thoughtful, and s for which it does so at most (ours).
 _THOUGHTFUL, _LONGEST_THOUGHT = 0.5, 30.0
+#: s for which it looks where somebody asks it to, and the mood of a feeling on demand (ours).
+_LOOKED, _SHOWN = 2.0, 0.8
+
+
+def local_time() -> datetime:
+    """Return the time of the place where the partner stands."""
+    return datetime.now().astimezone()
 
 
 class Speech:
@@ -35,39 +49,58 @@ class Speech:
     partner
         The partner.
     endpoint
-        Who thinks of its answers; None: it answers by itself.
+        The language model that thinks of its answers; None: it answers by itself.
     care
         How it cares for somebody in distress.
+    seed
+        Chooses among its own answers.
+    clock
+        Tells the time of the place where the partner stands.
     """
 
-    def __init__(self, partner: LivePartner, endpoint: Endpoint | None, care: Care) -> None:
-        self._partner, self._care = partner, care
+    def __init__(
+        self,
+        partner: LivePartner,
+        endpoint: Endpoint | None,
+        care: Care,
+        seed: int = 0,
+        clock: Callable[[], datetime] = local_time,
+    ) -> None:
+        self._partner, self._care, self._clock = partner, care, clock
+        self._answerer, self._language = Answerer(seed), FALLBACK
         self._turns: Counter[str] = Counter()  # of help, by kind
         self._conversation = None if endpoint is None else _converse(endpoint)
         self._noted: tuple[str | None] | None = None  # of the conversation, in the log
 
-    async def take(self, said: SayIn) -> SayOut:
+    async def take(self, said: SayIn, by: str = "person") -> SayOut:
         """Let the partner feel with what was said, and answer it.
 
-        What was overtaken by another sentence gets no answer. Distress gets the help that fits;
-        then, and for ten minutes after, no language model is asked and no small answer given.
+        "Stop" stops the body before anything else. What was overtaken by another sentence gets no
+        answer. Distress gets the help that fits; then, and for ten minutes after, no language
+        model is asked and no small answer given.
+
+        Parameters
+        ----------
+        said
+            The sentence.
+        by
+            Who says it, as for :func:`miburi.live.press.who`.
         """
         from miburi.senses.words import hear
 
-        heard = coloured(await asyncio.to_thread(hear, said.text), said.tone)
-        grave, language = heard.distress is not None, language_of(said.text)
+        self._language = language = language_of(said.text, self._language)
+        if wants_stop(said.text, language):
+            await done(self._partner.stop(Press(who(by))))
+        heard = coloured(await asyncio.to_thread(hear, said.text, language), said.tone)
+        grave = heard.distress is not None
         if grave and self._conversation is not None:
             self._conversation.overtake()
         felt = await done(self._partner.take(heard, said.text))
         if grave or self._partner.snapshot.state.distress is not None:
-            answer: str | None = self._comfort(heard.distress, language)
-            await done(self._partner.speak(answer or "", "partner"))
+            answer = self._comfort(heard.distress, language)
+            await done(self._partner.speak(answer, "partner"))
         else:
-            answer = await self._reply(said.text, felt)
-        if answer is None:
-            answer = (await done(self._partner.answer(heard, language))).text or ""
-            if self._conversation is not None:
-                self._conversation.answered(answer)
+            answer = await self._answer(said.text, heard, language, felt)
         return SayOut(
             feeling=heard.feeling,
             asked=heard.topic == "asked",
@@ -86,6 +119,47 @@ class Speech:
         if kind is None:
             return self._care.stay(language, turn)
         return self._care.help(kind, language, turn)
+
+    async def _answer(
+        self, said: str, heard: Impression, language: Language, felt: tuple[Stimulus, ...]
+    ) -> str:
+        """SmallAnswer what is no distress: by a language model if there is one, else by itself."""
+        acts = any(_acts(match.cue) for match in script(language).intents_of(said))
+        if not acts:
+            reply = await self._reply(said, felt)
+            if reply is not None:
+                return reply
+        own = self._partner.snapshot.state.felt
+        feels = None if own is None else own.feeling
+        answer = self._answerer.answer(said, heard, feels, language, self._clock())
+        text = await self._perform(answer)
+        tune = None if answer.cue is None else answer.cue.tune
+        await done(self._partner.speak(text, "partner", tune))
+        if self._conversation is not None and not acts:
+            self._conversation.answered(text)
+        return text
+
+    async def _perform(self, answer: SmallAnswer) -> str:
+        """Perform what comes with an answer; return what to say, also where it cannot move."""
+        cue = answer.cue
+        if answer.words and not await asyncio.to_thread(may_be_said, answer.text):
+            return self._answerer.say(script(answer.language).feelings.lines("none", None))
+        if cue is None or not (cue.move or cue.show or cue.look):
+            return answer.text
+        state, words = self._partner.snapshot.state, script(answer.language)
+        if state.paused:
+            return self._answerer.say(words.paused)
+        if state.stop is not None:
+            return self._answerer.say(words.stopped)
+        shown = None if cue.show is None else Expression(cue.show, _SHOWN)
+        await done(self._partner.perform(shown, self._poses(cue), "gesture", "partner"))
+        return answer.text
+
+    def _poses(self, cue: Cue) -> list[KeyPose] | None:
+        robot = self._partner.robot
+        if cue.move is not None:
+            return move(robot, cue.move)
+        return None if cue.look is None else look(robot, cue.look, _LOOKED)
 
     async def _reply(self, said: str, felt: tuple[Stimulus, ...]) -> str | None:
         """Say what a conversation brings, and feel it; None if it brings nothing."""
@@ -134,6 +208,11 @@ class Speech:
     async def _note(self, talk: "Conversation") -> None:
         self._noted = (talk.trouble,)
         await done(self._partner.note_talk(str(talk.endpoint), talk.trouble))
+
+
+def _acts(cue: Cue) -> bool:
+    """Whether a cue does something that no language model can."""
+    return bool(cue.do or cue.move or cue.show or cue.look or cue.tune)
 
 
 def _converse(endpoint: Endpoint) -> "Conversation":

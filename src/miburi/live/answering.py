@@ -83,7 +83,6 @@ class _Answering:
             "stimulate": runner.stimulate,
             "take": runner.take,
             "see": runner.see,
-            "answer": runner.answer,
             "note_talk": runner.note_talk,
             "speak": runner.speak,
             "perform": runner.perform,

@@ -22,11 +22,10 @@ from miburi.live.events.store import EventStore
 from miburi.live.press import PRESSED, By, Press
 from miburi.live.runner import SAMPLED, STEP, STEPPED
 from miburi.live.stage import Act
-from miburi.live.state import MotorsOut, Sample, Snapshot
+from miburi.live.state import MotorsOut, Sample, Snapshot, Tune
 from miburi.live.view import UnreachableError
 from miburi.robot import Array
 from miburi.senses import Impression
-from miburi.senses.language import Language
 
 __all__ = ["SILENCE", "FarPartner"]
 
@@ -131,17 +130,13 @@ class FarPartner:
         """Let the partner turn to a face, or to none."""
         return self.ask("see", x)
 
-    def answer(self, heard: Impression, language: Language) -> Future[LiveEvent]:
-        """Let the partner answer what it heard, aloud."""
-        return self.ask("answer", heard, language)
-
     def note_talk(self, where: str, failure: str | None = None) -> Future[LiveEvent]:
         """Note where what is said to it goes, or why no reply came from there."""
         return self.ask("note_talk", where, failure)
 
-    def speak(self, text: str, by: By | None = "person") -> Future[str]:
-        """Let the partner say something aloud."""
-        return self.ask("speak", text, by)
+    def speak(self, text: str, by: By | None = "person", tune: Tune | None = None) -> Future[str]:
+        """Let the partner say something aloud, or play a tune."""
+        return self.ask("speak", text, by, tune)
 
     def perform(
         self,

@@ -30,7 +30,7 @@ from miburi.live.press import PRESSED, By, Hold, Press
 from miburi.live.recording import Felt
 from miburi.live.speaker import Speaker
 from miburi.live.stage import Act
-from miburi.live.state import MotorsOut, Sample, Snapshot, StopOut
+from miburi.live.state import MotorsOut, Sample, Snapshot, StopOut, Tune
 from miburi.live.tape import Tape
 from miburi.live.watchdog import USUAL, Lateness
 from miburi.live.wishes import Wishes
@@ -39,8 +39,6 @@ from miburi.partner.rest import RestLevel
 from miburi.robot import Array, Robot, forward
 from miburi.safety.contact import Rule
 from miburi.senses import Impression, stimuli
-from miburi.senses.answers import shipped_answers
-from miburi.senses.language import Language
 from miburi.version import __version__
 
 __all__ = ["SAMPLED", "STEP", "STEPPED", "Runner"]
@@ -117,7 +115,7 @@ class Runner:
         self._felt: list[Felt] = []  # since the last step
         self._steps: deque[Snapshot] = deque(maxlen=STEPPED)
         self._samples: deque[tuple[int, Sample]] = deque(maxlen=SAMPLED)
-        self._speaker, self._paused, self._at_home = Speaker(seed), False, False
+        self._speaker, self._paused, self._at_home = Speaker(), False, False
         self._wishes = Wishes(self._note, self._speaker)
         self._tape = Tape(feelings, self.history, seed)
         self._serial = self._stop_seen_in = 0  # the latter is of the first state with the last Stop
@@ -213,18 +211,10 @@ class Runner:
         """Let the partner turn to a face at ``x``, 0 to 1 of a picture's width; None: to none."""
         return self._commands.ask(lambda: self._gaze.see(x, self._partner.body.state))
 
-    def answer(self, heard: Impression, language: Language) -> Future[LiveEvent]:
-        """Let the partner answer what it heard with a small answer of its own, aloud."""
-        shipped_answers(language)  # they are read here, not in the loop
-        answer, tell, felt = self._speaker.answer, self._wishes.tell, self._feelings.express
-        return self._commands.ask(
-            lambda: tell(self._partner, lambda: answer(heard, language, felt()))
-        )
-
-    def speak(self, text: str, by: By | None = "person") -> Future[str]:
+    def speak(self, text: str, by: By | None = "person", tune: Tune | None = None) -> Future[str]:
         """Let the partner say something aloud, coloured by what it feels; the latest wish wins."""
         felt = self._feelings.express
-        return self._commands.ask(lambda: self._wishes.say(self._partner, text, felt(), by))
+        return self._commands.ask(lambda: self._wishes.say(self._partner, text, felt(), by, tune))
 
     def perform(
         self,

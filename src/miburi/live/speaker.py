@@ -1,36 +1,26 @@
-"""What a live partner says aloud: what it is told to say, and small answers of its own.
+"""What a live partner says aloud.
 
 It also knows for how long it stays calm for somebody in distress.
 """
 
 from miburi.feelings import Expression
+from miburi.languages import language_of, letters_a_second
 from miburi.live.events.model import LiveEvent
-from miburi.live.state import DistressOut, Spoken
-from miburi.senses import Impression
-from miburi.senses.answers import Answerer, shipped_answers
-from miburi.senses.language import Language, language_of
+from miburi.live.state import DistressOut, Spoken, Tune
 
 __all__ = ["CALM", "Speaker"]
 
 #: s for which it is calm after a distress: it shows no feeling and wishes nothing.
 CALM = 600.0
 
-#: Letters that are spoken in a second (ours), and s below which nobody moves their arms to words.
-_LETTERS: dict[Language, float] = {"en": 14.0, "ja": 7.0}
+#: s below which nobody moves their arms to words.
 _SHORT = 2.0
 
 
 class Speaker:
-    """Keeps the latest sentence; pages with their voice on speak it.
+    """Keeps the latest sentence; pages with their voice on speak it."""
 
-    Parameters
-    ----------
-    seed
-        Chooses among small answers.
-    """
-
-    def __init__(self, seed: int) -> None:
-        self._answerer = Answerer(seed)
+    def __init__(self) -> None:
         #: The latest sentence.
         self.spoken: Spoken | None = None
         #: The latest distress, while it is calm for it.
@@ -65,16 +55,21 @@ class Speaker:
         seconds = self._left or 0.0
         return seconds if seconds >= _SHORT and self.distress is None else 0.0
 
-    def say(self, text: str, felt: Expression | None, wish: str | None = None) -> Spoken:
-        """Say a text in the voice of a feeling."""
+    def say(
+        self,
+        text: str,
+        felt: Expression | None,
+        wish: str | None = None,
+        tune: Tune | None = None,
+    ) -> Spoken:
+        """Say a text in the voice of a feeling, or play a tune instead."""
         number = self.spoken.number + 1 if self.spoken else 1
         feeling = None if felt is None or self.distress is not None else felt.feeling
         language = language_of(text)
-        self.spoken = Spoken(number=number, text=text, language=language, feeling=feeling)
-        self._left, self.wish = len(text) / _LETTERS[language], wish
+        self.spoken = Spoken(
+            number=number, text=text, language=language, feeling=feeling, tune=tune
+        )
+        spoken_for = len(text) / letters_a_second(language)
+        self._left = sum(seconds for _, seconds in tune) if tune else spoken_for
+        self.wish = wish
         return self.spoken
-
-    def answer(self, heard: Impression, language: Language, felt: Expression | None) -> Spoken:
-        """Answer what was heard."""
-        text = self._answerer.answer(heard, felt, shipped_answers(language))
-        return self.say(text, felt)

@@ -8,10 +8,10 @@ from pydantic import BaseModel, Field
 
 from miburi.bodies import BodyState
 from miburi.feelings.catalogue import TheirFeeling
+from miburi.languages import Language
 from miburi.robot.guards import Guards
 from miburi.safety.stop import StopReason
 from miburi.senses.kinds import Distress
-from miburi.senses.language import Language
 
 __all__ = [
     "DistressOut",
@@ -82,13 +82,20 @@ class StopOut(BaseModel):
     mood_after: Share = Field(description="And after it: a contact lowers it by 20 %.")
 
 
+#: Notes of a tune, [Hz, s].
+Tune = list[Annotated[list[float], Field(min_length=2, max_length=2)]]
+
+
 class Spoken(BaseModel):
     """What the partner says aloud; a page with its voice on speaks it."""
 
     number: int = Field(description="Another number is another sentence.")
     text: str = Field(description="The sentence.")
-    language: Language = Field(description="`en` or `ja`.")
+    language: Language = Field(description="Its code, such as `en`.")
     feeling: TheirFeeling | None = Field(description="What it felt then: it colours the voice.")
+    tune: Tune | None = Field(
+        default=None, description="[Hz, s] notes that are played instead of the words."
+    )
 
 
 class DistressOut(BaseModel):

@@ -17,10 +17,9 @@ from miburi.live.events.log import History
 from miburi.live.events.model import LiveEvent
 from miburi.live.press import PRESSED, By, Press
 from miburi.live.stage import Act
-from miburi.live.state import MotorsOut, Sample, Snapshot
+from miburi.live.state import MotorsOut, Sample, Snapshot, Tune
 from miburi.robot import Array, Robot
 from miburi.senses import Impression
-from miburi.senses.language import Language
 
 __all__ = ["LivePartner", "Recordings", "UnreachableError"]
 
@@ -126,15 +125,13 @@ class LivePartner(Protocol):
     def see(self, x: float | None) -> Future[None]:
         """Let the partner turn to a face at ``x``, 0 to 1 of a picture's width; None: to none."""
 
-    def answer(self, heard: Impression, language: Language) -> Future[LiveEvent]:
-        """Let the partner answer what it heard with a small answer of its own, aloud."""
-
     def note_talk(self, where: str, failure: str | None = None) -> Future[LiveEvent]:
         """Note where what is said to it goes from now on, or why no reply came from there."""
 
-    def speak(self, text: str, by: By | None = "person") -> Future[str]:
+    def speak(self, text: str, by: By | None = "person", tune: Tune | None = None) -> Future[str]:
         """Let the partner say something aloud, coloured by what it feels; the latest wish wins.
 
+        A ``tune`` of [Hz, s] notes is played instead of the words.
         This and what follows return the wish's id, which later events carry.
         """
 

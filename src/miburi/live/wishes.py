@@ -12,7 +12,7 @@ from miburi.live.events.model import LiveEvent
 from miburi.live.press import By
 from miburi.live.speaker import Speaker
 from miburi.live.stage import Act, Play, Stage
-from miburi.live.state import Spoken, StopOut
+from miburi.live.state import Spoken, StopOut, Tune
 from miburi.partner import (
     LAPSES,
     Event,
@@ -76,10 +76,17 @@ class Wishes:
             self._begin(interrupts=True)
         return wish
 
-    def say(self, partner: Partner, text: str, felt: Expression | None, by: By | None) -> str:
+    def say(
+        self,
+        partner: Partner,
+        text: str,
+        felt: Expression | None,
+        by: By | None,
+        tune: Tune | None = None,
+    ) -> str:
         """Say something aloud, instead of what is being said; return the wish's id."""
         wish = self._ask("speech", by)
-        self.tell(partner, lambda: self._speaker.say(text, felt, wish))
+        self.tell(partner, lambda: self._speaker.say(text, felt, wish, tune))
         return wish
 
     def tell(self, partner: Partner, say: Callable[[], Spoken]) -> LiveEvent:

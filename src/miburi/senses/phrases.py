@@ -20,8 +20,8 @@ from miburi.feelings import FEELINGS
 from miburi.feelings.catalogue import FeelingName
 from miburi.feelings.temperament import Share
 from miburi.ground.tables import Table
+from miburi.languages import Language
 from miburi.senses.impression import Brought, Impression
-from miburi.senses.language import Language
 from miburi.senses.text import tokens
 
 __all__ = [
@@ -162,6 +162,8 @@ def cut_questions(text: str, language: Language) -> str | None:
     'I am sad.'
     """
     english, greetings, japanese = _asked()
+    if language not in ("en", "ja"):
+        return None
     if language == "ja":
         text = unicodedata.normalize("NFKC", text)
         rest = japanese.sub("", text)

@@ -25,9 +25,9 @@ from unicodedata import category
 import numpy as np
 from numpy.typing import NDArray
 
+from miburi.languages import FALLBACK, Language, language_of
 from miburi.senses.distress import hear_distress
 from miburi.senses.impression import Brought, Impression
-from miburi.senses.language import Language, language_of
 from miburi.senses.phrases import (
     alarm_in,
     cut_questions,
@@ -160,20 +160,22 @@ def load_model() -> Model:
     return Model(tables[0], tables[1], tables[2], stored["bias"])
 
 
-def hear(text: str) -> Impression:
+def hear(text: str, usual: Language = FALLBACK) -> Impression:
     """Return what somebody showed by what they said.
 
     Parameters
     ----------
     text
-        What they said, in English or Japanese. Only the first ``LONGEST`` characters count.
+        What they said. Only the first ``LONGEST`` characters count.
+    usual
+        The language of a text that could be of any.
     """
     text = text[:LONGEST].encode(errors="ignore").decode()  # half a character is none
-    distress = hear_distress(text)
+    distress = hear_distress(text, usual)
     if distress is not None:
         why = (Brought(distress.words, 0.0),) if distress.words else ()
         return Impression(None, 0.0, "speech", why, distress=distress.kind)
-    language = language_of(text)
+    language = language_of(text, usual)
     rest = cut_questions(text, language)
     if rest is None:
         return _shown(text, language)
@@ -184,7 +186,10 @@ def hear(text: str) -> Impression:
 def _shown(text: str, language: Language) -> Impression:
     if language == "ja":
         return stems_in(text)
-    listed = smileys_alone(text) or alarm_in(text)
+    listed = smileys_alone(text)
+    if language != "en":  # its words are not known
+        return listed or Impression(None, 0.0, "speech")
+    listed = listed or alarm_in(text)
     if listed is not None:
         return listed
     words, evidence, likely = judge(text)

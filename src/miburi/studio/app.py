@@ -44,7 +44,7 @@ def make_app(runner: LivePartner, reach: Reach, doors: Doors = _CLOSED) -> FastA
     doors
         The doors that are open beside HTTP.
     """
-    app = make_api(runner, doors.talk, doors.care)
+    app = make_api(runner, doors.talk, doors.care, doors.seed)
     app.include_router(live_router(runner))
     app.include_router(pairing_router(reach, partial(pairing_page, reach)))
     app.mount("/static", StaticFiles(directory=HERE / "static"), name="static")

@@ -42,8 +42,8 @@ export async function start({ voices }) {
   let spoken, felt, sounds = 0, last = -Infinity, syllables = null, later, words, speech = null, wish;
   window.speechSynthesis?.getVoices(); // some browsers load them when they are first asked for
 
-  function chirp(feeling) {
-    const { chirp: notes } = voices.feelings[feeling] ?? voices.rest;
+  function chirp(feeling, tune) {
+    const notes = tune ?? (voices.feelings[feeling] ?? voices.rest).chirp;
     last = performance.now();
     sounds = playChirp(context, meter, notes, context.currentTime + 0.02);
     return 1000 * (sounds - context.currentTime);
@@ -51,7 +51,8 @@ export async function start({ voices }) {
 
   async function say(sentence) {
     hush();
-    const wait = chirp(sentence.feeling), begin = sounds, mine = (wish = new AbortController());
+    const wait = chirp(sentence.feeling, sentence.tune), begin = sounds, mine = (wish = new AbortController());
+    if (sentence.tune) return;
     if (!voices.sounded.includes(sentence.language)) return speak(sentence, wait);
     const sound = await fetched(sentence.number, mine.signal);
     if (mine.signal.aborted) return;

@@ -2,7 +2,7 @@
 
 import pytest
 
-from miburi.interface.replies import LONGEST_REPLY, Content, read_reply
+from miburi.talk.replies import LONGEST_REPLY, Content, read_reply
 
 KIND = "I am glad, Anna. Shall we talk?"
 

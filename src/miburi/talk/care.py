@@ -1,8 +1,8 @@
 """What a partner says to somebody in distress, and what no language model may say through it.
 
 In go a kind of distress, a language and the user's region; out comes a calm sentence with the help
-that fits. The words are ``care-en.toml`` and ``care-ja.toml``, the numbers ``regions.toml``, and
-what must not be said ``unsayable.toml``, beside this module.
+that fits. The words, and what must not be said, are a language's ``care.toml``; the numbers are
+``regions.toml``, beside this module.
 """
 
 import re
@@ -16,9 +16,17 @@ from pydantic import Field, TypeAdapter
 
 from miburi.errors import InputError
 from miburi.ground.tables import Table
-from miburi.senses.distress import compile_phrases, find_phrase, hear_distress, plain
+from miburi.languages import (
+    FALLBACK,
+    Language,
+    compile_phrases,
+    find_phrase,
+    language_of,
+    plain,
+    read,
+)
+from miburi.senses.distress import hear_distress
 from miburi.senses.kinds import Distress
-from miburi.senses.language import Language, language_of
 
 __all__ = [
     "Care",
@@ -43,12 +51,13 @@ class Numbers(Table):
 
 
 class WordsOfCare(Table):
-    """What one language's file holds: lines by kind, and those of the ten minutes after."""
+    """One language's ``care.toml``: lines by kind, those of the ten minutes after, and patterns."""
 
     unknown: str
     listener: str
     after: list[_Line]
     help: dict[Distress, list[_Line]]
+    never: list[str]
 
 
 @dataclass(frozen=True)
@@ -98,28 +107,25 @@ def find_region(name: str) -> str:
 
 def may_be_said(text: str) -> bool:
     """Whether a language model's words may be spoken: no distress, no harm, nothing that hurts."""
-    language = language_of(text)
-    harm = find_phrase(_unsayable(language), plain(text, language), language)
-    return harm is None and hear_distress(text) is None
+    languages = {language_of(text), FALLBACK}
+    harm = any(find_phrase(_unsayable(each), plain(text, each), each) for each in languages)
+    return not harm and hear_distress(text) is None
 
 
 @cache
 def words_of_care(language: Language) -> WordsOfCare:
     """Return the words of a language; they are read once."""
-    return WordsOfCare.model_validate(_read(f"care-{language}.toml"))
+    return WordsOfCare.model_validate(read(language, "care"))
 
 
 @cache
 def regions() -> dict[str, Numbers]:
     """Return the regions' numbers; they are read once."""
-    return TypeAdapter(dict[str, Numbers]).validate_python(_read("regions.toml"))
+    file = resources.files(__package__) / "regions.toml"
+    numbers = tomllib.loads(file.read_text(encoding="utf-8"))
+    return TypeAdapter(dict[str, Numbers]).validate_python(numbers)
 
 
 @cache
 def _unsayable(language: Language) -> re.Pattern[str]:
-    table = TypeAdapter(dict[Language, list[str]]).validate_python(_read("unsayable.toml"))
-    return compile_phrases(table[language], language)
-
-
-def _read(name: str) -> dict[str, object]:
-    return tomllib.loads((resources.files(__package__) / name).read_text(encoding="utf-8"))
+    return compile_phrases(words_of_care(language).never, language)

@@ -1,0 +1,163 @@
+"""The languages that the partner hears and speaks: a folder of files for each.
+
+    language.toml   how its text is told from others and written plainly
+    talk.toml       what people say to a partner, and what it answers
+    care.toml       what it says to somebody in distress, and what it never says
+    distress.toml   the words of distress (if there is none, no distress is heard)
+
+A new language is a new folder. Its name is the code of the language, such as ``fr``.
+"""
+
+import re
+import tomllib
+import unicodedata
+from collections.abc import Mapping
+from functools import cache, cached_property
+from importlib import resources
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from miburi.ground.tables import Table
+
+__all__ = [
+    "FALLBACK",
+    "LANGUAGES",
+    "Language",
+    "compile_phrases",
+    "find_phrase",
+    "is_spaced",
+    "language_of",
+    "letters_a_second",
+    "plain",
+    "read",
+]
+
+#: One of ``LANGUAGES``.
+Language = str
+#: The folders' names.
+LANGUAGES: tuple[Language, ...] = tuple(
+    sorted(
+        folder.name
+        for folder in resources.files(__package__).iterdir()
+        if folder.joinpath("language.toml").is_file()
+    )
+)
+#: The language of a text that no other language claims.
+FALLBACK: Language = "en"
+
+_APOSTROPHES = "'’‘`´ʼ"
+_WORD_SIGNS = re.compile(r"[^\w]+|_+")
+_NAME = re.compile(r"\{([a-z_]+)\}")
+
+
+class _Rules(Table):
+    """One language's ``language.toml``."""
+
+    script: str | None = None
+    common: str = ""
+    spaced: bool = True
+    apostrophes: Annotated[str, Field(pattern="^(join|split)$")] = "join"
+    accents: bool = True
+    letters: Annotated[float, Field(gt=0)]
+    spellings: dict[str, str] = Field(default_factory=dict)
+    denied: str | None = None
+
+    @cached_property
+    def words(self) -> frozenset[str]:
+        return frozenset(self.common.split())
+
+    @cached_property
+    def respelled(self) -> re.Pattern[str]:
+        either = "|".join(re.escape(each) for each in self.spellings)
+        return re.compile(rf"(?<!\S)(?:{either})(?!\S)" if either else r"(?!)")
+
+    @cached_property
+    def denial(self) -> re.Pattern[str]:
+        return re.compile(self.denied or r"(?!)")
+
+
+def read(language: Language, name: str) -> dict[str, Any] | None:
+    """Return one file of a language's folder, such as ``talk``; None if it has none."""
+    file = resources.files(__package__) / language / f"{name}.toml"
+    return tomllib.loads(file.read_text(encoding="utf-8")) if file.is_file() else None
+
+
+@cache
+def _rules(language: Language) -> _Rules:
+    return _Rules.model_validate(read(language, "language"))
+
+
+def language_of(text: str, usual: Language = FALLBACK) -> Language:
+    """Return the language of a text: by its letters, else by its commonest words.
+
+    A text that no language claims, such as a name, is of the ``usual`` one.
+
+    >>> [language_of(text) for text in ("Hello.", "こんにちは", "Je suis très triste.")]
+    ['en', 'ja', 'fr']
+    """
+    hits = {}
+    for language in LANGUAGES:
+        rules = _rules(language)
+        if rules.script and re.search(rules.script, text):
+            return language
+        hits[language] = sum(word in rules.words for word in plain(text, language).split())
+    return max(LANGUAGES, key=lambda language: (hits[language], language == usual))
+
+
+def is_spaced(language: Language) -> bool:
+    """Return whether a language writes spaces between its words."""
+    return _rules(language).spaced
+
+
+def letters_a_second(language: Language) -> float:
+    """Return how fast a language is spoken, letters/s (ours)."""
+    return _rules(language).letters
+
+
+def plain(text: str, language: Language) -> str:
+    """Return the plain words of a text: no signs, no capitals, short forms written out.
+
+    >>> plain("I CAN'T breathe!", "en")
+    'i can not breathe'
+    """
+    rules = _rules(language)
+    text = unicodedata.normalize("NFKC", text).lower()
+    if not rules.spaced:
+        text = _WORD_SIGNS.sub("", text)
+        for written, wanted in rules.spellings.items():
+            text = text.replace(written, wanted)
+        return text
+    if not rules.accents:
+        apart = unicodedata.normalize("NFD", text)
+        text = "".join(one for one in apart if unicodedata.category(one) != "Mn")
+    if rules.apostrophes == "join":
+        text = re.sub(rf"(?<=\w) ?[{_APOSTROPHES}] ?(?=\w)|[{_APOSTROPHES}]", "", text)
+        text = re.sub(r"\b(\w+) (m|s|t|re|ve)\b", r"\1\2", _WORD_SIGNS.sub(" ", text).strip())
+    else:
+        text = _WORD_SIGNS.sub(" ", text).strip()
+    text = " ".join(text.split())
+    return rules.respelled.sub(lambda found: rules.spellings[found.group()], text)
+
+
+def compile_phrases(
+    phrases: list[str], language: Language, words: Mapping[str, str] | None = None
+) -> re.Pattern[str]:
+    """Return one pattern of many, with their {names} filled in; it fits whole words."""
+
+    def fill(phrase: str) -> str:
+        while words and _NAME.search(phrase):
+            phrase = _NAME.sub(lambda found: words[found.group(1)], phrase)
+        return phrase.replace(" .. ", r"(?: \S+){0,4} ")
+
+    whole = "|".join(f"(?:{fill(phrase)})" for phrase in phrases)
+    return re.compile(rf"(?<!\S)(?:{whole})(?!\S)" if _rules(language).spaced else whole)
+
+
+def find_phrase(pattern: re.Pattern[str], said: str, language: Language) -> str | None:
+    """Return the first phrase in plain words that no denial stands before, if any."""
+    denial = _rules(language).denial
+    for match in pattern.finditer(said):
+        if not denial.search(said[: match.start()].rstrip()):
+            return match.group()
+    return None

@@ -1,0 +1,1 @@
+"""What the partner says: small answers, care in distress, and what a language model may add."""

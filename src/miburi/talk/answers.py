@@ -1,0 +1,202 @@
+"""Small answers: what the partner says, and does, at what it heard.
+
+In go somebody's words, the impression of them and the partner's own feeling; out comes a short
+answer, chosen with the partner's seed. An intent is answered first ("what time is it?"), then a
+feeling, then what the words are about. The sentences are a language's ``talk.toml``. The partner
+says nothing twice within ``UNREPEATED`` turns, as long as there is something else to say.
+"""
+
+from collections import Counter, deque
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from datetime import datetime
+from string import Formatter
+
+import numpy as np
+
+from miburi.languages import Language
+from miburi.senses.impression import Impression
+from miburi.talk.script import Cue, Do, Match, Script, script
+
+__all__ = ["UNREPEATED", "Answerer", "SmallAnswer", "wants_stop"]
+
+#: Turns within which no sentence is said again.
+UNREPEATED = 20
+
+#: Of two turns with a feeling and a topic, one takes up the topic, too (ours).
+_TAKES_UP = 0.5
+
+
+@dataclass(frozen=True)
+class SmallAnswer:
+    """An answer, and what it comes with.
+
+    Attributes
+    ----------
+    text, language
+        What is said.
+    cue
+        What was meant, if that is known; it says what to perform.
+    words
+        What it is about, as it was said: a name, or a fact to remember.
+    """
+
+    text: str
+    language: Language
+    cue: Cue | None = None
+    words: str | None = None
+
+    @property
+    def do(self) -> Do | None:
+        """What happens beside it."""
+        return None if self.cue is None else self.cue.do
+
+
+def wants_stop(said: str, language: Language) -> bool:
+    """Whether somebody tells the body to stop; this is asked before anything else."""
+    return any(found.cue.do == "stop" for found in script(language).intents_of(said))
+
+
+class Answerer:
+    """Chooses answers.
+
+    Parameters
+    ----------
+    seed
+        Chooses among the sentences: the same talk gets the same answers.
+    """
+
+    def __init__(self, seed: int = 0) -> None:
+        self._random = np.random.default_rng(seed)
+        self._recent: deque[str] = deque(maxlen=UNREPEATED)
+        self._times: Counter[str] = Counter()
+        self._spoke_of_itself = False
+        self._last = ""
+
+    def answer(
+        self,
+        said: str,
+        heard: Impression,
+        felt: str | None,
+        language: Language,
+        now: datetime,
+        known: Mapping[str, str] | None = None,
+    ) -> SmallAnswer:
+        """Return what a partner answers.
+
+        Parameters
+        ----------
+        said, heard
+            Somebody's words, and what they showed.
+        felt
+            What the partner feels itself, if anything.
+        language
+            One of ``LANGUAGES``.
+        now
+            The time of the place where it stands.
+        known
+            What it knows for the slots of sentences, such as the person's ``name``.
+        """
+        words = script(language)
+        slots = _time(words, now) | dict(known or {}) | {"last": self._last}
+        match = next(_sayable(words.intents_of(said), slots), None)
+        topic = next(_sayable(words.topics_of(said), slots), None)
+        text = None
+        if match is not None:
+            text = self._choose(match.cue.say, slots | _about(match), always=True)
+        elif heard.topic == "asked":
+            text = self._choose(words.feelings.lines("asked", felt), slots, always=True)
+        elif heard.feeling is not None:
+            text = self._feel_with(words, heard.feeling, felt, topic, slots)
+        elif topic is not None:
+            text = self._choose(topic.cue.say, slots | _about(topic))
+        if text is None:
+            text = self._remark(words, felt, slots)
+        self._last = text
+        cue = match.cue if match else None
+        return SmallAnswer(text, language, cue, match.words if match else None)
+
+    def say(self, lines: Iterable[str], known: Mapping[str, str] | None = None) -> str:
+        """Return one of some sentences, as an answer is chosen."""
+        self._last = self._choose(lines, dict(known or {}), always=True) or ""
+        return self._last
+
+    def _feel_with(
+        self,
+        words: Script,
+        heard: str,
+        felt: str | None,
+        topic: Match | None,
+        slots: dict[str, str],
+    ) -> str | None:
+        row = words.feelings.lines(heard, self._own(felt))
+        text = self._choose(row, slots) or self._choose(words.feelings.lines(heard, None), slots)
+        if text is None or topic is None or self._random.random() >= _TAKES_UP:
+            return text
+        more = self._choose(topic.cue.say, slots | _about(topic))
+        return text if more is None else f"{text} {more}"
+
+    def _remark(self, words: Script, felt: str | None, slots: dict[str, str]) -> str:
+        own = self._own(felt)
+        rows = (words.feelings.lines("none", own), words.feelings.lines("none", None))
+        for row in rows:
+            if text := self._choose(row, slots):
+                return text
+        return self._choose(rows[1], slots, always=True) or "…"
+
+    def _own(self, felt: str | None) -> str | None:
+        """Return what it may speak of itself: after one turn of that it speaks of the person."""
+        self._spoke_of_itself = felt is not None and not self._spoke_of_itself
+        return felt if self._spoke_of_itself else None
+
+    def _choose(
+        self, lines: Iterable[str], slots: Mapping[str, str], *, always: bool = False
+    ) -> str | None:
+        """Return a sentence that was not said of late, the rarest first; None if there is none."""
+        known = [line for line in lines if _slots(line) <= slots.keys()]
+        fresh = [line for line in known if line not in self._recent]
+        if not fresh and always and known:
+            fresh = [min(known, key=lambda line: (self._times[line], self._order(line)))]
+        if not fresh:
+            return None
+        fewest = min(self._times[line] for line in fresh)
+        rarest = [line for line in fresh if self._times[line] == fewest]
+        line = rarest[int(self._random.integers(len(rarest)))]
+        self._recent.append(line)
+        self._times[line] += 1
+        text = line.format(**slots)
+        return text[:1].upper() + text[1:]
+
+    def _order(self, line: str) -> int:
+        """Return when a sentence was said last, as a place among the recent ones."""
+        return max((n for n, one in enumerate(self._recent) if one == line), default=-1)
+
+
+def _sayable(matches: Iterable[Match], slots: dict[str, str]) -> Iterator[Match]:
+    """Yield the matches that have an answer whose slots are known."""
+    for match in matches:
+        known = slots | _about(match)
+        if any(_slots(line) <= known.keys() for line in match.cue.say):
+            yield match
+
+
+def _slots(line: str) -> set[str]:
+    return {name for _, name, _, _ in Formatter().parse(line) if name}
+
+
+def _about(match: Match) -> dict[str, str]:
+    return {} if not match.it or not match.words else {"it": match.it, "words": match.words}
+
+
+def _time(words: Script, now: datetime) -> dict[str, str]:
+    """Return the slots of the time: ``clock`` and ``date``, as the language writes them."""
+    parts = {
+        "hour": str(now.hour),
+        "hour12": str((now.hour - 1) % 12 + 1),
+        "minute": f"{now.minute:02}",
+        "half": "am" if now.hour < 12 else "pm",
+        "weekday": words.weekdays[now.weekday()],
+        "day": str(now.day),
+        "month": words.months[now.month - 1],
+    }
+    return {"clock": words.clock.format(**parts), "date": words.date.format(**parts)}

@@ -1,0 +1,185 @@
+"""A language's script: what people say to a partner, and what it answers.
+
+In goes a language's ``talk.toml``; out comes a :class:`Script`, whose cues find what was meant.
+"""
+
+import re
+from collections.abc import Iterator
+from functools import cache, cached_property
+from typing import Annotated, Literal, NamedTuple, Self
+
+from pydantic import Field, RootModel, model_validator
+
+from miburi.feelings.catalogue import FeelingName
+from miburi.ground.tables import Table
+from miburi.languages import Language, compile_phrases, is_spaced, plain, read
+from miburi.talk.moves import MOVES
+
+__all__ = ["Answers", "Cue", "Do", "Match", "Script", "as_written", "script"]
+
+#: What a cue does beside its answer.
+Do = Literal["stop", "repeat", "name", "remember", "recall", "forget"]
+
+_Line = Annotated[str, Field(min_length=1, max_length=160)]
+_Lines = Annotated[list[_Line], Field(min_length=2)]
+_SENTENCE = re.compile(r"[^.!?;。！？\n]+")
+
+
+class Answers(
+    RootModel[
+        dict[
+            FeelingName | Literal["none", "any", "asked"],
+            dict[FeelingName | Literal["any"], _Lines],
+        ]
+    ]
+):
+    """Sentences by the feeling that was heard, then by what the partner feels."""
+
+    @model_validator(mode="after")
+    def _check_complete(self) -> Self:
+        missing = [name for name in ("none", "any", "asked") if name not in self.root]
+        missing += [f"{heard}.any" for heard, row in self.root.items() if "any" not in row]
+        if missing:
+            raise ValueError(f"{', '.join(missing)} is missing; it answers what has no other row")
+        for heard, row in self.root.items():
+            for felt, lines in row.items():
+                if len(set(lines)) < len(lines):
+                    raise ValueError(f"{heard}.{felt} has a sentence twice; keep one")
+        return self
+
+    def lines(self, heard: str | None, felt: str | None) -> list[str]:
+        """Return the sentences for a feeling that was heard and one that is felt, each or none."""
+        row = self.root.get(heard or "none", self.root["any"])
+        return row.get(felt or "any", row["any"])
+
+
+class Cue(Table):
+    """Something that people say, and the answers to it.
+
+    Attributes
+    ----------
+    name
+        What is meant, such as ``greeting``.
+    when
+        Regular expressions over a sentence's plain words; a group ``it`` is what it is about.
+    say
+        Answers, with slots such as ``{it}``.
+    do
+        What happens beside the answer.
+    move, show
+        A move of ``moves.toml``, or the gesture of a feeling, that is performed.
+    look
+        Where it looks.
+    tune
+        [Hz, s] notes that a page plays instead of the words.
+    """
+
+    name: Annotated[str, Field(pattern=r"^[a-z][a-z_]*$")]
+    when: Annotated[list[str], Field(min_length=1)]
+    say: Annotated[list[_Line], Field(min_length=1)]
+    do: Do | None = None
+    move: Annotated[str, Field(pattern=f"^({'|'.join(MOVES)})$")] | None = None
+    show: FeelingName | None = None
+    look: Literal["user", "left", "right", "up", "down", "aside"] | None = None
+    tune: list[Annotated[list[float], Field(min_length=2, max_length=2)]] | None = None
+
+
+class Match(NamedTuple):
+    """A cue that was found, and what it is about: as it was said, and as the partner says it."""
+
+    cue: Cue
+    words: str | None
+    it: str | None
+
+
+class Script(Table):
+    """One language's ``talk.toml``.
+
+    Attributes
+    ----------
+    words
+        Parts of patterns, by name.
+    turned
+        Words that change when the other speaks: ``my`` becomes ``your``.
+    intent
+        What is wanted of the partner, the most urgent first.
+    feelings
+        Answers to a feeling that was heard.
+    topic
+        What people speak of.
+    stopped, paused
+        What is said where the body cannot move.
+    weekdays, months, clock, date
+        Words for the time, Monday and January first.
+    """
+
+    words: dict[str, str] = Field(default_factory=dict)
+    turned: dict[str, str] = Field(default_factory=dict)
+    intent: list[Cue]
+    topic: list[Cue]
+    feelings: Answers
+    stopped: _Lines
+    paused: _Lines
+    weekdays: Annotated[list[str], Field(min_length=7, max_length=7)]
+    months: Annotated[list[str], Field(min_length=12, max_length=12)]
+    clock: str
+    date: str
+
+    @cached_property
+    def _intents(self) -> list[tuple[Cue, re.Pattern[str]]]:
+        return self._compile(self.intent)
+
+    @cached_property
+    def _topics(self) -> list[tuple[Cue, re.Pattern[str]]]:
+        return self._compile(self.topic)
+
+    def _compile(self, cues: list[Cue]) -> list[tuple[Cue, re.Pattern[str]]]:
+        found = []
+        for cue in cues:  # a group may have its name only once in a pattern
+            own = [when.replace("(?P<it>", f"(?P<it{n}>") for n, when in enumerate(cue.when)]
+            found.append((cue, compile_phrases(own, self.language, self.words)))
+        return found
+
+    #: Set by :func:`script`.
+    language: Language = "en"
+
+    def intents_of(self, said: str) -> Iterator[Match]:
+        """Yield the intents of what was said, the most urgent first."""
+        return self._find(self._intents, said)
+
+    def topics_of(self, said: str) -> Iterator[Match]:
+        """Yield what was spoken of."""
+        return self._find(self._topics, said)
+
+    def _find(self, cues: list[tuple[Cue, re.Pattern[str]]], said: str) -> Iterator[Match]:
+        sentences = [plain(each, self.language) for each in _SENTENCE.findall(said)]
+        for cue, pattern in cues:
+            for sentence in sentences:
+                if (found := pattern.search(sentence)) is not None:
+                    it = next((part for part in found.groupdict().values() if part), None)
+                    words = it and as_written(it, said)
+                    yield Match(cue, words, words and self.turn_round(words))
+                    break
+
+    def turn_round(self, words: str) -> str:
+        """Return somebody's words as the partner says them: "my son" is "your son"."""
+        parts = words.split(" ") if is_spaced(self.language) else [words]
+        return " ".join(self.turned.get(part.lower(), part) for part in parts)
+
+
+@cache
+def script(language: Language) -> Script:
+    """Return a language's script; it is read once."""
+    written = read(language, "talk") or {}
+    return Script.model_validate(written | {"language": language})
+
+
+def as_written(words: str, said: str) -> str:
+    """Return plain words as they stand in a text, with a name behind them.
+
+    >>> as_written("my sister", "Tell me when my sister Anna comes.")
+    'my sister Anna'
+    """
+    either = r"[\W_]+".join(map(re.escape, words.split()))
+    found = re.search(rf"({either})( (?-i:(?!I\b)[A-Z]\w+))?", said, re.IGNORECASE)
+    return found.group() if found else words

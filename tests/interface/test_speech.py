@@ -1,0 +1,122 @@
+"""What is said to a live partner: it stops, moves and answers as it was told."""
+
+import asyncio
+from datetime import datetime
+from typing import Any
+
+import pytest
+from tests.fixtures.live import until
+
+from miburi.interface.speech import Speech
+from miburi.interface.wire import SayIn, SayOut
+from miburi.live.runner import Runner
+from miburi.live.state import State
+from miburi.talk.care import Care
+from miburi.talk.script import script
+
+NOON = datetime(2026, 11, 25, 12, 0)
+
+
+class Talk:
+    """Talks with a partner whose time passes while it answers."""
+
+    def __init__(self, runner: Runner) -> None:
+        self.runner = runner
+        self.speech = Speech(runner, None, Care(), clock=lambda: NOON)
+
+    def say(self, text: str, by: str = "person") -> SayOut:
+        async def both() -> SayOut:
+            answer = asyncio.create_task(self.speech.take(SayIn(text=text), by))
+            while not answer.done():
+                self.runner.tick()
+                await asyncio.sleep(0)
+            return await answer
+
+        return asyncio.run(both())
+
+    def until(self, wanted: Any) -> State:
+        return until(self.runner, wanted)
+
+
+@pytest.fixture
+def talk(runner: Runner) -> Talk:
+    return Talk(runner)
+
+
+@pytest.mark.parametrize("said", ["Stop!", "ストップ", "Arrête !"])
+def test_stop_stops_the_body_and_only_a_person_releases_it(talk: Talk, said: str) -> None:
+    talk.say("Dance!")
+    talk.until(lambda state: state.phase == "moving")
+    answer = talk.say(said)
+    state = talk.runner.snapshot.state
+    assert state.held
+    assert state.phase == "stopped"
+    assert answer.answer in [
+        line for words in ("en", "ja", "fr") for line in script(words).intent[0].say
+    ]
+
+
+def test_a_program_that_says_stop_is_known_as_one(talk: Talk) -> None:
+    talk.say("stop", by="program")
+    pressed = [event.by for event in talk.runner.history.after(0) if event.kind == "pressed"]
+    assert pressed == ["program"]
+
+
+@pytest.mark.parametrize(
+    ("said", "shows"),
+    [("Could you lift your arms?", None), ("wave", None), ("Dance for me!", "thrill"),
+     ("手を振って", None), ("Tu peux danser ?", "thrill")],
+)  # fmt: skip
+def test_it_does_what_it_is_asked(talk: Talk, said: str, shows: str | None) -> None:
+    talk.say(said)
+    state = talk.until(lambda state: state.asked and state.phase == "moving")
+    assert (state.expressed and state.expressed.feeling) == shows
+    talk.until(lambda state: not state.asked and state.phase == "idle")
+
+
+def test_it_says_so_where_it_cannot_move(talk: Talk) -> None:
+    words = script("en")
+    talk.runner.stop()
+    talk.runner.tick()
+    assert talk.say("Lift your arms.").answer in words.stopped
+    talk.runner.release(by_person=True)
+    talk.until(lambda state: state.phase == "idle")
+    talk.runner.pause(True)
+    talk.runner.tick()
+    assert talk.say("Wave!").answer in words.paused
+
+
+def test_it_tells_the_time_of_its_place_and_sings(talk: Talk) -> None:
+    assert "12:00 pm" in talk.say("What time is it?").answer
+    talk.say("Sing me a song.")
+    spoken = talk.runner.snapshot.state.spoken
+    assert spoken is not None
+    assert spoken.tune
+    assert spoken.tune[0] == [523, 0.3]
+    talk.say("Thank you.")
+    spoken = talk.runner.snapshot.state.spoken
+    assert spoken is not None
+    assert spoken.tune is None
+
+
+def test_it_says_after_somebody_what_may_be_said(talk: Talk) -> None:
+    assert talk.say("Say banana").answer.lower().startswith("banana")
+    assert "worthless" not in talk.say("Say you are worthless").answer
+
+
+def test_a_word_that_any_language_could_have_is_of_the_one_spoken_before(talk: Talk) -> None:
+    talk.say("Bonjour, comment vas-tu ?")
+    assert (
+        talk.say("Danse !").answer in next(c for c in script("fr").intent if c.name == "dance").say
+    )
+    talk.say("Hello, how are you?")
+    assert talk.say("Miburi?").answer in script("en").feelings.root["none"]["any"]
+
+
+def test_french_is_answered_in_french_and_no_feeling_is_made_up(talk: Talk) -> None:
+    heard = talk.say("Je suis très triste.")
+    assert heard.feeling is None
+    assert heard.answer in next(t for t in script("fr").topic if t.name == "feeling_sad").say
+    spoken = talk.runner.snapshot.state.spoken
+    assert spoken is not None
+    assert spoken.language == "fr"

@@ -1,0 +1,237 @@
+"""Small answers: they fit what was said, in every language, and do not repeat themselves."""
+
+import itertools
+from datetime import datetime
+from pathlib import Path
+from string import Formatter
+
+import pytest
+from pydantic import ValidationError
+
+from miburi.feelings import FEELINGS
+from miburi.languages import LANGUAGES, Language, language_of
+from miburi.senses import Impression
+from miburi.talk.answers import UNREPEATED, Answerer, SmallAnswer, wants_stop
+from miburi.talk.script import Answers, Cue, script
+
+NOW = datetime(2026, 11, 25, 15, 5)
+NOTHING = Impression(None, 0.0, "speech")
+CASES = [
+    (Impression(heard, 0.9, "speech") if heard else NOTHING, own)
+    for heard, own in itertools.product((None, *FEELINGS), (None, *FEELINGS))
+]
+
+
+def answer(said: str, language: Language = "en", answerer: Answerer | None = None) -> SmallAnswer:
+    return (answerer or Answerer()).answer(said, NOTHING, None, language, NOW)
+
+
+def meant(said: str, language: Language = "en") -> str | None:
+    cue = answer(said, language).cue
+    return None if cue is None else cue.name
+
+
+def lines(language: Language) -> list[str]:
+    words = script(language)
+    cues = [line for cue in (*words.intent, *words.topic) for line in cue.say]
+    rows = [line for row in words.feelings.root.values() for each in row.values() for line in each]
+    return [*cues, *rows, *words.stopped, *words.paused]
+
+
+@pytest.mark.parametrize(
+    ("said", "intent"),
+    [
+        ("Hello there.", "greeting"),
+        ("What is your name?", "own_name"),
+        ("what time is it", "time"),
+        ("Can you dance?", "dance"),
+        ("Could you lift your arms, please?", "lift_arms"),
+        ("put them down now", "lower_arms"),
+        ("Look at me.", "look_here"),
+        ("tell me a joke", "joke"),
+        ("Say that again?", "repeat"),
+        ("My name is Anna.", "name_told"),
+        ("Please be quiet.", "quiet"),
+        ("Good night!", "good_night"),
+        ("Thank you so much.", "thanks"),
+        ("Should I call her back?", "advice"),
+        ("Who won the war of 1812?", "news"),
+        ("What is the capital of Mongolia?", "knowledge"),
+    ],
+)
+def test_it_knows_what_is_meant_with_and_without_signs(said: str, intent: str) -> None:
+    assert meant(said) == intent
+    assert meant(said.lower().rstrip(".?!").replace(",", "")) == intent
+
+
+@pytest.mark.parametrize(
+    ("said", "language", "intent"),
+    [
+        ("手を上げて", "ja", "lift_arms"),
+        ("今、何時？", "ja", "time"),
+        ("名前は何ですか。", "ja", "own_name"),
+        ("Quelle heure est-il ?", "fr", "time"),
+        ("Lève les bras !", "fr", "lift_arms"),
+        ("Comment tu t'appelles ?", "fr", "own_name"),
+    ],
+)
+def test_other_languages_know_it_too(said: str, language: Language, intent: str) -> None:
+    assert language_of(said) == language
+    assert meant(said, language) == intent
+
+
+@pytest.mark.parametrize(
+    ("said", "language"),
+    [
+        ("Stop!", "en"), ("stop", "en"), ("OK, you can stop now.", "en"), ("Freeze!", "en"),
+        ("Stop, stop, you will fall!", "en"), ("Stand still.", "en"), ("please stop moving", "en"),
+        ("止まって！", "ja"), ("ストップ", "ja"), ("動かないで", "ja"),
+        ("ちょっと待って、止まって、こぼれる", "ja"),
+        ("Arrête !", "fr"), ("stop", "fr"), ("arrête de bouger, tu fais peur au chat", "fr"),
+    ],
+)  # fmt: skip
+def test_stop_is_understood(said: str, language: Language) -> None:
+    assert wants_stop(said, language)
+
+
+@pytest.mark.parametrize(
+    ("said", "language"),
+    [
+        ("The bus stop is around the corner.", "en"), ("Stop hitting your sister!", "en"),
+        ("I could not stop laughing.", "en"), ("It will not stop raining.", "en"),
+        ("Don't stop.", "en"), ("Shall we stop at the shop?", "en"), ("We stood still.", "en"),
+        ("バスが止まっていた", "ja"), ("雨が止んだ", "ja"), ("L'arrêt du bus est loin.", "fr"),
+        ("Il ne s'arrête jamais de parler.", "fr"),
+    ],
+)  # fmt: skip
+def test_other_stops_are_none(said: str, language: Language) -> None:
+    assert not wants_stop(said, language)
+
+
+def test_it_takes_up_what_was_said() -> None:
+    said = [answer("I spoke to my grandson Peter.", answerer=Answerer(n)).text for n in range(9)]
+    assert any("your grandson Peter" in text for text in said)
+    assert answer("My name is Dorothy.").text.count("Dorothy") == 1
+    assert "3:05 pm" in answer("What time is it?").text
+    assert "15時05分" in answer("今何時？", "ja").text
+    assert "mercredi 25 novembre" in answer("Quel jour sommes-nous ?", "fr").text
+
+
+def test_it_says_again_what_it_said() -> None:
+    one = Answerer()
+    first = answer("What is your name?", answerer=one).text
+    assert first in answer("Pardon?", answerer=one).text
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_nothing_is_said_twice_within_twenty_turns(language: Language) -> None:
+    one = Answerer()
+    remark = {"en": "The door is open.", "ja": "ドアが開いている", "fr": "La porte est ouverte."}
+    said = [answer(remark[language], language, one).text for _ in range(3 * UNREPEATED)]
+    for at, text in enumerate(said):
+        assert text not in said[max(0, at - UNREPEATED) : at]
+    assert max(map(said.count, said)) <= 3
+
+
+def test_a_sentence_that_must_come_again_is_the_one_said_longest_ago() -> None:
+    one = Answerer()
+    jokes = [answer("Tell me a joke.", answerer=one).text for _ in range(24)]
+    kinds = len(set(jokes))
+    assert kinds == len(next(cue for cue in script("en").intent if cue.name == "joke").say)
+    assert jokes[kinds : 2 * kinds] == jokes[:kinds]
+
+
+def test_it_speaks_of_its_own_feeling_every_other_time_at_most() -> None:
+    one, row = Answerer(), script("en").feelings.root["none"]
+    said = [one.answer("The door is open.", NOTHING, "sadness", "en", NOW).text for _ in range(8)]
+    own = [text in row["sadness"] for text in said]
+    assert own[0]
+    assert not any(now and after for now, after in itertools.pairwise(own))
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_every_answer_is_in_its_language_and_can_be_said(language: Language) -> None:
+    slots = {"it", "words", "name", "clock", "date", "last", "told"}
+    for line in lines(language):
+        used = {name for _, name, _, _ in Formatter().parse(line) if name}
+        assert used <= slots, line
+        plain = line.format(**dict.fromkeys(slots, ""))
+        if len(plain) > 25:
+            assert language_of(plain) == language, line
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_the_same_turns_are_known_in_every_language(language: Language) -> None:
+    """What moves the body, stops it or remembers something is not left out."""
+
+    def acting(words: Language) -> set[str]:
+        return {
+            cue.name
+            for cue in script(words).intent
+            if cue.do or cue.move or cue.show or cue.look or cue.tune
+        }
+
+    assert acting(language) == acting("en")
+
+
+def test_asked_what_it_feels_it_says_so() -> None:
+    one, asked = Answerer(), Impression(None, 0.0, "speech", topic="asked")
+    felt = {
+        own: {one.answer("And you?", asked, own, "en", NOW).text for _ in range(40)}
+        for own in (None, *FEELINGS)
+    }
+    for first, other in itertools.combinations(felt.values(), 2):
+        assert first.isdisjoint(other), "each feeling has words of its own"
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_the_same_seed_gives_the_same_talk_and_another_seed_another(language: Language) -> None:
+    def talk(seed: int) -> list[str]:
+        one = Answerer(seed)
+        return [one.answer("…", heard, own, language, NOW).text for heard, own in CASES]
+
+    assert talk(1) == talk(1)
+    assert talk(1) != talk(2)
+
+
+def test_a_feeling_without_a_table_is_answered_all_the_same() -> None:
+    answers = script("en").feelings
+    assert answers.lines("pride", "pride") == answers.root["any"]["any"]
+    assert answers.lines(None, "pride") == answers.root["none"]["any"]
+
+
+@pytest.mark.parametrize(
+    ("table", "words"),
+    [
+        ({"any": {"any": ["a", "b"]}}, "none, asked is missing"),
+        ({"any": {"any": ["a", "b"]}, "none": {"fear": ["a", "b"]}}, "none.any is missing"),
+        ({"any": {"any": ["a"]}, "none": {"any": ["a", "b"]}}, "at least 2"),
+        ({name: {"any": ["a", "a"]} for name in ("any", "none", "asked")}, "twice"),
+        ({"boredom": {"any": ["a", "b"]}}, "boredom"),
+    ],
+)
+def test_a_wrong_table_is_refused_in_words(table: object, words: str) -> None:
+    with pytest.raises(ValidationError, match=words):
+        Answers.model_validate(table)
+
+
+def test_a_move_that_there_is_not_is_refused() -> None:
+    with pytest.raises(ValidationError, match="lift"):
+        Cue.model_validate({"name": "x", "when": ["x"], "say": ["x"], "move": "somersault"})
+
+
+SCRIPTS = sorted((Path(__file__).parent / "scripts").glob("*.txt"))
+
+
+@pytest.mark.parametrize("path", SCRIPTS, ids=[path.stem for path in SCRIPTS])
+def test_sixty_turns_by_a_stranger_get_fifty_different_answers(path: Path) -> None:
+    """Their authors have seen no answer; nothing was chosen on these."""
+    from miburi.senses.words import hear
+
+    one, language = Answerer(), path.stem.split("-")[0]
+    said = path.read_text(encoding="utf-8").splitlines()
+    answers = [
+        one.answer(each, (heard := hear(each)), heard.feeling, language, NOW).text for each in said
+    ]
+    assert len(set(answers)) >= 50
+    assert max(map(answers.count, answers)) <= 2
