@@ -14,7 +14,7 @@ ROOMS = (
     ("servos", "languages"),
     ("robot",),
     ("bma", "feelings"),
-    ("ik", "safety"),
+    ("ik", "safety", "people"),
     ("calibration", "gestures", "senses"),
     ("bodies",),
     ("card", "talk"),

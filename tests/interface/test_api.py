@@ -274,5 +274,6 @@ def test_each_example_is_taken(client: httpx.Client) -> None:
             content = methods["post"]["requestBody"]["content"]["application/json"]["schema"]
             name = content["$ref"].rsplit("/", 1)[1]
             for example in schema["components"]["schemas"][name]["examples"]:
-                answer = client.post(path, json=example)
-                assert answer.status_code in (200, 204, 409), (path, answer.text)
+                answer = client.post(path.format(name="Anna", number=1), json=example)
+                unknown = (400,) if "{" in path else ()
+                assert answer.status_code in (200, 204, 409, *unknown), (path, answer.text)

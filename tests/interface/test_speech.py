@@ -1,7 +1,7 @@
 """What is said to a live partner: it stops, moves and answers as it was told."""
 
 import asyncio
-from datetime import datetime
+from datetime import datetime, timedelta
 from typing import Any
 
 import pytest
@@ -12,6 +12,7 @@ from miburi.interface.wire import SayIn, SayOut
 from miburi.live.runner import Runner
 from miburi.live.state import State
 from miburi.talk.care import Care
+from miburi.talk.initiative import Manners
 from miburi.talk.script import script
 
 NOON = datetime(2026, 11, 25, 12, 0)
@@ -21,8 +22,8 @@ class Talk:
     """Talks with a partner whose time passes while it answers."""
 
     def __init__(self, runner: Runner) -> None:
-        self.runner = runner
-        self.speech = Speech(runner, None, Care(), clock=lambda: NOON)
+        self.runner, self.now = runner, NOON
+        self.speech = Speech(runner, None, Care(), lambda: self.now)
 
     def say(self, text: str, by: str = "person") -> SayOut:
         async def both() -> SayOut:
@@ -120,3 +121,70 @@ def test_french_is_answered_in_french_and_no_feeling_is_made_up(talk: Talk) -> N
     spoken = talk.runner.snapshot.state.spoken
     assert spoken is not None
     assert spoken.language == "fr"
+
+
+def begun(talk: Talk, seconds: int, *, seen: bool = True) -> list[tuple[str | None, str | None]]:
+    """Let somebody be seen, or nobody; return what the partner began to say, with why."""
+
+    async def look() -> None:
+        for _ in range(seconds // 5):
+            if seen:
+                talk.speech.beginning.notice()
+            looks = asyncio.create_task(talk.speech.beginning.look())
+            while not looks.done():
+                talk.runner.tick()
+                await asyncio.sleep(0)
+            await looks
+            talk.now += timedelta(seconds=5)
+
+    since = talk.runner.history.number
+    asyncio.run(look())
+    events = talk.runner.history.after(since)
+    return [(event.name, event.text) for event in events if event.kind == "speech_begun"]
+
+
+def test_it_begins_by_itself_and_says_why(talk: Talk) -> None:
+    assert begun(talk, 60) == [], "off at first"
+    talk.speech.beginning.behave(Manners(on=True))
+    talk.now += timedelta(hours=5)
+    ((why, text),) = begun(talk, 600)
+    assert why == "greeting"
+    assert text in script("en").begin["greeting"]
+    assert begun(talk, 3600, seen=False) == []
+
+
+def test_it_speaks_of_a_day_that_it_was_told(talk: Talk) -> None:
+    talk.speech.beginning.behave(Manners(on=True))
+    talk.say("My name is Anna.")
+    talk.say("My daughter comes tomorrow.")
+    talk.now += timedelta(days=1)
+    talk.say("My name is Anna.")
+    ((why, text),) = begun(talk, 120)
+    assert why == "date"
+    assert "My daughter comes tomorrow." in (text or "")
+    talk.now += timedelta(minutes=40)
+    assert [why for why, _ in begun(talk, 120)] != ["date"]
+
+
+@pytest.mark.parametrize("hindrance", ["stopped", "paused", "distress", "hushed", "night"])
+def test_it_begins_nothing_when_it_should_not(talk: Talk, hindrance: str) -> None:
+    talk.speech.beginning.behave(Manners(on=True))
+    match hindrance:
+        case "stopped":
+            talk.runner.stop()
+        case "paused":
+            talk.runner.pause(True)
+        case "distress":
+            talk.say("I fell and cannot get up")
+        case "hushed":
+            talk.say("Please be quiet.")
+        case "night":
+            talk.now = talk.now.replace(hour=23)
+    talk.runner.tick()
+    assert begun(talk, 120) == []
+
+
+def test_it_tells_what_was_meant(talk: Talk) -> None:
+    assert [talk.say(said).meant for said in ("Hello!", "Wave!", "The door is open.")] == [
+        "greeting", "wave", None,
+    ]  # fmt: skip

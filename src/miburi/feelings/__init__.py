@@ -1,8 +1,8 @@
 """Feelings (Section 4): stimuli go in, an emotion and its mood come out for the body to show."""
 
+from miburi.feelings.cascade import EmotionalModel
 from miburi.feelings.catalogue import FEELINGS
 from miburi.feelings.model import (
-    EmotionalModel,
     Expression,
     FeelingModel,
     Stimulus,

@@ -23,6 +23,7 @@ __all__ = [
     "SOURCES",
     "TEMPERAMENTS",
     "Array",
+    "Attaching",
     "Habituation",
     "Share",
     "Source",
@@ -98,6 +99,16 @@ class Turning(Table):
     speed: Annotated[float, Field(ge=0.05, le=0.5)] = 0.2
 
 
+class Attaching(Table):
+    """How slowly an attachment to a person changes, and how much resting moods follow it (ours).
+
+    ``slower`` times as long as a mood lasts an attachment; it adds the share ``leaning`` of itself.
+    """
+
+    slower: Annotated[float, Field(ge=1, le=10_000)] = 500.0
+    leaning: Share = 0.5
+
+
 class Temperament(Table):
     """A character: how fast feelings come and go, and how they affect each other."""
 
@@ -113,6 +124,7 @@ class Temperament(Table):
     #: What somebody's feeling does to the partner; without a row, the same to it (contagion).
     empathy: dict[FeelingName, dict[FeelingName, Share]] = Field(default_factory=dict)
     gaze: Turning = Field(default_factory=Turning)
+    attachment: Attaching = Field(default_factory=Attaching)
 
     @field_validator("sources")
     @classmethod
@@ -181,7 +193,7 @@ def load_temperament(path: Path | str) -> Temperament:
     ----------
     path
         A TOML file with the keys of ``temperaments/default.toml``, all of them and no other, but
-        that the tables ``empathy`` and ``gaze`` may be left out.
+        that the tables ``empathy``, ``gaze`` and ``attachment`` may be left out.
 
     Raises
     ------

@@ -25,7 +25,8 @@ from miburi.errors import BodyError, InputError, MiburiError, needs_extra
 from miburi.feelings.catalogue import FeelingName
 from miburi.gestures import Direction
 from miburi.interface.access import AGENTS, Allowance
-from miburi.interface.asker import Asker, beside
+from miburi.interface.asker import Asker
+from miburi.interface.beside import beside
 from miburi.interface.wire import ExpressIn, LookIn, SpeakIn, StimulusIn
 from miburi.live.events.model import LiveEvent
 from miburi.live.state import Expressed, Share, State, StopOut

@@ -13,7 +13,7 @@ from fastapi import FastAPI
 
 from miburi.errors import needs_extra
 from miburi.ground.log import log_once
-from miburi.interface.asker import live_beside
+from miburi.interface.beside import live_beside
 from miburi.version import __version__
 
 try:

@@ -3,20 +3,24 @@
 import asyncio
 from collections.abc import Callable
 from concurrent.futures import Future
+from datetime import datetime
 from functools import partial
+from pathlib import Path as FilePath
 from typing import Annotated, Any
 
 import numpy as np
 from fastapi import APIRouter, FastAPI, Header, HTTPException, Path, Request, Response
-from fastapi.exceptions import RequestValidationError
 from fastapi.responses import FileResponse, JSONResponse
 
-from miburi.errors import BodyError, InputError, MiburiError, OutputError
+from miburi.errors import InputError
 from miburi.feelings import FEELINGS, SOURCES, Expression, Stimulus
 from miburi.interface.access import CAME, Allowance
 from miburi.interface.acting import acts_of, look_of, poses_of, shown_by
+from miburi.interface.beside import live_beside
 from miburi.interface.endpoint import Endpoint
 from miburi.interface.events import event_router
+from miburi.interface.people import add_people
+from miburi.interface.refusing import refuse_in_words
 from miburi.interface.settle import done
 from miburi.interface.speech import Speech
 from miburi.interface.wire import (
@@ -47,7 +51,6 @@ from miburi.interface.wire import (
     WordsIn,
 )
 from miburi.live.bodies import KINDS
-from miburi.live.commands import BusyError
 from miburi.live.press import BY, PRESS, press, who
 from miburi.live.state import MotorsOut, Sample, State
 from miburi.live.view import LivePartner, UnreachableError
@@ -57,6 +60,7 @@ from miburi.robot.shape import COLOURS, links, parts
 from miburi.safety.stop import StopReason
 from miburi.senses.happenings import notice
 from miburi.talk.care import Care
+from miburi.talk.dates import local_time
 from miburi.version import __version__
 
 __all__ = [
@@ -66,7 +70,6 @@ __all__ = [
     "describe",
     "make_api",
     "move_hand",
-    "refuse_in_words",
 ]
 
 _ABOUT = """A robot partner: what it feels, what it shows, and how to talk to it.
@@ -83,6 +86,7 @@ _TAGS = {
     "show": "What it shall show and say; each wish has an id, which its events carry.",
     "recordings": "Files of its motion and feelings (MCAP).",
     "privacy": "What is told of what one says.",
+    "people": "Whom it knows, and when it begins by itself.",
 }
 _NOTHING = 204
 _PLAIN = Care()
@@ -108,7 +112,12 @@ _RecordingName = Annotated[str, Path(max_length=60, description="The name of its
 
 
 def make_api(
-    runner: LivePartner, endpoint: Endpoint | None = None, care: Care = _PLAIN, seed: int = 0
+    runner: LivePartner,
+    endpoint: Endpoint | None = None,
+    care: Care = _PLAIN,
+    seed: int = 0,
+    folder: FilePath | None = None,
+    clock: Callable[[], datetime] = local_time,
 ) -> FastAPI:
     """Return the interface to a live partner, without pages.
 
@@ -122,6 +131,10 @@ def make_api(
         How it cares for somebody in distress; by default it names no number and tells no words.
     seed
         Chooses among its own answers.
+    folder
+        Where it keeps whom it knows, and its manners; None: it knows them until it ends.
+    clock
+        Tells the time where the partner stands.
     """
     app = FastAPI(
         title="Miburi",
@@ -134,20 +147,15 @@ def make_api(
         docs_url=None,
         redoc_url=None,
     )
-    speech = Speech(runner, endpoint, care, seed)
-    app.include_router(_router(runner, speech))
+    speech = Speech(runner, endpoint, care, clock, seed, folder)
+    app.include_router(_router(runner, speech, clock))
+    live_beside(app, speech.beginning.live)
     _describe(app)
     refuse_in_words(app)
     return app
 
 
-def refuse_in_words(app: FastAPI) -> None:
-    """Let an application answer what Miburi refuses with a status and words."""
-    app.add_exception_handler(MiburiError, _say)
-    app.add_exception_handler(RequestValidationError, _say_what_is_allowed)
-
-
-def _router(runner: LivePartner, speech: Speech) -> APIRouter:
+def _router(runner: LivePartner, speech: Speech, clock: Callable[[], datetime]) -> APIRouter:
     router = APIRouter(prefix="/api/v1", responses={422: {"model": Refusal}})
     stop = APIRouter(tags=["stop"])
     _stopping(stop, runner)
@@ -158,6 +166,7 @@ def _router(runner: LivePartner, speech: Speech) -> APIRouter:
         "show": _showing,
         "recordings": _recording,
         "privacy": _private,
+        "people": lambda part, _: add_people(part, speech.memory, speech.beginning, clock),
     }
     for tag, add in parts.items():
         part = APIRouter(tags=[tag], responses=_OFTEN)
@@ -270,12 +279,16 @@ def _asking(router: APIRouter, runner: LivePartner, speech: Speech) -> None:
         """Let the partner notice a touch, a motion or a sound; never more than a few a second."""
         not_too_often(request)
         since = _since_contact(runner)
-        await done(runner.take(notice(wish.kind, wish.clearness, since_contact=since)))
+        felt = await done(runner.take(notice(wish.kind, wish.clearness, since_contact=since)))
+        speech.beginning.notice()
+        await speech.count(felt)
 
     @router.post("/face", status_code=_NOTHING, responses=_REFUSED)
     async def face(wish: FaceIn, request: Request) -> None:
         """Turn to a face, slowly, while nothing is felt; tell again within 5 s, or it has gone."""
         not_too_often(request)
+        if wish.x is not None:
+            speech.beginning.notice()
         await done(runner.see(wish.x))
 
     @router.post("/release", status_code=_NOTHING, responses=_REFUSED)
@@ -456,27 +469,3 @@ def describe(runner: LivePartner) -> RobotOut:
             for part in parts(robot)
         ],
     )
-
-
-async def _say(_request: Request, error: Exception) -> JSONResponse:
-    """Turn what Miburi refuses into a status and its words."""
-    statuses = {
-        BodyError: 409,
-        InputError: 400,
-        BusyError: 503,
-        UnreachableError: 503,
-        OutputError: 507,
-    }
-    status = next((statuses[kind] for kind in statuses if isinstance(error, kind)), 500)
-    return JSONResponse({"detail": str(error)}, status)
-
-
-async def _say_what_is_allowed(_request: Request, error: Exception) -> JSONResponse:
-    """Say which value is wrong, without sending it back."""
-    errors = error.errors() if isinstance(error, RequestValidationError) else []
-    words = [
-        f"{'.'.join(map(str, item['loc'][1:])) or 'the request'}: "
-        + item["msg"].removeprefix("Value error, ")
-        for item in errors
-    ]
-    return JSONResponse({"detail": "; ".join(words)[:1000]}, 422)

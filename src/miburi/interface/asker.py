@@ -5,8 +5,8 @@ a server elsewhere. So a door that asks by it can do what HTTP can, and nothing 
 """
 
 import asyncio
-from collections.abc import AsyncIterator, Callable, Coroutine
-from contextlib import AbstractAsyncContextManager, asynccontextmanager
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Self
 
@@ -20,7 +20,7 @@ from miburi.live.events.model import LiveEvent
 from miburi.live.press import BY, By
 from miburi.live.state import MotorsOut, State
 
-__all__ = ["Asker", "beside", "live_beside"]
+__all__ = ["Asker"]
 
 #: When there are too many requests at once: how often we ask, and s between (ours).
 _TOO_MANY, _TRIES, _BREATH = 429, 20, 0.1
@@ -29,8 +29,6 @@ _GESTURES = TypeAdapter(list[GestureOut])
 
 #: s of silence after which an answer that lasts is taken for lost.
 _STREAM_TIME = 30.0
-#: s between two cancellations of a task that does not end (ours).
-_CANCELLED_AGAIN = 1.0
 
 
 class Asker:
@@ -132,33 +130,3 @@ class Asker:
             words = f"{self._url} does not answer; is `miburi run` running there?"
             raise ConnectionLostError(distrust(self._url, error) or words) from error
         return accepted(self._url, response).content
-
-
-def beside(app: FastAPI, work: Callable[[], AbstractAsyncContextManager[None]]) -> None:
-    """Let ``work`` begin and end with the server of an application."""
-    inner = app.router.lifespan_context
-
-    @asynccontextmanager
-    async def both(served: FastAPI) -> AsyncIterator[None]:
-        async with work(), inner(served):
-            yield
-
-    app.router.lifespan_context = both
-
-
-def live_beside(app: FastAPI, life: Callable[[], Coroutine[None, None, None]]) -> None:
-    """Let ``life`` run for as long as the server of an application serves."""
-
-    @asynccontextmanager
-    async def living() -> AsyncIterator[None]:
-        task = asyncio.create_task(life())
-        try:
-            yield
-        finally:
-            # An error raised while a task is cancelled, for example by a closing connection, can
-            # replace the cancellation. A task that survives errors must then be cancelled again.
-            while not task.done():
-                task.cancel()
-                await asyncio.wait({task}, timeout=_CANCELLED_AGAIN)
-
-    beside(app, living)

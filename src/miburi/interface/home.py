@@ -26,7 +26,8 @@ from miburi.errors import InputError, MiburiError, needs_extra
 from miburi.feelings import FEELINGS
 from miburi.feelings.catalogue import CATALOGUE
 from miburi.interface.access import Allowance
-from miburi.interface.asker import Asker, live_beside
+from miburi.interface.asker import Asker
+from miburi.interface.beside import live_beside
 from miburi.interface.broker import Broker, stay_at
 from miburi.interface.report import (
     ALL,

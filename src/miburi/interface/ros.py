@@ -21,7 +21,8 @@ from pydantic import ValidationError
 
 from miburi.errors import BodyError, MiburiError, needs_extra
 from miburi.interface.access import Allowance
-from miburi.interface.asker import Asker, live_beside
+from miburi.interface.asker import Asker
+from miburi.interface.beside import live_beside
 from miburi.interface.ros_messages import (
     diagnose,
     express,

@@ -6,39 +6,40 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import asdict
 from datetime import datetime
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from miburi.errors import MiburiError
 from miburi.feelings import Expression, Stimulus
 from miburi.gestures import KeyPose, look
+from miburi.interface.beginning import Beginning
 from miburi.interface.endpoint import Endpoint, OvertakenError
 from miburi.interface.settle import done
 from miburi.interface.wire import FeltOut, SayIn, SayOut, WhyOut
 from miburi.languages import FALLBACK, Language, language_of
 from miburi.live.press import Press, who
 from miburi.live.view import LivePartner
+from miburi.people import Memory
+from miburi.robot import Array
+from miburi.safety.stop import StopReason
 from miburi.senses import Impression
 from miburi.senses.kinds import Distress
 from miburi.senses.tone import coloured
 from miburi.talk.answers import Answerer, SmallAnswer, wants_stop
 from miburi.talk.care import Care, may_be_said
+from miburi.talk.dates import due_of
 from miburi.talk.moves import move
 from miburi.talk.script import Cue, script
 
 if TYPE_CHECKING:
     from miburi.interface.conversation import Conversation
 
-__all__ = ["Speech", "local_time"]
+__all__ = ["Speech"]
 
 #: s without an answer after which it looks thoughtful, and s for which it does so at most (ours).
 _THOUGHTFUL, _LONGEST_THOUGHT = 0.5, 30.0
 #: s for which it looks where somebody asks it to, and the mood of a feeling on demand (ours).
 _LOOKED, _SHOWN = 2.0, 0.8
-
-
-def local_time() -> datetime:
-    """Return the time of the place where the partner stands."""
-    return datetime.now().astimezone()
 
 
 class Speech:
@@ -52,10 +53,12 @@ class Speech:
         The language model that thinks of its answers; None: it answers by itself.
     care
         How it cares for somebody in distress.
-    seed
-        Chooses among its own answers.
     clock
         Tells the time of the place where the partner stands.
+    seed
+        Chooses among its own answers.
+    folder
+        Where it keeps whom it knows, and its manners; None: it knows them until it ends.
     """
 
     def __init__(
@@ -63,14 +66,23 @@ class Speech:
         partner: LivePartner,
         endpoint: Endpoint | None,
         care: Care,
+        clock: Callable[[], datetime],
         seed: int = 0,
-        clock: Callable[[], datetime] = local_time,
+        folder: Path | None = None,
     ) -> None:
         self._partner, self._care, self._clock = partner, care, clock
+        #: Whom it knows.
+        self.memory = Memory(folder and folder / "people.json", partner.own_temperament, clock)
         self._answerer, self._language = Answerer(seed), FALLBACK
+        #: Lets it begin by itself.
+        self.beginning = Beginning(
+            partner, self.memory, self._answerer, clock, folder and folder / "manners.json"
+        )
         self._turns: Counter[str] = Counter()  # of help, by kind
         self._conversation = None if endpoint is None else _converse(endpoint)
         self._noted: tuple[str | None] | None = None  # of the conversation, in the log
+        self._counted = partner.history.number
+        self._leaning: Array | None = None
 
     async def take(self, said: SayIn, by: str = "person") -> SayOut:
         """Let the partner feel with what was said, and answer it.
@@ -89,6 +101,7 @@ class Speech:
         from miburi.senses.words import hear
 
         self._language = language = language_of(said.text, self._language)
+        self.beginning.notice(language)
         if wants_stop(said.text, language):
             await done(self._partner.stop(Press(who(by))))
         heard = coloured(await asyncio.to_thread(hear, said.text, language), said.tone)
@@ -96,14 +109,16 @@ class Speech:
         if grave and self._conversation is not None:
             self._conversation.overtake()
         felt = await done(self._partner.take(heard, said.text))
+        await self.count(felt)
         if grave or self._partner.snapshot.state.distress is not None:
-            answer = self._comfort(heard.distress, language)
+            answer, meant = self._comfort(heard.distress, language), None
             await done(self._partner.speak(answer, "partner"))
         else:
-            answer = await self._answer(said.text, heard, language, felt)
+            answer, meant = await self._answer(said.text, heard, language, felt)
         return SayOut(
             feeling=heard.feeling,
             asked=heard.topic == "asked",
+            meant=meant,
             distress=heard.distress,
             strength=heard.strength,
             why=[WhyOut.model_validate(asdict(part)) for part in heard.why],
@@ -122,22 +137,56 @@ class Speech:
 
     async def _answer(
         self, said: str, heard: Impression, language: Language, felt: tuple[Stimulus, ...]
-    ) -> str:
-        """SmallAnswer what is no distress: by a language model if there is one, else by itself."""
+    ) -> tuple[str, str | None]:
+        """Answer what is no distress, by a language model if there is one; tell what was meant."""
         acts = any(_acts(match.cue) for match in script(language).intents_of(said))
         if not acts:
             reply = await self._reply(said, felt)
             if reply is not None:
-                return reply
+                return reply, None
         own = self._partner.snapshot.state.felt
         feels = None if own is None else own.feeling
-        answer = self._answerer.answer(said, heard, feels, language, self._clock())
-        text = await self._perform(answer)
+        known = self._known(said, language)
+        answer = self._answerer.answer(said, heard, feels, language, self._clock(), known)
+        text = await self._perform(self._remember(answer, said))
         tune = None if answer.cue is None else answer.cue.tune
         await done(self._partner.speak(text, "partner", tune))
         if self._conversation is not None and not acts:
             self._conversation.answered(text)
-        return text
+        return text, None if answer.cue is None else answer.cue.name
+
+    async def count(self, felt: tuple[Stimulus, ...]) -> None:
+        """Let what somebody did, and contacts meanwhile, count for how they are to the partner."""
+        events = self._partner.history.after(self._counted)
+        self._counted = self._partner.history.number
+        contacts = sum(one.kind == "stop" and one.name == StopReason.CONTACT for one in events)
+        if self.memory.present is not None:
+            await asyncio.to_thread(self.memory.hear, felt, contacts)
+        if self._leaning is not (leaning := self.memory.leaning):
+            self._leaning = leaning
+            await done(self._partner.lean(leaning))
+
+    def _known(self, said: str, language: Language) -> dict[str, str]:
+        """Return what it knows for the slots of answers."""
+        present, told = self.memory.present, self.memory.recall(said, language)
+        known = {} if present is None else {"name": present.name}
+        return known if told is None else known | {"told": told}
+
+    def _remember(self, answer: SmallAnswer, said: str) -> SmallAnswer:
+        """Keep a name or what was told; return the answer, also where nobody is known."""
+        words, memory, now = answer.words, self.memory, self._clock()
+        if answer.do == "name" and words:
+            memory.meet(words[:1].upper() + words[1:])
+        elif answer.do == "remember" and words:
+            if memory.remember(words, answer.language, due_of(words, answer.language, now)) is None:
+                unknown = self._answerer.say(script(answer.language).unknown)
+                return SmallAnswer(unknown, answer.language)
+        elif answer.cue is not None and answer.cue.name == "quiet":
+            self.beginning.hush()
+        elif answer.cue is None:
+            for fact in script(answer.language).facts_in(said):
+                memory.remember(fact, answer.language, due_of(fact, answer.language, now))
+        return answer
 
     async def _perform(self, answer: SmallAnswer) -> str:
         """Perform what comes with an answer; return what to say, also where it cannot move."""

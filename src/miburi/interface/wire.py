@@ -112,6 +112,9 @@ class SayOut(BaseModel):
     why: list[WhyOut] = Field(description="What spoke for it.")
     felt: list[FeltOut] = Field(description="What the partner felt at it.")
     asked: bool = Field(default=False, description="Whether it was asked what it feels itself.")
+    meant: str | None = Field(
+        default=None, description="What was wanted of it, such as `time`, `wave` or `thanks`."
+    )
     distress: Distress | None = Field(
         default=None, description="What somebody needs help with now; it calls nobody."
     )

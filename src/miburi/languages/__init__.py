@@ -24,6 +24,7 @@ __all__ = [
     "FALLBACK",
     "LANGUAGES",
     "Language",
+    "common_words",
     "compile_phrases",
     "find_phrase",
     "is_spaced",
@@ -31,6 +32,7 @@ __all__ = [
     "letters_a_second",
     "plain",
     "read",
+    "same_words",
 ]
 
 #: One of ``LANGUAGES``.
@@ -62,10 +64,16 @@ class _Rules(Table):
     letters: Annotated[float, Field(gt=0)]
     spellings: dict[str, str] = Field(default_factory=dict)
     denied: str | None = None
+    same: list[str] = Field(default_factory=list)
 
     @cached_property
     def words(self) -> frozenset[str]:
         return frozenset(self.common.split())
+
+    @cached_property
+    def first(self) -> dict[str, str]:
+        groups = [group.split() for group in self.same]
+        return {word: words[0] for words in groups for word in words}
 
     @cached_property
     def respelled(self) -> re.Pattern[str]:
@@ -108,6 +116,16 @@ def language_of(text: str, usual: Language = FALLBACK) -> Language:
 def is_spaced(language: Language) -> bool:
     """Return whether a language writes spaces between its words."""
     return _rules(language).spaced
+
+
+def common_words(language: Language) -> frozenset[str]:
+    """Return the commonest words of a language, plain; none where it has a script of its own."""
+    return _rules(language).words
+
+
+def same_words(language: Language) -> dict[str, str]:
+    """Return words that ask for the same, each with the first of its group."""
+    return _rules(language).first
 
 
 def letters_a_second(language: Language) -> float:

@@ -19,6 +19,7 @@ from multiprocessing.connection import Connection, Pipe
 from queue import SimpleQueue
 from typing import Any, NamedTuple
 
+from miburi.feelings import Temperament
 from miburi.gestures import Repertoire
 from miburi.live.events.model import LiveEvent
 from miburi.live.state import MotorsOut, Sample
@@ -60,6 +61,7 @@ class Hello(NamedTuple):
     robot: Robot
     repertoire: Repertoire
     temperaments: list[str]
+    temperament: Temperament
     limit: int
     boot: str
     first: int

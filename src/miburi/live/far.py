@@ -81,7 +81,7 @@ class FarPartner:
         except (OSError, EOFError):
             raise UnreachableError from None
         self.robot, self.repertoire = hello.robot, hello.repertoire
-        self.temperaments = hello.temperaments
+        self.temperaments, self.own_temperament = hello.temperaments, hello.temperament
         self.recordings = _FarRecordings(self, hello.limit)
         threading.Thread(target=self._listen, name="listen", daemon=True).start()
 
@@ -126,6 +126,10 @@ class FarPartner:
         """Let the partner take what somebody showed."""
         return self.ask("take", heard, words)
 
+    def lean(self, leaning: Array | None) -> Future[None]:
+        """Let moods rest elsewhere while a person is there."""
+        return self.ask("lean", leaning)
+
     def see(self, x: float | None) -> Future[None]:
         """Let the partner turn to a face, or to none."""
         return self.ask("see", x)
@@ -134,9 +138,15 @@ class FarPartner:
         """Note where what is said to it goes, or why no reply came from there."""
         return self.ask("note_talk", where, failure)
 
-    def speak(self, text: str, by: By | None = "person", tune: Tune | None = None) -> Future[str]:
+    def speak(
+        self,
+        text: str,
+        by: By | None = "person",
+        tune: Tune | None = None,
+        why: str | None = None,
+    ) -> Future[str]:
         """Let the partner say something aloud, or play a tune."""
-        return self.ask("speak", text, by, tune)
+        return self.ask("speak", text, by, tune, why)
 
     def perform(
         self,

@@ -102,7 +102,7 @@ class Runner:
         #: Ports that may be opened besides those that the system lists.
         self.ports = {port} if port else set[str]()
         self._feelings = feelings
-        self._own_temperament = feelings.temperament
+        self.own_temperament = feelings.temperament
         self._rule, self._solve = rule, solve or solve_with()
         self._move: Callable[[Body], Partner] = lambda body: Partner(
             body, feelings, repertoire=self.repertoire, period=_PERIOD, solve=self._solve,
@@ -165,7 +165,7 @@ class Runner:
     @property
     def temperaments(self) -> list[str]:
         """The temperaments to choose from: those that ship, and the one that it began with."""
-        return [*dict.fromkeys((*TEMPERAMENTS, self._own_temperament.name))]
+        return [*dict.fromkeys((*TEMPERAMENTS, self.own_temperament.name))]
 
     @property
     def read_until(self) -> float:
@@ -207,14 +207,26 @@ class Runner:
 
         return self._commands.ask(run)
 
+    def lean(self, leaning: Array | None) -> Future[None]:
+        """Let moods rest (n,) off the temperament's while a person is there; None: no more."""
+        return self._commands.ask(lambda: self._feelings.lean(leaning))
+
     def see(self, x: float | None) -> Future[None]:
         """Let the partner turn to a face at ``x``, 0 to 1 of a picture's width; None: to none."""
         return self._commands.ask(lambda: self._gaze.see(x, self._partner.body.state))
 
-    def speak(self, text: str, by: By | None = "person", tune: Tune | None = None) -> Future[str]:
+    def speak(
+        self,
+        text: str,
+        by: By | None = "person",
+        tune: Tune | None = None,
+        why: str | None = None,
+    ) -> Future[str]:
         """Let the partner say something aloud, coloured by what it feels; the latest wish wins."""
         felt = self._feelings.express
-        return self._commands.ask(lambda: self._wishes.say(self._partner, text, felt(), by, tune))
+        return self._commands.ask(
+            lambda: self._wishes.say(self._partner, text, felt(), by, tune, why)
+        )
 
     def perform(
         self,
@@ -298,7 +310,7 @@ class Runner:
 
     def temperament(self, name: str) -> Future[None]:
         """Go on with another of the :attr:`temperaments`."""
-        own = self._own_temperament
+        own = self.own_temperament
         chosen = own if name == own.name else shipped_temperament(name)
 
         def run() -> None:
@@ -314,10 +326,7 @@ class Runner:
     def use(self, name: str, port: str | None = None) -> Future[None]:
         """Move another body from now on; it is made in the caller's thread.
 
-        Raises
-        ------
-        InputError, BodyError
-            There is no such body here; see :func:`miburi.live.bodies.make_body`.
+        Raises what :func:`miburi.live.bodies.make_body` does where there is no such body here.
         """
         if port is not None and port == self._observer.port:
             again = "a lost one is found again by itself"

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Protocol
 
 from miburi.errors import MiburiError
-from miburi.feelings import Expression, Stimulus
+from miburi.feelings import Expression, Stimulus, Temperament
 from miburi.gestures import KeyPose, Repertoire
 from miburi.live.archive import Kept
 from miburi.live.events.log import History
@@ -82,6 +82,10 @@ class LivePartner(Protocol):
         """The temperaments to choose from: those that ship, and the one that it began with."""
 
     @property
+    def own_temperament(self) -> Temperament:
+        """The temperament that it began with."""
+
+    @property
     def reachable(self) -> bool:
         """Whether the loop lives and answers; while it does not, the snapshot is an old one."""
 
@@ -122,16 +126,25 @@ class LivePartner(Protocol):
         the ``words`` only if the user allows that.
         """
 
+    def lean(self, leaning: Array | None) -> Future[None]:
+        """Let moods rest (n,) off the temperament's while a person is there; None: no more."""
+
     def see(self, x: float | None) -> Future[None]:
         """Let the partner turn to a face at ``x``, 0 to 1 of a picture's width; None: to none."""
 
     def note_talk(self, where: str, failure: str | None = None) -> Future[LiveEvent]:
         """Note where what is said to it goes from now on, or why no reply came from there."""
 
-    def speak(self, text: str, by: By | None = "person", tune: Tune | None = None) -> Future[str]:
+    def speak(
+        self,
+        text: str,
+        by: By | None = "person",
+        tune: Tune | None = None,
+        why: str | None = None,
+    ) -> Future[str]:
         """Let the partner say something aloud, coloured by what it feels; the latest wish wins.
 
-        A ``tune`` of [Hz, s] notes is played instead of the words.
+        A ``tune`` of [Hz, s] notes is played instead of the words. ``why`` is for the log.
         This and what follows return the wish's id, which later events carry.
         """
 

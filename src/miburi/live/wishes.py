@@ -83,20 +83,24 @@ class Wishes:
         felt: Expression | None,
         by: By | None,
         tune: Tune | None = None,
+        why: str | None = None,
     ) -> str:
         """Say something aloud, instead of what is being said; return the wish's id."""
         wish = self._ask("speech", by)
-        self.tell(partner, lambda: self._speaker.say(text, felt, wish, tune))
+        self.tell(partner, lambda: self._speaker.say(text, felt, wish, tune), why)
         return wish
 
-    def tell(self, partner: Partner, say: Callable[[], Spoken]) -> LiveEvent:
-        """Let ``say`` begin a sentence, and note it."""
+    def tell(
+        self, partner: Partner, say: Callable[[], Spoken], why: str | None = None
+    ) -> LiveEvent:
+        """Let ``say`` begin a sentence, and note it and why."""
         if self._speaker.speaking:
             self._end_speech("speech_broken_off")
         spoken = say()
         partner.gesticulate(self._speaker.beats())
         wish = self._speaker.wish
-        return self._note("speech_begun", text=spoken.text, feeling=spoken.feeling, wish=wish)
+        said = {"text": spoken.text, "feeling": spoken.feeling, "wish": wish}
+        return self._note("speech_begun", name=why, **said)
 
     def stop(self) -> None:
         """Drop the performances: a person has pressed Stop."""

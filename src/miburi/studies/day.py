@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from miburi.errors import OutputError
+from miburi.feelings import LEVELS, EmotionalModel, FeelingModel, Stimulus
 from miburi.feelings.catalogue import CATALOGUE, FEELINGS
-from miburi.feelings.model import LEVELS, EmotionalModel, FeelingModel, Stimulus
 from miburi.feelings.temperament import Array, Temperament
 
 __all__ = ["COLOURS", "DAY", "Day", "Episode", "live_day", "plot_day"]

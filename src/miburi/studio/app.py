@@ -20,6 +20,7 @@ from miburi.live.view import LivePartner
 from miburi.studio.face_page import add_face_page
 from miburi.studio.missing_page import missing_page
 from miburi.studio.pairing_page import pairing_page
+from miburi.studio.people_page import people_router
 from miburi.studio.privacy_page import privacy_router
 from miburi.studio.studio_page import add_studio_page
 
@@ -32,7 +33,9 @@ _CLOSED = Doors()
 _WAITS, _LOOKS = 10.0, 5.0
 
 
-def make_app(runner: LivePartner, reach: Reach, doors: Doors = _CLOSED) -> FastAPI:
+def make_app(
+    runner: LivePartner, reach: Reach, doors: Doors = _CLOSED, folder: Path | None = None
+) -> FastAPI:
     """Return the application for a live partner; NiceGUI allows one in a process.
 
     Parameters
@@ -43,8 +46,10 @@ def make_app(runner: LivePartner, reach: Reach, doors: Doors = _CLOSED) -> FastA
         How other devices reach this server, to show as a QR code.
     doors
         The doors that are open beside HTTP.
+    folder
+        Where it keeps whom it knows, and its manners; None: it knows them until it ends.
     """
-    app = make_api(runner, doors.talk, doors.care, doors.seed)
+    app = make_api(runner, doors.talk, doors.care, doors.seed, folder)
     app.include_router(live_router(runner))
     app.include_router(pairing_router(reach, partial(pairing_page, reach)))
     app.mount("/static", StaticFiles(directory=HERE / "static"), name="static")
@@ -53,6 +58,7 @@ def make_app(runner: LivePartner, reach: Reach, doors: Doors = _CLOSED) -> FastA
     add_face_page(app, runner, sounded)
     app.include_router(_nothing(app))
     app.include_router(privacy_router(runner, reach, doors))
+    app.include_router(people_router())
     add_studio_page(runner, reach, sounded)
     # Quasar would show a bar, without a name, at every request of its own.
     pages.config.quasar_config["loadingBar"]["skipHijack"] = True

@@ -11,10 +11,10 @@ from pydantic import Field
 
 from miburi.ground.templates import render
 from miburi.interface.access import STOP
-from miburi.interface.api import refuse_in_words
-from miburi.interface.asker import beside
+from miburi.interface.beside import beside
 from miburi.interface.fleet import Fleet, FleetOut, listening_to
 from miburi.interface.policy import own_page
+from miburi.interface.refusing import refuse_in_words
 from miburi.interface.report import ALL
 from miburi.interface.wire import Message
 from miburi.studio.preferences import Preferences

@@ -71,7 +71,8 @@ def senses_form(words: Words, *names: str, sounded: Sequence[str] = ()) -> str:
         f'<details class="senses" name="panel" data-senses="{told}">'
         f"<summary>{escape(say['title'])}</summary>"
         f'{switches}<output role="status"></output>'
-        f'<a href="{PRIVACY}">{escape(words["privacy"]["link"])}</a></details>'
+        f'<a href="{PRIVACY}">{escape(words["privacy"]["link"])}</a>'
+        f'<a href="/people">{escape(words["people"]["link"])}</a></details>'
     )
 
 

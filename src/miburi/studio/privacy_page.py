@@ -24,7 +24,7 @@ __all__ = ["Switch", "privacy_router", "switches"]
 
 _PAGE = Path(__file__).with_suffix(".html")
 #: What is kept, by the names of its words.
-_KEPT = ("memory", "feelings", "recordings", "keys", "browser", "delete")
+_KEPT = ("memory", "people", "feelings", "recordings", "keys", "browser", "delete")
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,7 @@ def serve_until_the_end(pages: Pages, ends: Lanes) -> None:
         partner = FarPartner(ends, open_store=partial(kept_events, pages.folder, quiet=True))
     except UnreachableError:
         return  # it could not begin, and has said why
-    app = make_app(partner, pages.reach, pages.doors)
+    app = make_app(partner, pages.reach, pages.doors, pages.folder)
     https = pages.certificate is not None
     gate = Gate(app, pages.reach.keys, https=https, origins=pages.doors.origins)
     server = _Server(configure(gate), partner, pages, lambda: setattr(app.state, ENDING, True))

@@ -13,6 +13,7 @@ from pydantic import Field, RootModel, model_validator
 from miburi.feelings.catalogue import FeelingName
 from miburi.ground.tables import Table
 from miburi.languages import Language, compile_phrases, is_spaced, plain, read
+from miburi.talk.initiative import Reason
 from miburi.talk.moves import MOVES
 
 __all__ = ["Answers", "Cue", "Do", "Match", "Script", "as_written", "script"]
@@ -23,6 +24,7 @@ Do = Literal["stop", "repeat", "name", "remember", "recall", "forget"]
 _Line = Annotated[str, Field(min_length=1, max_length=160)]
 _Lines = Annotated[list[_Line], Field(min_length=2)]
 _SENTENCE = re.compile(r"[^.!?;。！？\n]+")
+_WHOLE = re.compile(r"[^.!?。！？\n]+[.!?。！？]*")
 
 
 class Answers(
@@ -107,19 +109,30 @@ class Script(Table):
         Answers to a feeling that was heard.
     topic
         What people speak of.
+    fact, question
+        Regular expressions of sentences that tell something to remember, and of questions.
+    begin
+        What is said by itself, by the reason.
     stopped, paused
         What is said where the body cannot move.
-    weekdays, months, clock, date
-        Words for the time, Monday and January first.
+    unknown
+        What is said where somebody unknown wants something remembered.
+    weekdays, months, days, clock, date
+        Words for the time, Monday and January first; other days by how many days they are away.
     """
 
     words: dict[str, str] = Field(default_factory=dict)
     turned: dict[str, str] = Field(default_factory=dict)
+    fact: list[str]
+    question: list[str]
     intent: list[Cue]
     topic: list[Cue]
     feelings: Answers
+    begin: dict[Reason, _Lines]
     stopped: _Lines
     paused: _Lines
+    unknown: _Lines
+    days: dict[str, Annotated[int, Field(ge=0, le=30)]]
     weekdays: Annotated[list[str], Field(min_length=7, max_length=7)]
     months: Annotated[list[str], Field(min_length=12, max_length=12)]
     clock: str
@@ -160,6 +173,25 @@ class Script(Table):
                     words = it and as_written(it, said)
                     yield Match(cue, words, words and self.turn_round(words))
                     break
+
+    @cached_property
+    def _fact(self) -> re.Pattern[str]:
+        return compile_phrases(self.fact, self.language, self.words)
+
+    @cached_property
+    def _question(self) -> re.Pattern[str]:
+        return compile_phrases(self.question, self.language, self.words)
+
+    def facts_in(self, said: str) -> list[str]:
+        """Return the sentences that tell something about the person, and ask nothing."""
+        sentences = (each.strip() for each in _WHOLE.findall(said))
+        return [
+            each
+            for each in sentences
+            if not each.endswith(("?", "？"))
+            and self._fact.search(said := plain(each, self.language))
+            and not self._question.search(said)
+        ]
 
     def turn_round(self, words: str) -> str:
         """Return somebody's words as the partner says them: "my son" is "your son"."""

@@ -92,7 +92,7 @@ document.addEventListener("submit", async (event) => {
     if (answer.ok && line.value.trim() === text) line.value = "";
     if (number !== form.talks) return;
     out.textContent = answer.ok
-      ? `${understood(heard, words)} ${words.quoted.replace("{what}", heard.answer)}${alone(heard, words)}` : heard.detail;
+      ? `${understood(heard, words)} ${words.quoted.replace("{what}", heard.answer)}${alone(heard, words)}`.trim() : heard.detail;
     if (!answer.ok) return;
     weights.hidden = !heard.feeling || !heard.why.length;
     weights.querySelector("span").textContent = heard.why
@@ -115,7 +115,7 @@ function alone({ trouble }, words) {
 function understood(heard, words) {
   const list = (items) => new Intl.ListFormat(document.documentElement.lang).format(items);
   if (heard.distress) return words.distress.replace("{kind}", words.distresses[heard.distress]);
-  if (!heard.feeling) return heard.asked ? words.asked : words.nothing;
+  if (!heard.feeling) return heard.asked ? words.asked : heard.meant ? "" : words.nothing;
   const why = list(heard.why.slice(0, 3).map((part) => sign(part, words)));
   const first = words[why ? "heard" : "heard_it"].replace("{feeling}", words.feelings[heard.feeling])
     .replace("{sure}", Math.round(100 * heard.strength)).replace("{why}", why);

@@ -1,0 +1,42 @@
+"""Work that lives and ends with the server of an application."""
+
+import asyncio
+from collections.abc import AsyncIterator, Callable, Coroutine
+from contextlib import AbstractAsyncContextManager, asynccontextmanager
+
+from fastapi import FastAPI
+
+__all__ = ["beside", "live_beside"]
+
+#: s between two cancellations of a task that does not end (ours).
+_CANCELLED_AGAIN = 1.0
+
+
+def beside(app: FastAPI, work: Callable[[], AbstractAsyncContextManager[None]]) -> None:
+    """Let ``work`` begin and end with the server of an application."""
+    inner = app.router.lifespan_context
+
+    @asynccontextmanager
+    async def both(served: FastAPI) -> AsyncIterator[None]:
+        async with work(), inner(served):
+            yield
+
+    app.router.lifespan_context = both
+
+
+def live_beside(app: FastAPI, life: Callable[[], Coroutine[None, None, None]]) -> None:
+    """Let ``life`` run for as long as the server of an application serves."""
+
+    @asynccontextmanager
+    async def living() -> AsyncIterator[None]:
+        task = asyncio.create_task(life())
+        try:
+            yield
+        finally:
+            # An error raised while a task is cancelled, for example by a closing connection, can
+            # replace the cancellation. A task that survives errors must then be cancelled again.
+            while not task.done():
+                task.cancel()
+                await asyncio.wait({task}, timeout=_CANCELLED_AGAIN)
+
+    beside(app, living)

@@ -1,0 +1,161 @@
+"""Who the partner knows: a person sees, corrects, exports and deletes everything here."""
+
+from collections.abc import Callable
+from datetime import datetime
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Path
+from pydantic import BaseModel, ConfigDict, Field, StringConstraints
+
+from miburi.feelings import FEELINGS
+from miburi.feelings.catalogue import TheirFeeling
+from miburi.interface.beginning import Beginning
+from miburi.interface.wire import Message, Refusal
+from miburi.languages import language_of
+from miburi.people import Acquaintance, Memory
+from miburi.talk.dates import due_of
+from miburi.talk.initiative import Manners
+
+__all__ = [
+    "AllowPeopleIn",
+    "FactIn",
+    "FactOut",
+    "PeopleOut",
+    "PersonOut",
+    "PresentIn",
+    "add_people",
+]
+
+_NOTHING = 204
+_REFUSED: dict[int | str, dict[str, Any]] = {
+    400: {"model": Refusal, "description": "There is none of that name, or it is not allowed."},
+    507: {"model": Refusal, "description": "The disk takes no more."},
+}
+_Name = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=40)]
+_NamePath = Annotated[str, Path(min_length=1, max_length=40, description="The person's name.")]
+_NumberPath = Annotated[int, Path(ge=1, description="The fact's number.")]
+
+
+class FactOut(BaseModel):
+    """Something that somebody told."""
+
+    number: int = Field(description="Its number among what this person told.")
+    text: str = Field(description="What was told.")
+    told: datetime = Field(description="When.")
+    due: datetime | None = Field(description="The day that it is about, if it names one to come.")
+
+
+class PersonOut(BaseModel):
+    """Somebody whom the partner knows."""
+
+    name: str = Field(description="The name.")
+    since: datetime = Field(description="When they met.")
+    seen: datetime = Field(description="When they last spoke.")
+    facts: list[FactOut] = Field(description="What they told, the latest last.")
+    leaning: dict[TheirFeeling, float] = Field(
+        description="How far each resting mood lies from the temperament's while they are there."
+    )
+
+
+class PeopleOut(BaseModel):
+    """Everything that is known of people."""
+
+    allowed: bool = Field(description="Whether it is kept on the partner's own disk.")
+    present: str | None = Field(description="Who is there, as far as somebody has said.")
+    people: list[PersonOut] = Field(description="Everybody whom it knows.")
+
+
+class AllowPeopleIn(Message):
+    """Whether people are remembered; `false` deletes all that is known of them."""
+
+    model_config = ConfigDict(json_schema_extra={"examples": [{"allowed": True}]})
+
+    allowed: bool = Field(description="Keep them on the partner's own disk from now on.")
+
+
+class PresentIn(Message):
+    """Who is there now."""
+
+    model_config = ConfigDict(json_schema_extra={"examples": [{"name": "Anna"}]})
+
+    name: _Name | None = Field(description="The name; null: nobody.")
+
+
+class FactIn(Message):
+    """What shall stand in place of something told."""
+
+    model_config = ConfigDict(
+        json_schema_extra={"examples": [{"text": "My daughter comes on Monday."}]}
+    )
+
+    text: Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=200)] = (
+        Field(description="The text.")
+    )
+
+
+def add_people(
+    router: APIRouter, memory: Memory, beginning: Beginning, clock: Callable[[], datetime]
+) -> None:
+    """Add what a partner knows of people, and when it begins by itself."""
+
+    @router.get("/people/manners")
+    async def manners() -> Manners:
+        """Return when the partner may begin to speak by itself."""
+        return beginning.manners
+
+    @router.post("/people/manners", status_code=_NOTHING, responses=_REFUSED)
+    async def behave(wish: Manners) -> None:
+        """Say when it may begin by itself."""
+        beginning.behave(wish)
+
+    @router.get("/people")
+    async def people() -> PeopleOut:
+        """Return everything that is known of people, to look at or to keep elsewhere."""
+        present = memory.present
+        return PeopleOut(
+            allowed=memory.allowed,
+            present=None if present is None else present.name,
+            people=[_told(memory, one) for one in memory.people.people],
+        )
+
+    @router.post("/people/allowed", status_code=_NOTHING, responses=_REFUSED)
+    async def allow_people(wish: AllowPeopleIn) -> None:
+        """Remember people from now on, or delete all that is known of them."""
+        memory.allow(wish.allowed)
+
+    @router.post("/people/present", status_code=_NOTHING, responses=_REFUSED)
+    async def set_present(wish: PresentIn) -> None:
+        """Say who is there."""
+        if wish.name is None:
+            memory.leave()
+        else:
+            memory.meet(wish.name)
+
+    @router.post("/people/{name}/facts/{number}", status_code=_NOTHING, responses=_REFUSED)
+    async def correct_fact(name: _NamePath, number: _NumberPath, wish: FactIn) -> None:
+        """Correct something that somebody told."""
+        memory.correct(name, number, wish.text, due_of(wish.text, language_of(wish.text), clock()))
+
+    @router.delete("/people/{name}/facts/{number}", status_code=_NOTHING, responses=_REFUSED)
+    async def delete_fact(name: _NamePath, number: _NumberPath) -> None:
+        """Delete something that somebody told."""
+        memory.correct(name, number, None)
+
+    @router.delete("/people/{name}", status_code=_NOTHING, responses=_REFUSED)
+    async def delete_person(name: _NamePath) -> None:
+        """Delete somebody, with all that they told."""
+        memory.forget(name)
+
+
+def _told(memory: Memory, person: Acquaintance) -> PersonOut:
+    facts = [FactOut.model_validate(fact.model_dump()) for fact in person.facts]
+    leaning = memory.leaning_of(person)
+    return PersonOut(
+        name=person.name,
+        since=person.since,
+        seen=person.seen,
+        facts=facts,
+        leaning={
+            name: round(float(value), 3) for name, value in zip(FEELINGS, leaning, strict=True)
+        },
+    )

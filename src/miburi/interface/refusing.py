@@ -1,0 +1,41 @@
+"""What an application answers where Miburi refuses something: a status, and why in words."""
+
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import JSONResponse
+
+from miburi.errors import BodyError, InputError, MiburiError, OutputError
+from miburi.live.commands import BusyError
+from miburi.live.view import UnreachableError
+
+__all__ = ["refuse_in_words"]
+
+
+def refuse_in_words(app: FastAPI) -> None:
+    """Let an application answer what Miburi refuses with a status and words."""
+    app.add_exception_handler(MiburiError, _say)
+    app.add_exception_handler(RequestValidationError, _say_what_is_allowed)
+
+
+async def _say(_request: Request, error: Exception) -> JSONResponse:
+    """Turn what Miburi refuses into a status and its words."""
+    statuses = {
+        BodyError: 409,
+        InputError: 400,
+        BusyError: 503,
+        UnreachableError: 503,
+        OutputError: 507,
+    }
+    status = next((statuses[kind] for kind in statuses if isinstance(error, kind)), 500)
+    return JSONResponse({"detail": str(error)}, status)
+
+
+async def _say_what_is_allowed(_request: Request, error: Exception) -> JSONResponse:
+    """Say which value is wrong, without sending it back."""
+    errors = error.errors() if isinstance(error, RequestValidationError) else []
+    words = [
+        f"{'.'.join(map(str, item['loc'][1:])) or 'the request'}: "
+        + item["msg"].removeprefix("Value error, ")
+        for item in errors
+    ]
+    return JSONResponse({"detail": "; ".join(words)[:1000]}, 422)

@@ -1,0 +1,13 @@
+"""People whom the partner knows, if they allow it: names, what they told, how they have been to it.
+
+    memory       who they are and what they told; one file on the user's own disk
+    recall       which of the things told answers a question
+    attachment   how somebody has been to the partner, over weeks
+
+None of it is in the experiment, nor in the library's default partner.
+"""
+
+from miburi.people.attachment import Attachment
+from miburi.people.memory import Acquaintance, Fact, Memory, People
+
+__all__ = ["Acquaintance", "Attachment", "Fact", "Memory", "People"]

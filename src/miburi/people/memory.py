@@ -1,0 +1,255 @@
+"""Who the partner knows and what they told: one file, and nothing of it anywhere else.
+
+The file is written anew, as a whole, at each change: what was deleted is in it no more. Unless
+somebody allows it, there is no file, and what is known is forgotten when the partner ends.
+"""
+
+import json
+from collections.abc import Callable, Set
+from datetime import datetime, timedelta
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from miburi.errors import InputError
+from miburi.feelings import Stimulus, Temperament
+from miburi.feelings.temperament import Array
+from miburi.ground.files import write_whole
+from miburi.languages import Language
+from miburi.people.attachment import Attachment
+from miburi.people.recall import recall
+
+__all__ = ["MOST_FACTS", "MOST_PEOPLE", "STAYS", "Acquaintance", "Fact", "Memory", "People"]
+
+#: Somebody counts as there for so long after they spoke (ours).
+STAYS = timedelta(hours=2)
+#: People and things told that are kept; beyond, the oldest of the latter go (ours).
+MOST_PEOPLE, MOST_FACTS = 50, 500
+_NAME, _FACT = 40, 200  # letters
+
+
+class Fact(BaseModel):
+    """Something that somebody told."""
+
+    model_config = ConfigDict(frozen=True)
+
+    number: int
+    text: str = Field(min_length=1, max_length=_FACT)
+    language: Language
+    told: datetime
+    due: datetime | None = None
+
+
+class Acquaintance(BaseModel):
+    """Somebody whom the partner knows."""
+
+    name: str = Field(min_length=1, max_length=_NAME)
+    since: datetime
+    seen: datetime
+    facts: list[Fact] = Field(default_factory=list)
+    attachment: dict[str, Any] | None = None
+
+
+class People(BaseModel):
+    """The whole file."""
+
+    version: int = Field(default=1, ge=1, le=1)
+    people: list[Acquaintance] = Field(default_factory=list)
+
+    def find(self, name: str) -> Acquaintance | None:
+        """Return somebody by name, in whatever capitals."""
+        same = (one for one in self.people if one.name.casefold() == name.casefold())
+        return next(same, None)
+
+
+class Memory:
+    """What one partner knows of people, and who is there.
+
+    Parameters
+    ----------
+    path
+        The file. It exists while somebody allows that people are remembered.
+    temperament
+        The partner's own.
+    clock
+        Tells the time.
+
+    Raises
+    ------
+    InputError
+        The file is none of ours.
+    """
+
+    def __init__(
+        self, path: Path | None, temperament: Temperament, clock: Callable[[], datetime]
+    ) -> None:
+        self._path, self._temperament, self._clock = path, temperament, clock
+        self._known = People()
+        self.allowed = path is not None and path.exists()
+        if self.allowed and path is not None:
+            self._known = _read(path)
+        self._present: Acquaintance | None = None
+        self._until = clock()
+        self._attachment: Attachment | None = None
+
+    @property
+    def people(self) -> People:
+        """Everybody whom it knows."""
+        return self._known
+
+    @property
+    def present(self) -> Acquaintance | None:
+        """Who is there, as far as somebody has said."""
+        if self._present is not None and self._clock() > self._until:
+            self.leave()
+        return self._present
+
+    @property
+    def leaning(self) -> Array | None:
+        """What the person who is there adds to each resting mood; None: nobody is."""
+        if self.present is None or self._attachment is None:
+            return None
+        return self._attachment.leaning
+
+    def leaning_of(self, person: Acquaintance) -> Array:
+        """Return what somebody adds to each resting mood, (n,), while they are there."""
+        return Attachment(self._temperament, person.attachment).leaning
+
+    def allow(self, allowed: bool) -> None:
+        """Keep people on the disk from now on, or forget them all."""
+        self.allowed = allowed and self._path is not None
+        if allowed:
+            self._write()
+        else:
+            self._known, self._present, self._attachment = People(), None, None
+            if self._path is not None:
+                self._path.unlink(missing_ok=True)
+
+    def meet(self, name: str) -> Acquaintance:
+        """Know from now on that somebody is there.
+
+        Raises
+        ------
+        InputError
+            The name is empty or too long, or it knows too many people.
+        """
+        name, now = " ".join(name.split()), self._clock()
+        if not 0 < len(name) <= _NAME:
+            raise InputError(f"a name must have 1 to {_NAME} letters, got {len(name)}.")
+        person = self._known.find(name)
+        if person is None:
+            if len(self._known.people) >= MOST_PEOPLE:
+                raise InputError(f"it knows {MOST_PEOPLE} people already; delete somebody first.")
+            person = Acquaintance(name=name, since=now, seen=now)
+            self._known.people.append(person)
+        self._until = now + STAYS
+        if self._present is not person:
+            self._present = person
+            self._attachment = Attachment(self._temperament, person.attachment)
+            self._attachment.step(max(0.0, (now - person.seen).total_seconds()))
+        self.hear()
+        return person
+
+    def leave(self) -> None:
+        """Know from now on that nobody is there."""
+        self._present = self._attachment = None
+
+    def hear(self, stimuli: tuple[Stimulus, ...] = (), contacts: int = 0) -> None:
+        """Take what the person who is there did, and contacts meanwhile, if somebody is."""
+        person, now = self.present, self._clock()
+        if person is None or self._attachment is None:
+            return
+        self._attachment.step(max(0.0, (now - person.seen).total_seconds()))
+        for stimulus in stimuli:
+            self._attachment.stimulate(stimulus)
+        for _ in range(contacts):
+            self._attachment.contact()
+        person.seen, self._until = now, now + STAYS
+        person.attachment = self._attachment.save()
+        self._write()
+
+    def remember(self, text: str, language: Language, due: datetime | None = None) -> Fact | None:
+        """Keep something that the person who is there told; None if nobody is."""
+        person, text = self.present, " ".join(text.split())[:_FACT]
+        if person is None or not text:
+            return None
+        same = next((fact for fact in person.facts if fact.text == text), None)
+        if same is not None:
+            return same
+        number = max((fact.number for fact in person.facts), default=0) + 1
+        fact = Fact(number=number, text=text, language=language, told=self._clock(), due=due)
+        person.facts = [*person.facts, fact][-MOST_FACTS:]
+        self._write()
+        return fact
+
+    def recall(self, question: str, language: Language) -> str | None:
+        """Return what the person who is there told that answers a question."""
+        if self.present is None:
+            return None
+        told = [fact.text for fact in self.present.facts if fact.language == language]
+        return recall(question, told, language)
+
+    def due(
+        self, now: datetime, but: Set[tuple[str, int]] = frozenset()
+    ) -> tuple[Acquaintance, Fact] | None:
+        """Return who is there, and what they told of today, ``but`` for some of it, by number."""
+        person = self.present
+        for fact in [] if person is None else person.facts:
+            today = fact.due is not None and fact.due.date() == now.date() and fact.due <= now
+            if person is not None and today and (person.name, fact.number) not in but:
+                return person, fact
+        return None
+
+    def correct(
+        self, name: str, number: int, text: str | None, due: datetime | None = None
+    ) -> None:
+        """Put another text, and day, in place of something told; None deletes it.
+
+        Raises
+        ------
+        InputError
+            There is no such person or thing, or the text is empty or too long.
+        """
+        person = self._known.find(name)
+        facts = [] if person is None else person.facts
+        place = next((n for n, fact in enumerate(facts) if fact.number == number), None)
+        if place is None:
+            raise InputError(f"nothing is known under {name!r}, number {number}.")
+        if text is None:
+            del facts[place]
+        elif not 0 < len(text.strip()) <= _FACT:
+            raise InputError(f"a fact must have 1 to {_FACT} letters, got {len(text.strip())}.")
+        else:
+            facts[place] = facts[place].model_copy(update={"text": text.strip(), "due": due})
+        self._write()
+
+    def forget(self, name: str) -> None:
+        """Delete somebody, with all that they told.
+
+        Raises
+        ------
+        InputError
+            There is nobody of that name.
+        """
+        person = self._known.find(name)
+        if person is None:
+            raise InputError(f"nobody is known as {name!r}.")
+        self._known.people.remove(person)
+        if self._present is person:
+            self.leave()
+        self._write()
+
+    def _write(self) -> None:
+        if self.allowed and self._path is not None:
+            write_whole(self._path, self._known.model_dump_json(indent=1), private=True)
+
+
+def _read(path: Path) -> People:
+    try:
+        return People.model_validate(json.loads(path.read_text(encoding="utf-8")))
+    except (OSError, ValueError, RecursionError, ValidationError) as error:
+        raise InputError(
+            f"{path}: this is no file of people ({type(error).__name__}); move it away, and the "
+            "partner begins to know people afresh."
+        ) from error

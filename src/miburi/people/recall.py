@@ -1,0 +1,54 @@
+"""Recall: which of the things that somebody told answers a question.
+
+In goes a question and what was told; out comes the one that shares most of the question's rare
+words, or None. Words are compared by their beginnings, so that "comes" is "coming"; a language
+without spaces is compared by pairs of letters.
+"""
+
+from collections import Counter
+from collections.abc import Sequence
+from itertools import pairwise
+from math import log
+
+from miburi.languages import Language, common_words, is_spaced, plain, same_words
+
+__all__ = ["recall"]
+
+#: Letters of a word that count; the share of a question's weight that an answer must have; and the
+#: weight of a word that nobody told, such as "time", against others (all ours).
+_STEM, _ENOUGH, _UNTOLD = 5, 0.34, 0.3
+
+
+def recall(question: str, told: Sequence[str], language: Language) -> str | None:
+    """Return what was told that answers a question, the latest of equals; None if nothing does.
+
+    >>> told = ["My daughter Anna comes on Sunday.", "I take my tablets at eight."]
+    >>> recall("When does Anna come?", told, "en")
+    'My daughter Anna comes on Sunday.'
+    """
+    asked = _stems(question, language)
+    known = [_stems(each, language) for each in told]
+    often = Counter(stem for stems in known for stem in stems)
+    weight = {
+        stem: log(1 + len(known) / (1 + often[stem])) * (1.0 if often[stem] else _UNTOLD)
+        for stem in asked
+    }
+    whole = sum(weight.values())
+    best, found = 0.0, None
+    for each, stems in zip(told, known, strict=True):
+        shared = sum(weight[stem] for stem in asked & stems)
+        if shared >= best and shared > _ENOUGH * whole:
+            best, found = shared, each
+    return found
+
+
+def _stems(text: str, language: Language) -> set[str]:
+    words = plain(text, language)
+    if not is_spaced(language):
+        return {"".join(pair) for pair in pairwise(words) if not all(map(_is_kana, pair))}
+    common, same = common_words(language), same_words(language)
+    return {same.get(word, word)[:_STEM] for word in words.split() if word not in common}
+
+
+def _is_kana(letter: str) -> bool:
+    return "\u3040" <= letter <= "\u309f"

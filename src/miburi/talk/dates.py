@@ -1,0 +1,64 @@
+"""When something is due that somebody told: "tomorrow", "on Sunday", "on May 2nd"."""
+
+import re
+from datetime import datetime, time, timedelta
+
+from miburi.languages import Language, is_spaced, plain
+from miburi.talk.script import script
+
+__all__ = ["due_of", "local_time"]
+
+#: What is due is spoken of from this time of the day on (ours).
+_MORNING = time(9)
+_NUMBER = re.compile(r"(?<!\d)([12]?\d|3[01])(?:st|nd|rd|th|er|日)?(?!\d)")
+
+
+def local_time() -> datetime:
+    """Return the time of the place where this computer stands."""
+    return datetime.now().astimezone()
+
+
+def due_of(said: str, language: Language, now: datetime) -> datetime | None:
+    """Return the morning of the day that a sentence names, today or later; None if it names none.
+
+    >>> due_of("Anna comes on Sunday.", "en", datetime(2026, 11, 25)).date().isoformat()
+    '2026-11-29'
+    """
+    words, text = script(language), plain(said, language)
+    days = [word for word, _ in sorted(words.days.items(), key=lambda item: -len(item[0]))]
+    for word in days:
+        if _has(text, plain(word, language), language):
+            return _morning(now + timedelta(days=words.days[word]))
+    for weekday, name in enumerate(words.weekdays):
+        short = name if is_spaced(language) else name.removesuffix("日")
+        if _has(text, plain(short, language), language):
+            return _morning(now + timedelta(days=(weekday - now.weekday() - 1) % 7 + 1))
+    for month, name in enumerate(words.months, 1):
+        place = text.find(plain(name, language))
+        if place >= 0 and (day := _NUMBER.search(_without(text, place, plain(name, language)))):
+            return _next(now, month, int(day.group(1)))
+    return None
+
+
+def _has(text: str, word: str, language: Language) -> bool:
+    edges = (r"(?<!\S)", r"(?!\S)") if is_spaced(language) else ("", "")
+    return re.search(edges[0] + re.escape(word) + edges[1], text) is not None
+
+
+def _without(text: str, place: int, name: str) -> str:
+    return text[:place] + " " + text[place + len(name) :]
+
+
+def _next(now: datetime, month: int, day: int) -> datetime | None:
+    for year in (now.year, now.year + 1):
+        try:
+            due = _morning(now.replace(year=year, month=month, day=day))
+        except ValueError:
+            return None
+        if due.date() >= now.date():
+            return due
+    return None
+
+
+def _morning(day: datetime) -> datetime:
+    return datetime.combine(day.date(), _MORNING, day.tzinfo)

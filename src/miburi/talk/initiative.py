@@ -1,0 +1,143 @@
+"""It begins, too, with manners: a greeting, a question after silence, a date that it was told.
+
+In go the time, who was seen and heard and when, and what is due; out comes a reason to begin, or
+None. It never begins in quiet hours, seldom otherwise, and half as often after two beginnings that
+nobody took up. All numbers are ours.
+"""
+
+from dataclasses import dataclass, field
+from datetime import datetime, timedelta
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+__all__ = ["REASONS", "Initiative", "Manners", "Presence", "Reason"]
+
+#: Why it begins.
+Reason = Literal["greeting", "date", "question"]
+REASONS: tuple[Reason, ...] = ("greeting", "date", "question")
+
+#: Nobody is greeted who was away for less, or asked after less silence.
+_ABSENCE, _SILENCE = timedelta(hours=3), timedelta(minutes=45)
+#: Somebody who was noticed so lately is there; who is greeted or asked is seen at this moment.
+_THERE, _GLIMPSED = timedelta(minutes=10), timedelta(seconds=10)
+#: Nothing begins sooner after the last time; whoever says nothing for so long has ignored it.
+_APART, _PATIENCE = timedelta(minutes=30), timedelta(minutes=10)
+#: After so many beginnings in a row that nobody took up, there are half as many a day.
+_IGNORED = 2
+
+
+class Manners(BaseModel):
+    """When it may begin by itself; a person sets this in the page."""
+
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", json_schema_extra={"examples": [{"on": True, "most": 6}]}
+    )
+
+    on: bool = Field(default=False, description="Whether it begins at all.")
+    most: Annotated[int, Field(ge=1, le=10)] = Field(default=6, description="Times a day, at most.")
+    quiet_from: Annotated[int, Field(ge=0, le=23)] = Field(
+        default=21, description="The hour at which quiet hours begin."
+    )
+    quiet_to: Annotated[int, Field(ge=0, le=23)] = Field(
+        default=8, description="And at which they end; the same hour: there are none."
+    )
+
+    def quiet(self, now: datetime) -> bool:
+        """Whether it is in the quiet hours."""
+        begin, end, at = self.quiet_from, self.quiet_to, now.hour
+        return begin <= at < end if begin <= end else at >= begin or at < end
+
+
+@dataclass
+class Presence:
+    """When somebody was there.
+
+    Attributes
+    ----------
+    seen, heard
+        When a face or a touch, and words, were last noticed.
+    came
+        When somebody was noticed after an absence.
+    """
+
+    seen: datetime | None = None
+    heard: datetime | None = None
+    came: datetime | None = None
+
+    def notice(self, now: datetime, *, words: bool = False) -> None:
+        """Take that somebody is there."""
+        if self.seen is None or now - self.seen > _ABSENCE:
+            self.came = now
+        self.seen = now
+        if words:
+            self.heard = now
+
+
+@dataclass
+class Initiative:
+    """Decides when to begin; it remembers how it went.
+
+    Attributes
+    ----------
+    manners
+        What a person allows.
+    """
+
+    manners: Manners = field(default_factory=Manners)
+    _begun: list[datetime] = field(default_factory=list)  # today
+    _ignored: int = 0  # in a row
+    _open: datetime | None = None  # the latest beginning that nobody has taken up yet
+    _greeted: datetime | None = None  # when they had come
+
+    @property
+    def allowance(self) -> int:
+        """Beginnings that today may have, after those that nobody took up."""
+        return max(1, self.manners.most >> (self._ignored // _IGNORED))
+
+    def look(self, now: datetime, presence: Presence, due: bool) -> Reason | None:
+        """Return why to begin now, if it should; call this every few seconds.
+
+        Parameters
+        ----------
+        now
+            The time of the place where the partner stands.
+        presence
+            When somebody was there.
+        due
+            Whether the person who is there told of today.
+        """
+        self._take_up(now, presence)
+        self._begun = [one for one in self._begun if one.date() == now.date()]
+        if not self.manners.on or self.manners.quiet(now):
+            return None
+        if len(self._begun) >= self.allowance or (self._begun and now - self._begun[-1] < _APART):
+            return None
+        reason = self._reason(now, presence, due)
+        if reason is not None:
+            self._begun.append(now)
+            self._open = now
+        return reason
+
+    def _reason(self, now: datetime, presence: Presence, due: bool) -> Reason | None:
+        seen, heard, came = presence.seen, presence.heard, presence.came
+        if seen is None or came is None or now - seen > _THERE:
+            return None
+        spoke_first = heard is not None and heard >= came
+        if now - came < _GLIMPSED and not spoke_first and self._greeted != came:
+            self._greeted = came
+            return "greeting"
+        if due:
+            return "date"
+        silent_since = max(came, heard) if heard else came
+        there = now - seen < _GLIMPSED
+        return "question" if there and now - silent_since > _SILENCE else None
+
+    def _take_up(self, now: datetime, presence: Presence) -> None:
+        """Note whether the latest beginning was taken up, or ignored."""
+        if self._open is None:
+            return
+        if presence.heard is not None and presence.heard > self._open:
+            self._open, self._ignored = None, 0
+        elif now - self._open > _PATIENCE:
+            self._open, self._ignored = None, self._ignored + 1

@@ -1,0 +1,144 @@
+"""What it knows of people: told in talk, seen, corrected and deleted over the interface."""
+
+from collections.abc import Iterator
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import pytest
+from fastapi.testclient import TestClient
+
+from miburi.feelings import FEELINGS
+from miburi.interface.api import make_api
+from miburi.live.runner import Runner
+
+
+class House:
+    """A partner at home, and its interface, at a time that a test moves."""
+
+    def __init__(self, live: Runner, folder: Path) -> None:
+        self.now = datetime(2026, 11, 25, 9, tzinfo=UTC)
+        self.live, self.folder = live, folder
+        self.client = TestClient(make_api(live, folder=folder, clock=lambda: self.now))
+
+    def say(self, text: str) -> str:
+        answer = self.client.post("/api/v1/say", json={"text": text})
+        assert answer.status_code == 200, answer.text
+        return str(answer.json()["answer"])
+
+    def post(self, path: str, **wish: object) -> int:
+        return int(self.client.post(f"/api/v1/people{path}", json=wish).status_code)
+
+    def people(self) -> dict[str, object]:
+        return dict(self.client.get("/api/v1/people").json())
+
+    def facts(self) -> list[str]:
+        (person,) = self.people()["people"]  # type: ignore[misc]
+        return [fact["text"] for fact in person["facts"]]
+
+
+@pytest.fixture
+def house(live: Runner, tmp_path: Path) -> Iterator[House]:
+    one = House(live, tmp_path / "home")
+    one.folder.mkdir()
+    with one.client:
+        yield one
+
+
+def test_a_name_and_facts_are_known_again_after_a_restart(house: House, live: Runner) -> None:
+    assert house.post("/allowed", allowed=True) == 204
+    assert "Anna" in house.say("My name is Anna.")
+    house.say("My daughter Julia comes on Sunday.")
+    house.say("Remember that the plumber is called Mr Brown.")
+    again = House(live, house.folder)
+    assert "Anna" not in again.say("Who am I?"), "nobody has said who is there"
+    assert again.post("/present", name="anna") == 204
+    assert "Anna" in again.say("What is my name?")
+    assert "Julia comes on Sunday" in again.say("When does my daughter come?")
+    assert "Brown" in again.say("Do you remember what the plumber is called?")
+    assert again.facts() == [
+        "My daughter Julia comes on Sunday.",
+        "the plumber is called Mr Brown",
+    ]
+
+
+def test_without_leave_nothing_is_written_and_it_forgets(house: House, live: Runner) -> None:
+    house.say("My name is Anna.")
+    house.say("My daughter Julia comes on Sunday.")
+    assert "Sunday" in house.say("When does my daughter come?")
+    assert list(house.folder.iterdir()) == []
+    assert House(live, house.folder).people()["people"] == []
+
+
+def test_nobody_is_told_what_somebody_else_told(house: House) -> None:
+    house.say("My name is Anna.")
+    house.say("My daughter Julia comes on Sunday.")
+    house.say("My name is Bert.")
+    assert "Sunday" not in house.say("When does my daughter come?")
+    assert "Anna" not in house.say("Good night!")
+    house.now += timedelta(hours=3)
+    assert "Bert" not in house.say("What is my name?")
+
+
+def test_whoever_is_unknown_is_asked_for_a_name_before_it_remembers(house: House) -> None:
+    assert "name" in house.say("Remember that the keys are in the drawer.")
+    assert house.people()["people"] == []
+
+
+def test_a_question_or_an_order_is_no_fact(house: House) -> None:
+    house.say("My name is Anna.")
+    for said in ("Is my daughter here?", "Dance!", "Hello.", "I am so happy today!", "Stop"):
+        house.say(said)
+    assert house.facts() == []
+
+
+def test_a_person_corrects_and_deletes(house: House) -> None:
+    house.post("/allowed", allowed=True)
+    house.say("My name is Anna.")
+    house.say("My sister Wilhelmina lives in Leeds.")
+    assert house.post("/Anna/facts/1", text="My sister lives in York.") == 204
+    assert house.facts() == ["My sister lives in York."]
+    kept = (house.folder / "people.json").read_text(encoding="utf-8")
+    assert "Wilhelmina" not in kept
+    for method, path in (("DELETE", "/Bert"), ("DELETE", "/Anna/facts/9")):
+        assert house.client.request(method, f"/api/v1/people{path}").status_code == 400
+    assert house.client.delete("/api/v1/people/Anna/facts/1").status_code == 204
+    assert house.facts() == []
+    assert house.client.delete("/api/v1/people/Anna").status_code == 204
+    assert house.people()["people"] == []
+    house.post("/allowed", allowed=False)
+    assert list(house.folder.iterdir()) == []
+
+
+def test_kindness_shows_in_the_resting_mood_of_that_person_alone(
+    house: House, live: Runner
+) -> None:
+    house.say("My name is Anna.")
+    for _ in range(40):
+        house.say("You are so sweet, I love being with you!")
+        house.now += timedelta(hours=1)
+    (anna,) = house.people()["people"]  # type: ignore[misc]
+    assert anna["leaning"]["happiness"] > 0.02
+    assert set(anna["leaning"]) == set(FEELINGS)
+    house.say("My name is Bert.")
+    bert = house.people()["people"][1]  # type: ignore[index]
+    assert bert["leaning"]["happiness"] == 0
+
+
+def test_distress_is_not_kept(house: House) -> None:
+    house.post("/allowed", allowed=True)
+    house.say("My name is Anna.")
+    house.say("My husband beats me and I have a knife.")
+    assert house.facts() == []
+
+
+def test_it_begins_only_as_allowed_and_keeps_that(house: House, live: Runner) -> None:
+    assert house.client.get("/api/v1/people/manners").json()["on"] is False
+    assert house.post("/manners", on=True, most=4, quiet_from=20, quiet_to=9) == 204
+    again = House(live, house.folder)
+    assert again.client.get("/api/v1/people/manners").json() == {
+        "on": True, "most": 4, "quiet_from": 20, "quiet_to": 9,
+    }  # fmt: skip
+    assert house.post("/manners", most=11) == 422
+    (house.folder / "manners.json").write_text("{[", encoding="utf-8")
+    broken = House(live, house.folder)
+    assert broken.client.get("/api/v1/people/manners").json()["on"] is False

@@ -1,0 +1,228 @@
+"""Whom the partner knows: on the user's disk if they allow it, gone when they delete it."""
+
+import subprocess
+import sys
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from miburi.errors import InputError
+from miburi.feelings import FEELINGS, EmotionalModel, Stimulus, shipped_temperament
+from miburi.people import Memory
+from miburi.people.memory import MOST_FACTS, STAYS
+
+FACTS = [
+    row.split("\t")
+    for row in Path(__file__).with_name("facts.tsv").read_text(encoding="utf-8").splitlines()
+]
+HAPPINESS, ANGER = FEELINGS.index("happiness"), FEELINGS.index("anger")
+
+
+class Clock:
+    """Tells a time that a test moves."""
+
+    def __init__(self) -> None:
+        self.now = datetime(2026, 11, 25, 9, tzinfo=UTC)
+
+    def __call__(self) -> datetime:
+        return self.now
+
+
+@pytest.fixture
+def clock() -> Clock:
+    return Clock()
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return tmp_path / "people.json"
+
+
+def memory(path: Path | None, clock: Clock) -> Memory:
+    return Memory(path, shipped_temperament(), clock)
+
+
+def allowed(path: Path, clock: Clock) -> Memory:
+    one = memory(path, clock)
+    one.allow(True)
+    return one
+
+
+def test_nothing_is_written_unless_somebody_allows_it(path: Path, clock: Clock) -> None:
+    one = memory(path, clock)
+    one.meet("Anna")
+    one.remember("My daughter comes on Sunday.", "en")
+    assert list(path.parent.iterdir()) == []
+    assert one.recall("When does my daughter come?", "en") == "My daughter comes on Sunday."
+    assert memory(path, clock).people.people == []
+
+
+def test_what_was_told_outlasts_a_program_that_is_killed(path: Path, clock: Clock) -> None:
+    """50 of 50: a process tells them and kills itself."""
+    program = (
+        "import os, signal, sys\n"
+        "from datetime import datetime, UTC\n"
+        "from pathlib import Path\n"
+        "from miburi.feelings import shipped_temperament\n"
+        "from miburi.people import Memory\n"
+        "one = Memory(Path(sys.argv[1]), shipped_temperament(), lambda: datetime.now(UTC))\n"
+        "one.allow(True)\n"
+        "one.meet('Dot')\n"
+        "for line in sys.stdin.read().splitlines():\n"
+        "    one.remember(line, 'en')\n"
+        "os.kill(os.getpid(), signal.SIGKILL)\n"
+    )
+    told = [fact for fact, _, _ in FACTS]
+    command = [sys.executable, "-c", program, str(path)]
+    subprocess.run(command, input="\n".join(told), text=True, check=False)
+    again = memory(path, clock)
+    assert [fact.text for fact in again.meet("dot").facts] == told
+
+
+def test_a_question_is_answered_by_what_was_told(path: Path, clock: Clock) -> None:
+    """Told by somebody who has not seen how they are found; nothing was chosen on these."""
+    one = allowed(path, clock)
+    one.meet("Dot")
+    for fact, _, _ in FACTS:
+        one.remember(fact, "en")
+    right = sum(word.lower() in (one.recall(asks, "en") or "").lower() for _, asks, word in FACTS)
+    assert right >= 0.75 * len(FACTS)
+
+
+@pytest.mark.parametrize("asks", ["What is the capital of Mongolia?", "Who won the match?", ""])
+def test_what_nobody_told_is_not_made_up(path: Path, clock: Clock, asks: str) -> None:
+    one = allowed(path, clock)
+    one.meet("Dot")
+    for fact, _, _ in FACTS:
+        one.remember(fact, "en")
+    assert one.recall(asks, "en") is None
+
+
+def test_japanese_is_found_by_its_letters(path: Path, clock: Clock) -> None:
+    one = allowed(path, clock)
+    one.meet("田中")
+    one.remember("娘の花子は日曜日に来ます", "ja")
+    one.remember("薬は朝食のあとに飲みます", "ja")
+    assert one.recall("花子はいつ来るの？", "ja") == "娘の花子は日曜日に来ます"
+    assert one.recall("薬はいつ飲む？", "ja") == "薬は朝食のあとに飲みます"
+    assert one.recall("天気はどう？", "ja") is None
+
+
+def test_a_deleted_fact_leaves_no_byte(path: Path, clock: Clock) -> None:
+    one = allowed(path, clock)
+    one.meet("Anna")
+    secret = one.remember("My sister Wilhelmina has debts.", "en")
+    one.remember("I like tea.", "en")
+    assert secret is not None
+    assert "Wilhelmina" in path.read_text(encoding="utf-8")
+    one.correct("anna", secret.number, None)
+    kept = b"".join(file.read_bytes() for file in path.parent.rglob("*") if file.is_file())
+    assert b"Wilhelmina" not in kept
+    assert b"I like tea." in kept
+    one.forget("Anna")
+    assert b"tea" not in path.read_bytes()
+    assert one.present is None
+    one.allow(False)
+    assert list(path.parent.iterdir()) == []
+
+
+def test_a_fact_can_be_corrected_and_only_one_that_there_is(path: Path, clock: Clock) -> None:
+    one = allowed(path, clock)
+    one.meet("Anna")
+    fact = one.remember("I was born in Leeds.", "en")
+    assert fact is not None
+    one.correct("Anna", fact.number, "I was born in York.")
+    assert [known.text for known in memory(path, clock).meet("Anna").facts] == [
+        "I was born in York."
+    ]
+    for name, number, text in (("Bert", 1, "x"), ("Anna", 9, "x"), ("Anna", 1, " ")):
+        with pytest.raises(InputError):
+            one.correct(name, number, text)
+    with pytest.raises(InputError, match="nobody"):
+        one.forget("Bert")
+
+
+def test_nobody_is_taken_for_another(path: Path, clock: Clock) -> None:
+    """Somebody is there while they speak and two hours after; then it names nobody."""
+    one = allowed(path, clock)
+    assert one.present is None
+    one.meet("Anna")
+    clock.now += STAYS - timedelta(seconds=1)
+    assert one.present is not None
+    one.hear()
+    clock.now += STAYS + timedelta(seconds=1)
+    assert one.present is None
+    assert one.recall("Where was I born?", "en") is None
+    assert one.remember("I like tea.", "en") is None
+    one.meet("Bert")
+    assert one.present is not None
+    assert one.present.name == "Bert"
+
+
+def test_the_oldest_facts_go_first(path: Path, clock: Clock) -> None:
+    one = memory(None, clock)
+    one.meet("Anna")
+    for number in range(MOST_FACTS + 5):
+        one.remember(f"Fact number {number}", "en")
+    assert one.present is not None
+    assert len(one.present.facts) == MOST_FACTS
+    assert one.present.facts[0].text == "Fact number 5"
+    assert len({fact.number for fact in one.present.facts}) == MOST_FACTS
+
+
+def test_a_file_that_is_none_of_ours_is_refused_and_left(path: Path, clock: Clock) -> None:
+    path.write_text("{}[", encoding="utf-8")
+    with pytest.raises(InputError, match="no file of people"):
+        memory(path, clock)
+    assert path.read_text(encoding="utf-8") == "{}["
+
+
+def lived(feeling: str | None, path: Path) -> np.ndarray:
+    """The resting mood with somebody after a month in which they came twice a day."""
+    clock = Clock()
+    one = allowed(path, clock)
+    for _ in range(60):
+        one.meet("Anna")
+        for _ in range(8):
+            one.hear(() if feeling is None else (Stimulus(feeling, 0.8, "speech"),))
+            clock.now += timedelta(minutes=1)
+        clock.now += timedelta(hours=12) - timedelta(minutes=8)
+    one.meet("Anna")
+    leaning = one.leaning
+    assert leaning is not None
+    model = EmotionalModel()
+    model.lean(leaning)
+    model.step(24 * 3600)
+    return model.mood
+
+
+def test_a_month_of_kindness_of_unkindness_and_of_neglect_can_be_told_apart(
+    tmp_path: Path,
+) -> None:
+    kind, unkind, neglect = (
+        lived(feeling, tmp_path / f"{feeling}.json") for feeling in ("happiness", "anger", None)
+    )
+    assert kind[HAPPINESS] > neglect[HAPPINESS] + 0.1
+    assert unkind[ANGER] > neglect[ANGER] + 0.1
+    assert unkind[HAPPINESS] < neglect[HAPPINESS]
+    assert neglect == pytest.approx(shipped_temperament().rest, abs=0.01)
+
+
+def test_absence_and_contacts_move_it(path: Path, clock: Clock) -> None:
+    one = allowed(path, clock)
+    one.meet("Anna")
+    for _ in range(50):
+        one.hear((Stimulus("happiness", 1.0, "speech"),))
+        clock.now += timedelta(minutes=30)
+    assert one.leaning is not None
+    warm = one.leaning[HAPPINESS]
+    assert warm > 0.03
+    one.hear(contacts=3)
+    assert one.leaning is not None
+    assert one.leaning[HAPPINESS] < warm
+    clock.now += timedelta(days=365)
+    one.meet("Anna")
+    assert one.leaning is not None
+    assert abs(one.leaning[HAPPINESS]) < 0.01
