@@ -55,7 +55,7 @@ def test_nothing_is_written_unless_somebody_allows_it(path: Path, clock: Clock) 
     one.meet("Anna")
     one.remember("My daughter comes on Sunday.", "en")
     assert list(path.parent.iterdir()) == []
-    assert one.recall("When does my daughter come?", "en") == "My daughter comes on Sunday."
+    assert one.recall("When does my daughter come?", "en") == "My daughter comes on Sunday"
     assert memory(path, clock).people.people == []
 
 

@@ -106,7 +106,7 @@ class Beginning:
             return
         known = {} if self._memory.present is None else {"name": self._memory.present.name}
         if due is not None:
-            known["told"] = due[1].text
+            known["told"] = due[1].text.rstrip(".。")
             if reason == "date":
                 self._spoken_of.add((due[0].name, due[1].number))
         text = self._answerer.say(script(self._language).begin[reason], known)

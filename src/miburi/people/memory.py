@@ -188,7 +188,8 @@ class Memory:
         if self.present is None:
             return None
         told = [fact.text for fact in self.present.facts if fact.language == language]
-        return recall(question, told, language)
+        found = recall(question, told, language)
+        return None if found is None else found.rstrip(".。")
 
     def due(
         self, now: datetime, but: Set[tuple[str, int]] = frozenset()

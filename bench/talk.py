@@ -1,0 +1,70 @@
+"""A talk of sixty turns with the partner's own answers, as a judge reads it.
+
+    python bench/talk.py tests/talk/scripts/en-1.txt
+
+The scripts in tests/talk/scripts are by strangers who have seen no answer; nothing was chosen on
+them. The partner feels what it hears, as the default temperament has it, and knows nobody at first.
+The talk is held on Wednesday, November 25, from 10:00, half a minute a turn.
+"""
+
+import sys
+from collections import Counter
+from datetime import datetime, timedelta
+from pathlib import Path
+
+from miburi.feelings import EmotionalModel, shipped_temperament
+from miburi.languages import language_of
+from miburi.people import Memory
+from miburi.senses import stimuli
+from miburi.senses.words import hear
+from miburi.talk.answers import Answerer
+from miburi.talk.script import script
+
+
+def talk(said: list[str]) -> list[str]:
+    """Return the answers to some turns."""
+    now = datetime(2026, 11, 25, 10)
+    answerer, feelings = Answerer(1), EmotionalModel()
+    memory = Memory(None, shipped_temperament(), lambda: now)
+    language, answers = "en", []
+    for turn in said:
+        language = language_of(turn, language)
+        heard = hear(turn, language)
+        for stimulus in stimuli(heard, feelings.temperament):
+            feelings.stimulate(stimulus)
+        felt = feelings.express()
+        known = {} if memory.present is None else {"name": memory.present.name}
+        if (told := memory.recall(turn, language)) is not None:
+            known["told"] = told
+        answer = answerer.answer(
+            turn, heard, None if felt is None else felt.feeling, language, now, known
+        )
+        text = answer.text
+        if heard.distress is not None:
+            text = f"(help for {heard.distress})"
+        elif answer.do == "name" and answer.words:
+            memory.meet(answer.words.capitalize())
+        elif answer.do == "remember" and answer.words:
+            if memory.remember(answer.words, language) is None:
+                text = answerer.say(script(language).unknown)
+        elif answer.cue is None:
+            for fact in script(language).facts_in(turn):
+                memory.remember(fact, language)
+        answers.append(text)
+        now += timedelta(seconds=30)
+        feelings.step(30.0)
+    return answers
+
+
+def main() -> None:
+    """Print the talk, and how often it repeats itself."""
+    said = Path(sys.argv[1]).read_text(encoding="utf-8").splitlines()
+    answers = talk(said)
+    for turn, answer in zip(said, answers, strict=True):
+        print(f"- {turn}\n  {answer}")
+    often = Counter(answers).most_common(1)[0][1]
+    print(f"\n{len(said)} turns, {len(set(answers))} different answers, none more than {often} times")
+
+
+if __name__ == "__main__":
+    main()
