@@ -27,6 +27,7 @@ sys.path[:0] = [str(ROOT / "bench")]
 from words import share  # noqa: E402  (below the folder that holds it)
 
 RATE = 48_000
+REVERB = ("reverb", "40")
 SHARE = Path("/usr/share")
 CLAPS = [
     *sorted((SHARE / "lmms/samples/drums").glob("clap*.ogg")),
@@ -102,7 +103,9 @@ console.log(JSON.stringify(out));
     return list(json.loads(done.stdout))
 
 
-def placed(part: np.ndarray, rng: np.random.Generator, *, zeros: bool, before: np.ndarray | None) -> np.ndarray:
+def placed(
+    part: np.ndarray, rng: np.random.Generator, *, zeros: bool, before: np.ndarray | None = None
+) -> np.ndarray:
     """Lay a sound into a room's noise, 3 s after its beginning."""
     whole = np.concatenate([np.zeros(3 * RATE), part, np.zeros(RATE)])
     if before is not None:
@@ -111,53 +114,54 @@ def placed(part: np.ndarray, rng: np.random.Generator, *, zeros: bool, before: n
     return np.concatenate([np.zeros(round(0.3 * RATE)), whole]) if zeros else whole
 
 
+def count(parts: list[np.ndarray], loudness: float, rng: np.random.Generator, *ways: bool) -> int:
+    """Return how many sounds startle it at an RMS, with or without zeros before them."""
+    cases = [
+        placed(part * 10 ** ((loudness - level(part)) / 20), rng, zeros=zeros)
+        for part in parts
+        for zeros in ways
+    ]
+    return sum(len(one) > 0 for one in heard(cases))
+
+
+def count_claps(peak: float, rng: np.random.Generator, talk: np.ndarray) -> tuple[int, int]:
+    """Return how many claps startle it at a peak, and of how many."""
+    cases = []
+    for path in CLAPS:
+        for effects in ((), REVERB):
+            part = sound(path, *effects)[: 2 * RATE]
+            part *= 10 ** (peak / 20) / np.abs(part).max()
+            for zeros in (False, True):
+                cases += [placed(part, rng, zeros=zeros, before=one) for one in (None, talk)]
+    return sum(len(one) > 0 for one in heard(cases)), len(cases)
+
+
+def table(title: str, rows: dict[float, tuple[int, int]]) -> None:
+    """Print a table, and its sum."""
+    print(f"## {title}: how many startle it\n")
+    for loudness, (found, n) in rows.items():
+        print(f"{loudness:4.0f} dBFS: {share(found, n)}")
+    print(f"all: {share(*np.sum(list(rows.values()), axis=0).tolist())}\n")
+
+
 def main() -> None:
     """Measure and print."""
     rng = np.random.default_rng(11)
-    reverb = ("reverb", "40")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        files = [(text, voice, spoken(text, voice, folder)) for text in SENTENCES for voice in VOICES]
-        talk = sound(files[0][2])
+        files = [spoken(text, voice, folder) for text in SENTENCES for voice in VOICES]
+        talk = sound(files[0])
         talk *= 10 ** ((-30 - level(talk)) / 20)
-        print("## claps: how many startle it\n")
-        total = []
-        for peak in (-18, -12, -6, 0):
-            cases = []
-            for path in CLAPS:
-                for effects in ((), reverb):
-                    part = sound(path, *effects)[: 2 * RATE]
-                    part *= 10 ** (peak / 20) / np.abs(part).max()
-                    cases += [placed(part, rng, zeros=zeros, before=before)
-                              for zeros in (False, True) for before in (None, talk)]  # fmt: skip
-            found = [len(one) > 0 for one in heard(cases)]
-            total += found
-            print(f"{peak:4d} dBFS: {share(sum(found), len(found))}")
-        print(f"all: {share(sum(total), len(total))}\n\n## sentences: how many startle it\n")
-        total = []
-        parts = [sound(path, *effects) for _, _, path in files for effects in ((), reverb)]
-        parts += [sound(path, *effects) for path in SPOKEN for effects in ((), reverb)]
-        for loudness in (-40, -32, -26, -20, -17):
-            cases = [placed(part * 10 ** ((loudness - level(part)) / 20), rng, zeros=zeros, before=None)
-                     for part in parts for zeros in (False, True)]  # fmt: skip
-            found = [len(one) > 0 for one in heard(cases)]
-            total += found
-            print(f"{loudness:4d} dBFS: {share(sum(found), len(found))}")
-        print(f"all: {share(sum(total), len(total))}\n\n## music: how many startle it\n")
-        total = []
-        parts = [sound(path)[: 10 * RATE] for path in MUSIC]
-        for loudness in (-40, -30, -20):
-            cases = [placed(part * 10 ** ((loudness - level(part)) / 20), rng, zeros=False, before=None)
-                     for part in parts]  # fmt: skip
-            found = [len(one) > 0 for one in heard(cases)]
-            total += found
-            print(f"{loudness:4d} dBFS: {share(sum(found), len(found))}")
-        print(f"all: {share(sum(total), len(total))}\n\n## a computer's signals, peaks at -20 dBFS\n")
-        parts = [sound(path) for path in SIGNALS]
-        found = [len(one) > 0 for one in heard([placed(
-            part * 0.1 / max(np.abs(part).max(), 1e-9), rng, zeros=False, before=None)
-            for part in parts])]  # fmt: skip
-        print(share(sum(found), len(found)))
+        table("claps", {peak: count_claps(peak, rng, talk) for peak in (-18, -12, -6, 0)})
+        said = [sound(path, *way) for path in (*files, *SPOKEN) for way in ((), REVERB)]
+        n = 2 * len(said)
+        levels = (-40, -32, -26, -20, -17)
+        table("sentences", {at: (count(said, at, rng, False, True), n) for at in levels})
+        music = [sound(path)[: 10 * RATE] for path in MUSIC]
+        levels = (-40, -30, -20)
+        table("music", {at: (count(music, at, rng, False), len(music)) for at in levels})
+        signals = [sound(path) for path in SIGNALS]
+        table("a computer's signals", {-30: (count(signals, -30, rng, False), len(signals))})
 
 
 if __name__ == "__main__":

@@ -45,8 +45,7 @@ def talk(said: list[str]) -> list[str]:
         elif answer.do == "name" and answer.words:
             memory.meet(answer.words.capitalize())
         elif answer.do == "remember" and answer.words:
-            if memory.remember(answer.words, language) is None:
-                text = answerer.say(script(language).unknown)
+            memory.remember(answer.words, language)
         elif answer.cue is None:
             for fact in script(language).facts_in(turn):
                 memory.remember(fact, language)
@@ -63,7 +62,9 @@ def main() -> None:
     for turn, answer in zip(said, answers, strict=True):
         print(f"- {turn}\n  {answer}")
     often = Counter(answers).most_common(1)[0][1]
-    print(f"\n{len(said)} turns, {len(set(answers))} different answers, none more than {often} times")
+    print(
+        f"\n{len(said)} turns, {len(set(answers))} different answers, none more than {often} times"
+    )
 
 
 if __name__ == "__main__":

@@ -71,10 +71,13 @@ def everyday() -> list[str]:
     """Return what somebody says who only feels something, from the lessons of the words sense."""
     lessons = tomllib.loads(LESSONS.with_name("words-lessons.toml").read_text(encoding="utf-8"))
     alarms = ("fright", "fear")
-    return [text for name, one in lessons.items() if name not in alarms for text in one["says"]] + [
-        f"I am {state}" for name, one in lessons.items() if name not in alarms
-        for state in one.get("state", [])
-    ]  # fmt: skip
+    plain_ones = [one for name, one in lessons.items() if name not in alarms]
+    said = [text for one in plain_ones for text in one["says"]]
+    said += [f"I am {state}" for one in plain_ones for state in one.get("state", [])]
+    for file in sorted(LESSONS.with_name("words-lines").glob("*.tsv")):
+        rows = (row.split("\t") for row in file.read_text("utf-8").splitlines())
+        said += [text for name, text in rows if name not in alarms]
+    return said
 
 
 def train(language: Language) -> dict[str, np.ndarray]:

@@ -138,7 +138,10 @@ def read_vectors(path: Path) -> dict[str, np.ndarray]:
 
 
 def read_lessons() -> Rows:
-    """Return our own sentences."""
+    """Return our own sentences, and those of strangers in ``words-lines``.
+
+    What is meant badly, felt by others, over or denied is no feeling of the speaker's: neutral.
+    """
     lessons = tomllib.loads(Path(__file__).with_name("words-lessons.toml").read_text("utf-8"))
     rows: Rows = []
     for label, kinds in lessons.items():
@@ -148,6 +151,10 @@ def read_lessons() -> Rows:
         forms["says"] = ["{}.", "{}", "{}?" if label == "neutral" else "{}!"]
         for kind, texts in kinds.items():
             rows += [(form.format(text), {label}) for text in texts for form in forms[kind]]
+    for file in sorted(Path(__file__).with_name("words-lines").glob("*.tsv")):
+        for line in file.read_text("utf-8").splitlines():
+            label, text = line.split("\t")
+            rows.append((text, {label if label in LABELS else "neutral"}))
     return rows
 
 

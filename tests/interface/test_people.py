@@ -79,9 +79,22 @@ def test_nobody_is_told_what_somebody_else_told(house: House) -> None:
     assert "Bert" not in house.say("What is my name?")
 
 
-def test_whoever_is_unknown_is_asked_for_a_name_before_it_remembers(house: House) -> None:
-    assert "name" in house.say("Remember that the keys are in the drawer.")
+def test_what_somebody_told_before_their_name_is_theirs_and_nobody_elses(house: House) -> None:
+    house.post("/allowed", allowed=True)
+    house.say("Remember that the keys are in the drawer.")
+    assert "drawer" in house.say("Do you remember where the keys are?")
     assert house.people()["people"] == []
+    assert "drawer" not in (house.folder / "people.json").read_text(encoding="utf-8")
+    house.say("I'm Anna, by the way.")
+    assert house.facts() == ["the keys are in the drawer"]
+    house.say("My name is Bert.")
+    assert "drawer" not in house.say("Do you remember where the keys are?")
+
+
+def test_a_mood_is_no_name(house: House) -> None:
+    for said in ("I'm tired.", "i'm anna by the way", "I am Tired Of This"):
+        house.say(said)
+    assert [one["name"] for one in house.people()["people"]] in ([], ["anna"])  # type: ignore[attr-defined]
 
 
 def test_a_question_or_an_order_is_no_fact(house: House) -> None:

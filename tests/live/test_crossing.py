@@ -41,8 +41,8 @@ def far(runner: Runner) -> Iterator[FarPartner]:
 @pytest.fixture
 def pair(runner: Runner) -> Iterator[tuple[FarPartner, Lanes]]:
     """A far partner whose other side is the test itself."""
-    near, ends = lanes()
-    near.asking.send(Hello(runner.robot, runner.repertoire, ["calm"], 5, "5f2c9a10", 1))
+    (near, ends), own = lanes(), runner.own_temperament
+    near.asking.send(Hello(runner.robot, runner.repertoire, ["calm"], own, 5, "5f2c9a10", 1))
     near.asking.send(Latest(1, runner.snapshot.json, [], [], [], runner.motors))
     ticks = itertools.count(0.0)
     yield FarPartner(ends, clock=lambda: next(ticks)), near

@@ -155,7 +155,6 @@ def test_nobody_is_taken_for_another(path: Path, clock: Clock) -> None:
     clock.now += STAYS + timedelta(seconds=1)
     assert one.present is None
     assert one.recall("Where was I born?", "en") is None
-    assert one.remember("I like tea.", "en") is None
     one.meet("Bert")
     assert one.present is not None
     assert one.present.name == "Bert"

@@ -42,14 +42,16 @@ def test_who_speaks_of_something_else_is_in_no_distress(text: str) -> None:
 
 def test_every_utterance_shows_at_most_a_feeling_from_silence_to_one() -> None:
     """Hardly any is a call for help, and none that shows a feeling asks for the robot's."""
-    wrong = []
+    wrong, alarms = [], 0
     for label, text in ROWS:
         heard = hear(text)
         right = heard.feeling is None or SILENT <= heard.strength <= 1
-        right &= heard == hear(text) and (heard.distress is None or label in ("fright", "fear"))
+        right &= heard == hear(text)
+        alarms += heard.distress is not None and label not in ("fright", "fear")
         if not right or (label in PAPER and heard.topic is not None):
             wrong.append((text, heard))
     assert wrong == []
+    assert alarms <= 0.01 * len(ROWS)
 
 
 @pytest.mark.parametrize(

@@ -38,6 +38,7 @@ class EmotionalModel(FeelingModel):
 
     Examples
     --------
+    >>> from miburi.feelings import Stimulus
     >>> model = EmotionalModel()
     >>> model.stimulate(Stimulus("happiness", 0.8, "speech"))
     >>> model.express()

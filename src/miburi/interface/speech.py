@@ -173,14 +173,12 @@ class Speech:
         return known if told is None else known | {"told": told}
 
     def _remember(self, answer: SmallAnswer, said: str) -> SmallAnswer:
-        """Keep a name or what was told; return the answer, also where nobody is known."""
+        """Keep a name or what was told; return the answer."""
         words, memory, now = answer.words, self.memory, self._clock()
         if answer.do == "name" and words:
             memory.meet(words[:1].upper() + words[1:])
         elif answer.do == "remember" and words:
-            if memory.remember(words, answer.language, due_of(words, answer.language, now)) is None:
-                unknown = self._answerer.say(script(answer.language).unknown)
-                return SmallAnswer(unknown, answer.language)
+            memory.remember(words, answer.language, due_of(words, answer.language, now))
         elif answer.cue is not None and answer.cue.name == "quiet":
             self.beginning.hush()
         elif answer.cue is None:

@@ -90,6 +90,8 @@ class Memory:
         if self.allowed and path is not None:
             self._known = _read(path)
         self._present: Acquaintance | None = None
+        #: What somebody told who has not said who they are; it is never written.
+        self._untold: list[Fact] = []
         self._until = clock()
         self._attachment: Attachment | None = None
 
@@ -122,7 +124,8 @@ class Memory:
         if allowed:
             self._write()
         else:
-            self._known, self._present, self._attachment = People(), None, None
+            self._known = People()
+            self.leave()
             if self._path is not None:
                 self._path.unlink(missing_ok=True)
 
@@ -149,11 +152,15 @@ class Memory:
             self._attachment = Attachment(self._temperament, person.attachment)
             self._attachment.step(max(0.0, (now - person.seen).total_seconds()))
         self.hear()
+        for fact in self._untold:
+            self.remember(fact.text, fact.language, fact.due)
+        self._untold = []
         return person
 
     def leave(self) -> None:
         """Know from now on that nobody is there."""
         self._present = self._attachment = None
+        self._untold = []
 
     def hear(self, stimuli: tuple[Stimulus, ...] = (), contacts: int = 0) -> None:
         """Take what the person who is there did, and contacts meanwhile, if somebody is."""
@@ -170,26 +177,33 @@ class Memory:
         self._write()
 
     def remember(self, text: str, language: Language, due: datetime | None = None) -> Fact | None:
-        """Keep something that the person who is there told; None if nobody is."""
+        """Keep something that was told: of the person who is there, else until they say who."""
         person, text = self.present, " ".join(text.split())[:_FACT]
-        if person is None or not text:
-            return None
-        same = next((fact for fact in person.facts if fact.text == text), None)
-        if same is not None:
+        facts = self._told()
+        same = next((fact for fact in facts if fact.text == text), None)
+        if same is not None or not text:
             return same
-        number = max((fact.number for fact in person.facts), default=0) + 1
+        number = max((fact.number for fact in facts), default=0) + 1
         fact = Fact(number=number, text=text, language=language, told=self._clock(), due=due)
-        person.facts = [*person.facts, fact][-MOST_FACTS:]
-        self._write()
+        if person is None:
+            self._untold = [*facts, fact][-MOST_FACTS:]
+        else:
+            person.facts = [*facts, fact][-MOST_FACTS:]
+            self._write()
         return fact
 
     def recall(self, question: str, language: Language) -> str | None:
         """Return what the person who is there told that answers a question."""
-        if self.present is None:
-            return None
-        told = [fact.text for fact in self.present.facts if fact.language == language]
+        told = [fact.text for fact in self._told() if fact.language == language]
         found = recall(question, told, language)
         return None if found is None else found.rstrip(".。")
+
+    def _told(self) -> list[Fact]:
+        if self.present is not None:
+            return self.present.facts
+        now = self._clock()
+        self._untold = [fact for fact in self._untold if now - fact.told <= STAYS]
+        return self._untold
 
     def due(
         self, now: datetime, but: Set[tuple[str, int]] = frozenset()

@@ -65,7 +65,9 @@ _SAD = LABELS.index("sadness")
 
 # Denial: after one of these words the clearest of the next few is taken back.
 _DENIALS = frozenset({"not", "never", "no", "nor", "nobody", "hardly"})
-_NO_DENIAL = frozenset({"only", "just", "wait", "so", "been", "forget", "idea", "way", "wonder"})
+_NO_DENIAL = frozenset(
+    {"only", "just", "wait", "so", "been", "forget", "idea", "way", "wonder", "expect", "believe"}
+)
 _TURNS = frozenset({"but", ",", ".", "!", "?", ";", "just"})
 _WINDOW = 4
 _CLEAR = 2.0  # evidence for a feeling over none, in log-odds

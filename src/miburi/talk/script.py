@@ -72,6 +72,8 @@ class Cue(Table):
         A move of ``moves.toml``, or the gesture of a feeling, that is performed.
     look
         Where it looks.
+    capital
+        Whether what it is about must be written with a capital, as a name is.
     tune
         [Hz, s] notes that a page plays instead of the words.
     """
@@ -83,6 +85,7 @@ class Cue(Table):
     move: Annotated[str, Field(pattern=f"^({'|'.join(MOVES)})$")] | None = None
     show: FeelingName | None = None
     look: Literal["user", "left", "right", "up", "down", "aside"] | None = None
+    capital: bool = False
     tune: list[Annotated[list[float], Field(min_length=2, max_length=2)]] | None = None
 
 
@@ -115,8 +118,6 @@ class Script(Table):
         What is said by itself, by the reason.
     stopped, paused
         What is said where the body cannot move.
-    unknown
-        What is said where somebody unknown wants something remembered.
     weekdays, months, days, clock, date
         Words for the time, Monday and January first; other days by how many days they are away.
     """
@@ -131,7 +132,6 @@ class Script(Table):
     begin: dict[Reason, _Lines]
     stopped: _Lines
     paused: _Lines
-    unknown: _Lines
     days: dict[str, Annotated[int, Field(ge=0, le=30)]]
     weekdays: Annotated[list[str], Field(min_length=7, max_length=7)]
     months: Annotated[list[str], Field(min_length=12, max_length=12)]
@@ -171,6 +171,8 @@ class Script(Table):
                 if (found := pattern.search(sentence)) is not None:
                     it = next((part for part in found.groupdict().values() if part), None)
                     words = it and as_written(it, said)
+                    if cue.capital and not (words and words[0].isupper()):
+                        continue
                     yield Match(cue, words, words and self.turn_round(words))
                     break
 

@@ -49,7 +49,9 @@ def test_a_stroke_of_the_face_pleases_and_a_tap_is_a_pat(face: Page) -> None:
 def test_the_way_of_a_finger_gets_its_name(workbench: Page) -> None:
     cases = {
         "a stroke": (250, 0.6, ["stroke"]), "a long one": (1000, 2.0, ["stroke"]),
-        "a flick": (250, 0.05, []), "too slow": (250, 4.0, []), "too short": (60, 0.3, []),
+        "a flick": (250, 0.05, []), "a slow one": (250, 4.0, ["stroke"]),
+        "a quick one": (400, 0.15, ["stroke"]), "for ten seconds": (3000, 10.0, ["stroke"] * 5),
+        "too short": (60, 0.3, []),
         "a tap": (8, 0.1, ["pat"]), "a long press": (0, 1.0, ["hold"]),
     }  # fmt: skip
     found = workbench.evaluate(

@@ -35,7 +35,9 @@ export async function start() {
     if (now - own > ECHO) ask("/sense", { kind: "startle", clearness: Math.round(100 * strength) / 100 });
   };
   const leave = listen((state) => {
-    const moves = state?.body === "card" && (state.phase === "moving" || state.phase === "returning");
+    // What it does at rest is slow, and no louder than the room.
+    const acts = state?.expressed || state?.asked;
+    const moves = state?.body === "card" && (state.phase === "returning" || (state.phase === "moving" && acts));
     if (moves || lips.open(performance.now()) !== null) own = performance.now();
   });
   return () => {

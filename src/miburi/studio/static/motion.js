@@ -81,7 +81,9 @@ export async function start() {
   if ((await DeviceMotionEvent.requestPermission?.()) === "denied") throw new Error("denied");
   const motion = new Motion();
   const leave = listen((state) => {
-    if (state && (state.phase === "moving" || state.phase === "returning")) motion.moved(performance.now());
+    // A breath or a glance at rest tilts and shakes the device less than a hand does.
+    const acts = state?.phase === "moving" && (state.expressed || state.asked);
+    if (acts || state?.phase === "returning") motion.moved(performance.now());
   });
   const take = ({ acceleration: own, accelerationIncludingGravity: all }) => {
     if (own?.x == null || all?.x == null) return; // no sensor

@@ -10,7 +10,7 @@ const BRIGHT = 1800; // Hz: a bang is no thud, and no vowel
 const TAIL = 18, ALONE = 70, DECAY = 4; // parts after it: it fades so far, and nothing comes; speech and music go on
 const LOUDER = -5; // than what was loud in the last seconds, or it is usual
 const LATELY = 50, EASED = 6; // frames: what was as loud a second ago is usual, too
-const SHOUT = 12, LOUD = -16, LOUDEST = -5; // over the loud parts; at least; where nothing was usual
+const SHOUT = 12, LOUD = -16, LOUDEST = -9; // over the loud parts; at least; where nothing was usual
 const ACTIVE = 50; // frames of sound that tell what is usual: 1 s
 const DEAF = 100; // parts after a startle
 

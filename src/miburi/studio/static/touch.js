@@ -1,6 +1,6 @@
 // Touches of the face: from a pointer's way to pats, strokes, pokes and holds. Times are in ms,
 // places in CSS pixels. Numbers are ours.
-const WAY = 120, SLOW = 100, FAST = 900; // a stroke: px, and px/s
+const WAY = 80, SLOW = 10, FAST = 4000, AGAIN = 2000; // a stroke: px, px/s, and ms until it counts again
 const HOLD = 700, POKES = 6, WITHIN = 2000; // ms; so many taps in so many ms are pokes
 
 export class Touch {
@@ -10,7 +10,7 @@ export class Touch {
     this.begin = null;
   }
   down(x, y, time) {
-    this.begin = { x, y, time, way: 0, whole: 0, since: time, stroked: false };
+    this.begin = { x, y, time, way: 0, whole: 0, since: time, stroked: false, told: -Infinity };
     return null;
   }
   move(x, y, time) {
@@ -22,9 +22,9 @@ export class Touch {
     const speed = at.way / Math.max(0.001, (time - at.since) / 1000);
     Object.assign(at, { way: 0, since: time });
     if (speed < SLOW || speed > FAST) return null;
-    const first = !at.stroked;
-    at.stroked = true;
-    return first ? "stroke" : null; // one for each time that the finger comes down
+    if (time - at.told < AGAIN) return null;
+    Object.assign(at, { stroked: true, told: time });
+    return "stroke"; // as long as it lasts; what is felt so often fades
   }
   up(time) {
     const at = this.begin;
