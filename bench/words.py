@@ -111,6 +111,20 @@ def everyday(rows: list[tuple[str, str]], change: Callable[[str], str] = str) ->
     print(f"all: {share(whole, len(rows))}")
 
 
+def count_strangers(path: Path) -> None:
+    """Print what is heard in a stranger's lines."""
+    rows = [row.split("\t") for row in path.read_text(encoding="utf-8").splitlines()]
+    heard = [(label, hear(text)) for label, text in rows]
+    felt = [label == one.feeling for label, one in heard if label in LABELS[:-1]]
+    print(f"feelings right: {share(sum(felt), len(felt))}")
+    joy = [one.feeling in ("happiness", "thrill") and one.strength > SILENT
+           for label, one in heard if label == "sarcasm"]  # fmt: skip
+    print(f"sarcasm taken for joy, above {SILENT:g}: {share(sum(joy), len(joy))}")
+    for name in ("other", "past", "denied", "neutral"):
+        moved = [one.feeling is not None for label, one in heard if label.startswith(name)]
+        print(f"{name} taken for a feeling of one's own: {share(sum(moved), len(moved))}")
+
+
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description="Measure the words sense.")
@@ -139,6 +153,10 @@ def main() -> None:
         everyday(some)
         print(f"\n# Everyday utterances, {name}, without punctuation\n")
         everyday(some, without_punctuation)
+    if not wish.tuning:
+        for path in sorted((ROOT / "bench" / "feelings-lines").glob("*.tsv")):
+            print(f"\n# Strangers' lines, the {path.stem}\n")
+            count_strangers(path)
     print("\n# Japanese, by stems (none kept back)\n")
     answers = [(a, hear(b).feeling) for a, b in utterances("utterances-ja.tsv")]
     felt = [a == b for a, b in answers if a in LABELS[:-1]]
