@@ -48,7 +48,7 @@ def words(
 
 
 def say(
-    text: Annotated[str, typer.Argument(help="In English or Japanese.")],
+    text: Annotated[str, typer.Argument(help="In English, Japanese or French.")],
     url: PartnerAddress = HERE,
 ) -> None:
     """Say something to a live partner.

@@ -79,7 +79,7 @@ class StimulusIn(Message):
 
 
 class SayIn(Message):
-    """What somebody says to the partner, in English or Japanese."""
+    """What somebody says to the partner, in English, Japanese or French."""
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"text": "I am so happy today"}]})
 
@@ -125,7 +125,7 @@ class SayOut(BaseModel):
 
 
 class SpeakIn(Message):
-    """What the partner shall say aloud; English and Japanese are told apart by their letters."""
+    """What the partner shall say aloud; its language is told by its letters and words."""
 
     model_config = ConfigDict(
         json_schema_extra={"examples": [{"text": "Somebody is at the door."}]}
