@@ -1952,7 +1952,7 @@ export interface components {
         };
         /**
          * SayIn
-         * @description What somebody says to the partner, in English or Japanese.
+         * @description What somebody says to the partner, in English, Japanese or French.
          * @example {
          *       "text": "I am so happy today"
          *     }
@@ -2047,7 +2047,7 @@ export interface components {
         };
         /**
          * SpeakIn
-         * @description What the partner shall say aloud; English and Japanese are told apart by their letters.
+         * @description What the partner shall say aloud; its language is told by its letters and words.
          * @example {
          *       "text": "Somebody is at the door."
          *     }

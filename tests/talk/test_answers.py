@@ -235,3 +235,22 @@ def test_sixty_turns_by_a_stranger_get_fifty_different_answers(path: Path) -> No
     ]
     assert len(set(answers)) >= 50
     assert max(map(answers.count, answers)) <= 2
+
+
+WORDS = {
+    "en": "so oh very ha and well ok right you that is the my i all really now stop look to it",
+    "ja": "ねえ ちょっと は うん 今 もう はい ふ え て",
+    "fr": "bon alors et oh c est trop tres tu vous ah non oui que la stop",
+}
+
+
+@pytest.mark.timeout(20)
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_no_sentence_holds_up_the_patterns(language: Language) -> None:
+    """A word said over and over made one that backtracks try 2^n ways: "so so so so so …"."""
+    space = "" if language == "ja" else " "
+    for word in WORDS[language].split():
+        said = (word + space) * (900 // len(word + space)) + "zz"
+        assert not wants_stop(said, language) or word in ("stop", "ストップ")
+        list(script(language).topics_of(said))
+        script(language).facts_in(said)
