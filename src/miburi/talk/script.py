@@ -23,6 +23,8 @@ Do = Literal["stop", "repeat", "name", "remember", "recall", "forget"]
 
 _Line = Annotated[str, Field(min_length=1, max_length=160)]
 _Lines = Annotated[list[_Line], Field(min_length=2)]
+#: Characters that are read; more say no more about what is wanted (ours).
+_READ = 300
 _SENTENCE = re.compile(r"[^.!?;。！？\n]+")
 _WHOLE = re.compile(r"[^.!?。！？\n]+[.!?。！？]*")
 
@@ -165,7 +167,7 @@ class Script(Table):
         return self._find(self._topics, said)
 
     def _find(self, cues: list[tuple[Cue, re.Pattern[str]]], said: str) -> Iterator[Match]:
-        sentences = [plain(each, self.language) for each in _SENTENCE.findall(said)]
+        sentences = [plain(each, self.language) for each in _SENTENCE.findall(said[:_READ])]
         for cue, pattern in cues:
             for sentence in sentences:
                 if (found := pattern.search(sentence)) is not None:
@@ -186,7 +188,7 @@ class Script(Table):
 
     def facts_in(self, said: str) -> list[str]:
         """Return the sentences that tell something about the person, and ask nothing."""
-        sentences = (each.strip() for each in _WHOLE.findall(said))
+        sentences = (each.strip() for each in _WHOLE.findall(said[:_READ]))
         return [
             each
             for each in sentences
