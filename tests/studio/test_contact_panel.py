@@ -90,8 +90,8 @@ def test_the_log_says_why_it_felt_something(
 @pytest.mark.parametrize(
     ("language", "told"),
     [
-        ("en", "A remark: thrill, strength 0.92, for “happy”, “so”, a raised voice"),
-        ("ja", "声かけ：興奮、強さ 0.92（「happy」, 「so」, 大きく高い声）"),
+        ("en", "A remark: thrill, strength 0.97, for “happy”, a raised voice"),
+        ("ja", "声かけ：興奮、強さ 0.97（「happy」, 大きく高い声）"),
     ],
 )
 def test_a_tone_of_voice_is_told_in_words(runner: Runner, language: str, told: str) -> None:

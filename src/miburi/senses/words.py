@@ -25,7 +25,7 @@ from unicodedata import category
 import numpy as np
 from numpy.typing import NDArray
 
-from miburi.languages import FALLBACK, Language, language_of
+from miburi.languages import FALLBACK, Language, common_words, language_of
 from miburi.senses.distress import hear_distress
 from miburi.senses.impression import Brought, Impression
 from miburi.senses.phrases import (
@@ -261,7 +261,9 @@ def _told(words: list[str], brought: Array) -> tuple[Brought, ...]:
     for word, weight in zip(words, brought.tolist(), strict=True):
         if len(word) > 1 or word in "!?" or category(word)[0] != "P":  # no comma says anything
             most[word] = most.get(word, 0.0) + weight
-    ordered = sorted(most.items(), key=lambda item: -item[1])[:_TOLD]
+    # A word that stands everywhere explains nothing to a reader, unless there is no other.
+    clear = {word: weight for word, weight in most.items() if word not in common_words("en")}
+    ordered = sorted((clear or most).items(), key=lambda item: -item[1])[:_TOLD]
     return tuple(
         Brought(word, round(weight, 2))
         for word, weight in ordered
