@@ -188,3 +188,9 @@ def test_it_tells_what_was_meant(talk: Talk) -> None:
     assert [talk.say(said).meant for said in ("Hello!", "Wave!", "The door is open.")] == [
         "greeting", "wave", None,
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize("said", ["Stop!", "Wave at me!", "Can you dance?"])
+def test_an_order_shows_nobodys_feeling(talk: Talk, said: str) -> None:
+    answer = talk.say(said)
+    assert (answer.feeling, answer.felt) == (None, [])

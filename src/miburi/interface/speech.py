@@ -106,6 +106,8 @@ class Speech:
             await done(self._partner.stop(Press(who(by))))
         heard = coloured(await asyncio.to_thread(hear, said.text, language), said.tone)
         grave = heard.distress is not None
+        if not grave and any(_acts(match.cue) for match in script(language).intents_of(said.text)):
+            heard = Impression(None, 0.0, "speech")  # an order shows nobody's feeling
         if grave and self._conversation is not None:
             self._conversation.overtake()
         felt = await done(self._partner.take(heard, said.text))
