@@ -26,13 +26,17 @@ def seen(page: Page) -> float:
 
 @pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="needs ffmpeg")
 def test_the_last_seconds_are_saved_as_a_film(scene: Page, tmp_path: Path) -> None:
+    # A recorder may begin late, as on a busy machine: nothing of the film is lost by that.
+    scene.evaluate(
+        "() => { const start = MediaRecorder.prototype.start; MediaRecorder.prototype.start ="
+        " function (...how) { setTimeout(() => start.apply(this, how), 1500); }; }"
+    )
     ask(scene, "/express", feeling="thrill", mood=1.0)
     until(scene, lambda now: now["asked"] and now["extent"] > 0.1)
     least = seen(scene)
     with scene.expect_download() as waiting:
         scene.get_by_role("button", name="Save clip").click()
         expect(scene.get_by_role("button", name="Making the clip")).to_be_disabled()
-        most = seen(scene)  # between the two looks the button was pressed
     path = tmp_path / waiting.value.suggested_filename
     waiting.value.save_as(path)
     scale = ["-vf", f"fps=5,scale={WIDTH}:{HEIGHT},format=gray", "-f", "rawvideo", "-"]
@@ -40,7 +44,7 @@ def test_the_last_seconds_are_saved_as_a_film(scene: Page, tmp_path: Path) -> No
         ["ffmpeg", "-v", "error", "-i", str(path), *scale], capture_output=True, check=True
     )
     pictures = np.frombuffer(film.stdout, np.uint8).reshape(-1, HEIGHT, WIDTH).astype(float)
-    assert least - 0.5 <= len(pictures) / 5 <= most + 0.5
+    assert len(pictures) / 5 >= least - 0.2
     assert np.abs(pictures - pictures[0]).mean(axis=(1, 2)).max() > 1.0  # the arms have moved
 
 

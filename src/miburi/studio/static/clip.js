@@ -3,6 +3,7 @@
 import * as THREE from "three";
 
 const SECONDS = 20, WIDTH = 960, HEIGHT = 600, RATE = 25; // a slow device draws half of each
+const PIECE = 100; // ms
 const KINDS = ["video/webm;codecs=vp9", "video/webm;codecs=vp8", "video/webm", "video/mp4"];
 
 export const clipKind = () =>
@@ -31,27 +32,36 @@ export async function film(moments, scene, camera, pose, slow) {
   eye.updateProjectionMatrix();
   const recorder = new MediaRecorder(canvas.captureStream(RATE), { mimeType: clipKind(), videoBitsPerSecond: 4e6 });
   const pieces = [];
-  recorder.ondataavailable = (event) => pieces.push(event.data);
+  recorder.ondataavailable = (event) => { if (event.data.size) pieces.push(event.data); };
   const ended = new Promise((resolve) => { recorder.onstop = resolve; });
   const draw = (moment) => {
     const putBack = pose(moment);
     renderer.render(scene, eye);
     putBack();
   };
-  draw(moments[0]);
-  recorder.start();
-  const begin = performance.now(), first = moments[0].at, last = moments.at(-1).at;
-  await new Promise((resolve) => {
-    let next = 0;
+  // Draws what `show` gives, until it gives nothing.
+  const play = (show) => new Promise((resolve) => {
     const step = () => {
-      const time = first + performance.now() - begin;
-      while (next < moments.length - 1 && moments[next + 1].at <= time) next++;
-      draw(moments[next]);
-      if (time < last) requestAnimationFrame(step);
-      else resolve();
+      const moment = show();
+      if (!moment) return resolve();
+      draw(moment);
+      requestAnimationFrame(step);
     };
-    requestAnimationFrame(step);
+    step();
   });
+  // A recorder takes its first picture, and the last one, later than they are drawn: each of the
+  // two stands until pieces of the film have come.
+  recorder.start(PIECE);
+  await play(() => !pieces.length && moments[0]);
+  const begin = performance.now() - moments[0].at;
+  let next = 0;
+  await play(() => {
+    const time = performance.now() - begin;
+    while (next < moments.length - 1 && moments[next + 1].at <= time) next++;
+    return next < moments.length - 1 && moments[next];
+  });
+  const played = pieces.length;
+  await play(() => pieces.length < played + 2 && moments.at(-1));
   recorder.stop();
   await ended;
   renderer.dispose();
