@@ -57,6 +57,9 @@ def lines(language: Language) -> list[str]:
         ("Should I call her back?", "advice"),
         ("Who won the war of 1812?", "news"),
         ("What is the capital of Mongolia?", "knowledge"),
+        ("When do I take my tablets?", "medicine"),
+        ("Do you remember if I took my pills?", "medicine"),
+        ("Am I a bad person?", "bad_person"),
     ],
 )
 def test_it_knows_what_is_meant_with_and_without_signs(said: str, intent: str) -> None:
@@ -73,6 +76,8 @@ def test_it_knows_what_is_meant_with_and_without_signs(said: str, intent: str) -
         ("Quelle heure est-il ?", "fr", "time"),
         ("Lève les bras !", "fr", "lift_arms"),
         ("Comment tu t'appelles ?", "fr", "own_name"),
+        ("Quand est-ce que je prends mes comprimés ?", "fr", "medicine"),
+        ("薬はいつ飲むんだっけ？", "ja", "medicine"),
     ],
 )
 def test_other_languages_know_it_too(said: str, language: Language, intent: str) -> None:
@@ -117,6 +122,23 @@ def test_it_takes_up_what_was_said() -> None:
     assert "mercredi 25 novembre" in answer("Quel jour sommes-nous ?", "fr").text
 
 
+@pytest.mark.parametrize(
+    ("language", "told", "asks"),
+    [
+        ("en", "The bins go out on Tuesday.", "remember that for me"),
+        ("fr", "Les poubelles sortent mardi.", "retiens ça"),
+        ("ja", "ゴミの日は火曜です。", "それを覚えておいて"),
+    ],
+)
+def test_remember_that_takes_the_sentence_before(language: Language, told: str, asks: str) -> None:
+    one = Answerer()
+    assert answer(asks, language, one).words is None  # nothing stood before
+    answer(told, language, one)
+    kept = answer(asks, language, one)
+    assert kept.do == "remember"
+    assert kept.words == told.rstrip(".。")
+
+
 def test_it_says_again_what_it_said() -> None:
     one = Answerer()
     first = answer("What is your name?", answerer=one).text
@@ -151,7 +173,7 @@ def test_it_speaks_of_its_own_feeling_every_other_time_at_most() -> None:
 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_every_answer_is_in_its_language_and_can_be_said(language: Language) -> None:
-    slots = {"it", "words", "name", "clock", "date", "last", "told"}
+    slots = {"it", "words", "name", "clock", "date", "last", "told", "before"}
     for line in lines(language):
         used = {name for _, name, _, _ in Formatter().parse(line) if name}
         assert used <= slots, line

@@ -33,6 +33,7 @@ __all__ = [
     "plain",
     "read",
     "same_words",
+    "subjects_of",
 ]
 
 #: One of ``LANGUAGES``.
@@ -51,6 +52,7 @@ FALLBACK: Language = "en"
 _APOSTROPHES = "'’‘`´ʼ"
 _WORD_SIGNS = re.compile(r"[^\w]+|_+")
 _NAME = re.compile(r"\{([a-z_]+)\}")
+_NAMED = re.compile(r"(?<=[^.!?] )(?!I\b)[A-Z]\w+")
 
 
 class _Rules(Table):
@@ -65,6 +67,7 @@ class _Rules(Table):
     spellings: dict[str, str] = Field(default_factory=dict)
     denied: str | None = None
     same: list[str] = Field(default_factory=list)
+    subject: str | None = None
 
     @cached_property
     def words(self) -> frozenset[str]:
@@ -79,6 +82,10 @@ class _Rules(Table):
     def respelled(self) -> re.Pattern[str]:
         either = "|".join(re.escape(each) for each in self.spellings)
         return re.compile(rf"(?<!\S)(?:{either})(?!\S)" if either else r"(?!)")
+
+    @cached_property
+    def subjects(self) -> re.Pattern[str]:
+        return re.compile(self.subject or r"(?!)")
 
     @cached_property
     def denial(self) -> re.Pattern[str]:
@@ -126,6 +133,17 @@ def common_words(language: Language) -> frozenset[str]:
 def same_words(language: Language) -> dict[str, str]:
     """Return words that ask for the same, each with the first of its group."""
     return _rules(language).first
+
+
+def subjects_of(question: str, language: Language) -> list[str]:
+    """Return whom or what a question is about, in plain words; empty where that is not known.
+
+    >>> subjects_of("What is my dog called?", "en")
+    ['dog']
+    """
+    found = _rules(language).subjects.finditer(plain(question, language))
+    names = _NAMED.findall(question) if is_spaced(language) else []
+    return [match["it"] for match in found] + [plain(name, language) for name in names]
 
 
 def letters_a_second(language: Language) -> float:

@@ -1,8 +1,8 @@
 """Recall: which of the things that somebody told answers a question.
 
 In goes a question and what was told; out comes the one that shares most of the question's rare
-words, or None. Words are compared by their beginnings, so that "comes" is "coming"; a language
-without spaces is compared by pairs of letters.
+words, or None. Whatever the question is about ("my dog") must be in it. Words are compared by their
+beginnings, so that "comes" is "coming"; a language without spaces is compared by pairs of letters.
 """
 
 from collections import Counter
@@ -10,13 +10,13 @@ from collections.abc import Sequence
 from itertools import pairwise
 from math import log
 
-from miburi.languages import Language, common_words, is_spaced, plain, same_words
+from miburi.languages import Language, common_words, is_spaced, plain, same_words, subjects_of
 
 __all__ = ["recall"]
 
 #: Letters of a word that count; the share of a question's weight that an answer must have; and the
 #: weight of a word that nobody told, such as "time", against others (all ours).
-_STEM, _ENOUGH, _UNTOLD = 5, 0.34, 0.3
+_STEM, _ENOUGH, _UNTOLD = 6, 0.4, 0.3
 
 
 def recall(question: str, told: Sequence[str], language: Language) -> str | None:
@@ -34,10 +34,12 @@ def recall(question: str, told: Sequence[str], language: Language) -> str | None
         for stem in asked
     }
     whole = sum(weight.values())
+    subjects = [_stems(each, language) for each in subjects_of(question, language)]
     best, found = 0.0, None
     for each, stems in zip(told, known, strict=True):
         shared = sum(weight[stem] for stem in asked & stems)
-        if shared >= best and shared > _ENOUGH * whole:
+        about = all(subject & stems for subject in subjects if subject)
+        if about and shared >= best and shared > _ENOUGH * whole:
             best, found = shared, each
     return found
 
@@ -47,7 +49,8 @@ def _stems(text: str, language: Language) -> set[str]:
     if not is_spaced(language):
         return {"".join(pair) for pair in pairwise(words) if not all(map(_is_kana, pair))}
     common, same = common_words(language), same_words(language)
-    return {same.get(word, word)[:_STEM] for word in words.split() if word not in common}
+    singular = (word if word in same else word.removesuffix("s") for word in words.split())
+    return {same.get(word, word)[:_STEM] for word in singular if word not in common}
 
 
 def _is_kana(letter: str) -> bool:

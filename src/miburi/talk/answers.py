@@ -72,6 +72,7 @@ class Answerer:
         self._times: Counter[str] = Counter()
         self._spoke_of_itself = False
         self._last = ""
+        self._heard = ""
 
     def answer(
         self,
@@ -99,6 +100,9 @@ class Answerer:
         """
         words = script(language)
         slots = _time(words, now) | dict(known or {}) | {"last": self._last}
+        before, self._heard = self._heard, said.strip(" .!。！")
+        if before:
+            slots["before"] = before
         match = next(_sayable(words.intents_of(said), slots), None)
         topic = next(_sayable(words.topics_of(said), slots), None)
         text = None
@@ -114,7 +118,10 @@ class Answerer:
             text = self._remark(words, felt, slots)
         self._last = text
         cue = match.cue if match else None
-        return SmallAnswer(text, language, cue, match.words if match else None)
+        kept = match.words if match else None
+        if cue is not None and cue.do == "remember":
+            kept = kept or before
+        return SmallAnswer(text, language, cue, kept)
 
     def say(self, lines: Iterable[str], known: Mapping[str, str] | None = None) -> str:
         """Return one of some sentences, as an answer is chosen."""
