@@ -21,7 +21,7 @@ ROOT = Path(__file__).parent.parent
 http_page = runpy.run_path(str(ROOT / "docs" / "http_reference.py"))["http_page"]
 #: Pages that stand at the root of the repository.
 _PROJECT = {"contributing.md": "CONTRIBUTING.md", "changelog.md": "CHANGELOG.md"}
-_ROOMS = (
+ROOMS = (
     "feelings", "senses", "gestures", "ik", "bma", "partner", "bodies", "safety", "calibration",
     "robot", "servos", "card", "interface.client", "errors",
 )  # fmt: skip
@@ -36,10 +36,10 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     icon = ROOT / "src/miburi/studio/static/icon.svg"
     files.append(File.generated(config, "images/icon.svg", abs_src_path=str(icon)))
     lines = ["# Reference", "", "Made from the docstrings. Import a name from its module.", ""]
-    for room in _ROOMS:
+    for room in ROOMS:
         package = importlib.import_module(f"miburi.{room}")
         first = (package.__doc__ or "").strip().splitlines()[0]
-        modules = _modules(package)
+        modules = modules_of(package)
         sections = [_section(module, heading=len(modules) > 1) for module in modules]
         content = "\n".join([f"# {room}", "", *sections, ""])
         files.append(File.generated(config, f"reference/{room}.md", content=content))
@@ -48,11 +48,11 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     files.append(File.generated(config, "reference/http.md", content=http_page()))
     files.append(File.generated(config, "reference/index.md", content="\n".join(lines)))
     (reference,) = (part["Reference"] for part in config.nav or () if "Reference" in part)
-    reference += [*(f"reference/{room}.md" for room in _ROOMS), "reference/http.md"]
+    reference += [*(f"reference/{room}.md" for room in ROOMS), "reference/http.md"]
     return files
 
 
-def _modules(package: ModuleType) -> list[ModuleType]:
+def modules_of(package: ModuleType) -> list[ModuleType]:
     """Return the modules that users import from: the package, or what is in it."""
     if hasattr(package, "__all__"):
         return [package]

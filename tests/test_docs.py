@@ -1,7 +1,11 @@
 """What a reader follows in the documents leads somewhere; what a reader copies works."""
 
+import dataclasses
+import importlib
+import inspect
 import os
 import re
+import runpy
 import subprocess
 import sys
 import textwrap
@@ -50,6 +54,20 @@ def test_a_command_of_the_readme_prints_what_stands_there(command: str) -> None:
     assert printed.splitlines() == textwrap.dedent(output).splitlines()
 
 
+def test_the_readmes_experiment_is_what_the_command_prints(tmp_path: Path) -> None:
+    recipe = re.search(r"miburi (experiment .*)--out", (ROOT / "Makefile").read_text())
+    shown = re.search(r"^(    XL330-.*\n(?:    .*\n)+)", (ROOT / "README.md").read_text(), re.M)
+    assert recipe
+    assert shown
+    arguments = [*recipe.group(1).split(), "--no-film", "--out", str(tmp_path)]
+    printed = CliRunner().invoke(app, arguments).stdout.splitlines()
+    written = textwrap.dedent(shown.group()).splitlines()
+    timed = re.compile(r"median .* ms; \d+ × faster")
+    assert [timed.sub("", line) for line in printed[: len(written)]] == [
+        timed.sub("", line) for line in written
+    ]
+
+
 def test_make_help_lists_every_target() -> None:
     makefile = (ROOT / "Makefile").read_text()
     targets = re.findall(r"^([a-z][a-z-]*):(?!=)", makefile, re.MULTILINE)
@@ -67,6 +85,32 @@ def test_pictures_are_those_that_their_commands_make() -> None:
         cwd=ROOT, capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert (done.returncode, done.stdout) == (0, ""), done.stderr
+
+
+def test_nothing_in_the_reference_is_without_words() -> None:
+    """Every class, function and field of it says what it is; fields in `Attributes`, say."""
+    site = runpy.run_path(str(ROOT / "docs" / "site.py"))
+    rooms = [importlib.import_module(f"miburi.{room}") for room in site["ROOMS"]]
+    modules = [module for room in rooms for module in site["modules_of"](room)]
+    entries = [getattr(module, name) for module in modules for name in module.__all__]
+    silent = [one.__qualname__ for one in entries if inspect.isroutine(one) and not one.__doc__]
+    for one in filter(inspect.isclass, entries):
+        own = [(name, member) for name, member in vars(one).items() if name[0] != "_"]
+        silent += [
+            f"{one.__qualname__}.{name}"
+            for name, member in own
+            if (inspect.isfunction(member) or isinstance(member, property))
+            and not any(getattr(vars(base).get(name), "__doc__", None) for base in one.__mro__)
+        ]
+        if dataclasses.is_dataclass(one):
+            told = re.search(r"^(Attributes|Parameters)\n--", inspect.getdoc(one) or "", re.M)
+            own_words = re.findall(r"^    (\w+): .*\n    \"\"\"", inspect.getsource(one), re.M)
+            described = {
+                name for name, hint in one.__annotations__.items() if "Annotated" in str(hint)
+            }
+            rest = set(one.__annotations__) - {*own_words, *described}
+            silent += [f"{one.__qualname__}: {rest}"] * bool(rest and not told)
+    assert silent == []
 
 
 def test_the_site_is_whole_and_asks_for_nothing_from_elsewhere(tmp_path: Path) -> None:

@@ -105,10 +105,18 @@ class CalibrationFile(Table):
 
 @dataclass(frozen=True)
 class Calibration:
-    """What a file contains: the robot with the servos that it has, the rule, and their mounting.
+    """The content of a calibration file.
 
-    ``servos`` is None in a calibration that is not of a card, and ``identified``, the same rule,
-    where the servos were not identified.
+    Attributes
+    ----------
+    robot
+        The robot with the servos that it has.
+    rule
+        The rule with the guards of this robot.
+    servos
+        How the servos are mounted; None in a calibration that is not of a card.
+    identified
+        The rule that expects the servos as they were identified; None where they were not.
     """
 
     robot: Robot

@@ -114,7 +114,13 @@ def _shifted(traces: Sequence["FreeTrace"], other: FreeRule) -> Iterator["FreeTr
 
 @dataclass(frozen=True)
 class FreeTrace(Trace):
-    """A trace beside the free servo that a rule expects, instead of its delayed profile."""
+    """A trace beside the free servo that a rule expects, instead of its delayed profile.
+
+    Attributes
+    ----------
+    rule
+        The rule with that servo.
+    """
 
     rule: FreeRule = field(kw_only=True)
 

@@ -159,7 +159,15 @@ class Bench:
 
 @dataclass(frozen=True)
 class BenchStep:
-    """One measurement: its name, what it does and asks of the person, and what makes it."""
+    """One measurement.
+
+    Attributes
+    ----------
+    name, what
+        Its name, and what it does and asks of the person.
+    run
+        Measures, on a bench.
+    """
 
     name: str
     what: str

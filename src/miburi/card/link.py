@@ -90,9 +90,18 @@ class FrameError(MiburiError):
 
 @dataclass(frozen=True)
 class Frame:
-    """One message: kind, sequence number (0–255), payload (at most 96 bytes).
+    """One message.
 
-    The version is never 0, because a frame of zeros would have a valid check sum.
+    Attributes
+    ----------
+    kind
+        What it is about, a :class:`FrameKind`.
+    sequence
+        From 0 to 255; an answer has that of its request.
+    payload
+        At most 96 bytes.
+    version
+        The link's; never 0, because a frame of zeros would have a valid check sum.
     """
 
     kind: int

@@ -122,7 +122,23 @@ def real_acceleration(acceleration: int) -> int:
 
 @dataclass(frozen=True)
 class General:
-    """The settings for all joints, in the order of their bytes; ``ALLOWED`` has the units."""
+    """The settings for all joints, in the order of their bytes; ``ALLOWED`` has the units.
+
+    Attributes
+    ----------
+    period, ratio
+        The contact rule's p, and its least share of the commanded travel.
+    acceleration, max_speed, return_speed
+        The moves' ramps and cruising speed, and the speed of the way back to neutral.
+    hold_pwm
+        The duty that a stopped servo holds with.
+    p_gain, d_gain
+        The servos' own.
+    error_per_pwm
+        How far a servo must be behind for a unit of duty, which tells its load.
+    hottest, lowest
+        A hotter servo, or a lower supply, stops the body.
+    """
 
     period: int
     ratio: int
@@ -204,7 +220,13 @@ class JointSettings:
 
 @dataclass(frozen=True)
 class CardSettings:
-    """All settings of a card; the joints are in the order of ``JOINTS``."""
+    """All settings of a card.
+
+    Attributes
+    ----------
+    general, joints
+        Those for all joints, and those of each, in the order of ``JOINTS``.
+    """
 
     general: General
     joints: tuple[JointSettings, ...]

@@ -69,7 +69,15 @@ class Stimulus:
 
 @dataclass(frozen=True)
 class Expression:
-    """What the body shows: a feeling, with its mood as the intensity μ in [0, 1]."""
+    """What the body shows.
+
+    Attributes
+    ----------
+    feeling
+        One of ``FEELINGS``.
+    mood
+        Its mood as the intensity μ of the gesture, in [0, 1].
+    """
 
     feeling: str
     mood: float

@@ -25,7 +25,12 @@ __all__ = ["Repertoire", "read_repertoire", "shipped_repertoire"]
 
 @dataclass(frozen=True)
 class Repertoire:
-    """The gestures of a partner, in the order of their feelings in ``FEELINGS``.
+    """The gestures of a partner.
+
+    Attributes
+    ----------
+    functions
+        One for each feeling at least, in the order of ``FEELINGS``.
 
     Raises
     ------

@@ -79,7 +79,19 @@ class Solution(NamedTuple):
 
 @dataclass(frozen=True)
 class Solutions:
-    """What :func:`solve_batch` found: of each field of :class:`Solution` n, one for each target."""
+    """What :func:`solve_batch` found: each field of :class:`Solution`, for n targets.
+
+    Attributes
+    ----------
+    angles
+        (n, 8), rad.
+    residual, error
+        (n,) the square root of Eq. 13, and (n, 3) the distances in m, as in :class:`Solution`.
+    evaluations, generations
+        (n,) how often the residual was evaluated, and generations of the BMA.
+    status
+        Why each search ended.
+    """
 
     angles: Array
     residual: Array

@@ -24,8 +24,16 @@ __all__ = [
 class GestureStarted:
     """A movement function begins, with the mood as its intensity.
 
-    ``gesture`` is its name, or None if a caller gave the key poses; ``expression`` is None if those
-    show no feeling. ``wish`` is what the caller of :meth:`Partner.perform` named it.
+    Attributes
+    ----------
+    time
+        The partner's, in s; so it is in every event.
+    expression
+        What it shows; None if a caller gave key poses that show no feeling.
+    gesture
+        The function's name; None if a caller gave the key poses.
+    wish
+        What the caller of :meth:`Partner.perform` named it.
     """
 
     time: float
@@ -36,7 +44,17 @@ class GestureStarted:
 
 @dataclass(frozen=True)
 class MoveSent:
-    """A key pose was solved and sent to the body."""
+    """A key pose was solved and sent to the body.
+
+    Attributes
+    ----------
+    time
+        The partner's, in s.
+    key_pose
+        Its number in the gesture, from 0.
+    move, solution
+        What the body was told, and how its angles were found.
+    """
 
     time: float
     key_pose: int
@@ -46,7 +64,17 @@ class MoveSent:
 
 @dataclass(frozen=True)
 class GestureEnded:
-    """The body is at rest after the last key pose, or something interrupted the gesture."""
+    """The body is at rest after the last key pose, or something interrupted the gesture.
+
+    Attributes
+    ----------
+    time
+        The partner's, in s.
+    expression, wish
+        As in :class:`GestureStarted`.
+    complete
+        Whether every key pose was reached.
+    """
 
     time: float
     expression: Expression | None
@@ -56,7 +84,17 @@ class GestureEnded:
 
 @dataclass(frozen=True)
 class Stopped:
-    """The body has stopped; the moods before and after differ only for a contact."""
+    """The body has stopped.
+
+    Attributes
+    ----------
+    time
+        The partner's, in s.
+    stop
+        Which motor, and why.
+    mood_before, mood_after
+        The mood that is shown, in [0, 1]; they differ only for a contact.
+    """
 
     time: float
     stop: Stop
@@ -66,7 +104,13 @@ class Stopped:
 
 @dataclass(frozen=True)
 class Released:
-    """The body may go back to neutral."""
+    """The body may go back to neutral.
+
+    Attributes
+    ----------
+    time
+        The partner's, in s.
+    """
 
     time: float
 
@@ -79,9 +123,16 @@ Lapse = Literal["lapsed", "replaced", "stopped", "paused", "body"]
 class WishDropped:
     """A wish was dropped before it began.
 
-    The body was stopped for too long (``lapsed``), a newer wish took its place (``replaced``), a
-    person pressed Stop (``stopped``), the partner was paused (``paused``), or it got another body
-    (``body``).
+    Attributes
+    ----------
+    time
+        The partner's, in s.
+    expression, wish
+        As in :class:`GestureStarted`.
+    why
+        The body was stopped for too long (``lapsed``), a newer wish took its place (``replaced``),
+        a person pressed Stop (``stopped``), the partner was paused (``paused``), or it got another
+        body (``body``).
     """
 
     time: float

@@ -44,7 +44,17 @@ COLOURS = {
 
 @dataclass(frozen=True)
 class Link:
-    """A rigid link: its parent, the joint that moves it, and that joint's position and axis."""
+    """A rigid link.
+
+    Attributes
+    ----------
+    name, parent
+        Its name, and the link that carries it.
+    joint
+        The joint that moves it.
+    position, axis
+        Where that joint is on the parent, in m, and its unit axis.
+    """
 
     name: str
     parent: str
@@ -55,7 +65,15 @@ class Link:
 
 @dataclass(frozen=True)
 class LinkFrame:
-    """Where a link is on its parent: m, and a quaternion x, y, z, w."""
+    """Where a link is on its parent.
+
+    Attributes
+    ----------
+    parent, child
+        The links' names.
+    position, turn
+        m, and a unit quaternion x, y, z, w.
+    """
 
     parent: str
     child: str

@@ -117,7 +117,17 @@ UNLOADED = Loading(_NOTHING, _NOTHING, _NOTHING, np.full(8, 1 << 20, dtype=np.in
 
 @dataclass(frozen=True)
 class Rule:
-    """Period p in µs, ratio in parts of 10 000 (Eqs. 1 and 2), and the guards of the motors."""
+    """The contact rule.
+
+    Attributes
+    ----------
+    guards
+        The guards of the motors.
+    period
+        p of Eq. 1, in µs.
+    ratio
+        The least share of the commanded travel (Eq. 2), in parts of 10 000.
+    """
 
     guards: Guards[Steps]
     period: int = PAPER_PERIOD

@@ -33,9 +33,17 @@ def to_steps(robot: Robot, angles: Array) -> Steps:
 class Profile:
     """Ramped motion of n motors from rest to rest: speed up, cruise, slow down.
 
-    All values are (n,) int64: distances in steps, never negative (the direction is separate),
-    speeds in 1/256 steps/s, accelerations in steps/s², times in µs since the start. A motor that
-    does not get far enough to reach its cruising speed only speeds up and slows down: a triangle.
+    A motor that does not get far enough to reach its cruising speed only speeds up and slows down:
+    a triangle.
+
+    Attributes
+    ----------
+    distance
+        (n,) steps, never negative: the direction is separate. All are int64.
+    speed, acceleration
+        (n,) the cruising speed in 1/256 steps/s, and the ramps' acceleration in steps/s².
+    ramp, total
+        (n,) how long it speeds up, and the whole move, in µs.
     """
 
     distance: Steps

@@ -53,7 +53,15 @@ class _Patterns(Table):
 
 @dataclass(frozen=True)
 class Heard:
-    """A distress that was heard, and the words that told it; empty where the model did."""
+    """A distress that was heard.
+
+    Attributes
+    ----------
+    kind
+        One of ``KINDS``.
+    words
+        The words that told it; empty where the model did.
+    """
 
     kind: Distress
     words: str = ""
