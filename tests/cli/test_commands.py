@@ -298,6 +298,36 @@ cli.main()
     assert (done.returncode, done.stderr) == (130, "miburi: interrupted.\n")
 
 
+def test_an_interruption_that_a_compiler_loses_comes_again() -> None:
+    """Ctrl-C while Numba calls Python from C was printed as ignored, and it went on."""
+    interrupt = """
+import ctypes, importlib, os, signal
+cli = importlib.import_module("miburi.cli.commands")
+
+class Half:
+    def __del__(self):
+        self.made
+
+@ctypes.CFUNCTYPE(None)
+def called_from_c():
+    os.kill(os.getpid(), signal.SIGINT)
+
+@cli.app.command("compile")
+def compiling():
+    called_from_c()
+    while True:
+        Half()
+
+import sys
+sys.argv = ["miburi", "compile"]
+cli.main()
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", interrupt], capture_output=True, text=True, check=False, timeout=60
+    )
+    assert (done.returncode, done.stderr) == (130, "miburi: interrupted.\n")
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_interruption_leaves_no_half_file(tmp_path: Path, number: signal.Signals) -> None:
     out = tmp_path / "out"

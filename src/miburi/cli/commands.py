@@ -5,6 +5,7 @@ import json
 import os
 import signal
 import sys
+import threading
 from collections.abc import Iterator, Sequence
 from importlib import import_module
 from pathlib import Path
@@ -76,6 +77,8 @@ _MISSED = 1e-3
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON, one line each.")]
 Point = tuple[float, float, float]
+#: s after which an interruption that was lost is sent again.
+_LATER = 0.02
 
 
 class _Interrupted(BaseException):
@@ -113,7 +116,19 @@ def main() -> None:
 
 def _interrupt(signum: int, _frame: FrameType | None) -> None:
     _Interrupted.signum = signum
+    sys.unraisablehook = _after_an_interruption
     raise _Interrupted
+
+
+def _after_an_interruption(lost: "sys.UnraisableHookArgs") -> None:
+    """Say nothing of what an interruption leaves half-made; send it again if it was lost.
+
+    It is lost where Numba's compiler is in C and calls Python, which may raise nothing there.
+    """
+    if lost.exc_type is _Interrupted and _Interrupted.signum is not None:
+        again = threading.Timer(_LATER, signal.raise_signal, [_Interrupted.signum])
+        again.daemon = True
+        again.start()
 
 
 def _report(error: MiburiError, code: int) -> int:
