@@ -12,8 +12,10 @@ import pytest
 from tests.fixtures.command import COMMAND, miburi, miburi_apart
 
 from miburi import __version__
+from miburi.errors import OutputError
 from miburi.feelings import TEMPERAMENTS
 from miburi.robot import EXTREMITIES, Robot, forward
+from miburi.studies.paper.page import write_paper
 
 NEUTRAL = ["0", "0.1", "1.3", "0.25", "0.1", "-1.3", "-0.25", "0.8"]
 
@@ -248,6 +250,20 @@ def test_a_gesture_can_be_measured_with_the_papers_inverse_kinematics() -> None:
         out = miburi("gesture", "measures", "surprise", "--step", "1", "--json", "--ik", way)
         errors.append(json.loads(out.stdout.splitlines()[-1])["ik_error_m"])
     assert errors[0] < 1e-6 < 1e-4 < errors[1] < 0.005
+
+
+def test_what_a_command_needs_is_looked_for_before_it_works(
+    robot: Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It took 15 s and 5 minutes until somebody heard that a file or a folder was missing."""
+    monkeypatch.setenv("MIBURI_FIRMWARE", "/nowhere")
+    out = miburi_apart("experiment", "--body", "emulated-card", "--out", "/proc/miburi")
+    assert (out.returncode, out.stdout) == (1, "")
+    assert "/nowhere/miburi.elf is not there" in out.stderr
+    done: list[str] = []
+    with pytest.raises(OutputError, match="cannot write there"):
+        write_paper(robot, Path("/proc/miburi"), done.append)
+    assert done == []
 
 
 def test_nowhere_to_write() -> None:

@@ -195,9 +195,6 @@ def experiment(
     solver: IkWay = "default",
 ) -> None:
     """Run the paper's experiment (Section 5): happiness, mood 0.9, and a hand in the way."""
-    from miburi.studies.experiment import Setup
-    from miburi.studies.experiment.files import write_experiment
-
     if body not in (bodies := ("simulated", "emulated-card")):
         raise InputError(
             f"the body must be one of {', '.join(bodies)}, got {body!r}: only a simulation has a "
@@ -205,6 +202,13 @@ def experiment(
         )
     if servo is not None and body != "simulated":
         raise InputError("--servo is for the simulated body; the card's servos cannot be chosen.")
+    if body == "emulated-card":
+        from miburi.emulation.card import firmware_file
+
+        firmware_file("miburi.elf")  # refused now, not after the gestures are checked
+    from miburi.studies.experiment import Setup
+    from miburi.studies.experiment.files import write_experiment
+
     description, rule = calibrated(robot_of(robot, servo), calibration)
     setup = Setup(
         seed=seed,

@@ -42,9 +42,9 @@ def write_paper(
     OutputError
         The folder cannot be written to.
     """
-    runs = Runs(robot, progress, targets, seeds)
-    found = list(claims(runs))
     with whole_files(out) as draft, whole_files(out / "images") as images:
+        runs = Runs(robot, progress, targets, seeds)
+        found = list(claims(runs))
         progress("figures")
         figures.safety_figure(images / "paper-safety.png")
         figures.dh_figure(robot, images / "paper-frames.png")
