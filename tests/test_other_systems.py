@@ -62,7 +62,7 @@ def test_a_token_is_kept_where_files_have_no_bits_for_others(
 def test_a_port_that_is_taken_is_noticed_where_a_reused_one_is_shared(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """SO_REUSEADDR of Windows is SO_REUSEPORT here: who asks for it, shares."""
+    """SO_REUSEADDR on Windows is SO_REUSEPORT here: a socket that asks for it shares."""
     plain = socket.socket.setsockopt
 
     def as_on_windows(self: socket.socket, level: int, name: int, value: int) -> None:

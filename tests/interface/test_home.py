@@ -85,7 +85,7 @@ def test_what_it_says_of_itself_is_what_home_assistant_documents(joints: list[st
 
 
 def test_a_home_finds_it_and_hears_what_it_feels(home: RemotePartner, listener: Listener) -> None:
-    late = Listener(listener.port)  # what is retained comes to who asks later, too
+    late = Listener(listener.port)  # retained messages reach later subscribers, too
     assert json.loads(late.hear(discovery_topic(ABOUT))) == discovery(ABOUT, [])
     late.close()
     listener.say(TOPICS.feel, '{"feeling": "anger", "strength": 1.0}')

@@ -1,4 +1,4 @@
-"""What happens to the body, and to who looks at it, when the loop fails or hangs."""
+"""What happens to the body, and to those who look at it, when the loop fails or hangs."""
 
 import threading
 from pathlib import Path

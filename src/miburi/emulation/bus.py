@@ -1,7 +1,7 @@
 """The wire between a card and its emulated servos: who hears a packet, and who answers when.
 
 Behaviour that firmware must cope with is taken at its worst: after a missing servo, the others
-never answer a sync read. Who speaks at the same time as another spoils it: where either pulls the
+never answer a sync read. Two that speak at the same time spoil it: where either pulls the
 wire down, it is down. Times are µs on the card's clock.
 """
 

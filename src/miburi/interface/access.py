@@ -324,7 +324,7 @@ class Gate:
         return key
 
     def _check_key(self, headers: dict[bytes, str], who: str, keys: Keys) -> str:
-        given = list(dict.fromkeys(_given(headers)))
+        given = list(dict.fromkeys(_tokens_of(headers)))
         for one in given[:_LOOKED_AT]:  # each costs a read from the disk
             if keys.fits(one):
                 return one
@@ -416,7 +416,7 @@ def _is_own(scope: Scope) -> bool:
     return is_loopback(str((scope.get("server") or ("",))[0]))
 
 
-def _given(headers: dict[bytes, str]) -> list[str]:
+def _tokens_of(headers: dict[bytes, str]) -> list[str]:
     """Return the tokens that a request brings, in its header or in cookies of our name.
 
     Other cookies of this host are others' matter: whatever stands in them, ours is found.

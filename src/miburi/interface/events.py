@@ -56,7 +56,7 @@ def event_router(partner: LivePartner) -> APIRouter:
         no longer kept, the first is a `gap`.
         """
         if after is None:
-            return _told(partner, partner.history.after(0))
+            return _hide_words(partner, partner.history.after(0))
         return await events_after(partner, Cursor.of(after), MOST)
 
     @router.get(
@@ -110,8 +110,8 @@ async def events_after(partner: LivePartner, cursor: Cursor, most: int) -> list[
     """Return at most so many events after a cursor; a ``gap`` stands where some are missing."""
     history = partner.history
     if history.reaches(cursor):
-        return _told(partner, history.since(cursor, most))
-    return _told(partner, await asyncio.to_thread(history.since, cursor, most))
+        return _hide_words(partner, history.since(cursor, most))
+    return _hide_words(partner, await asyncio.to_thread(history.since, cursor, most))
 
 
 async def follow(
@@ -153,7 +153,7 @@ def _now(partner: LivePartner) -> Cursor:
     return Cursor(partner.history.boot, partner.history.number)
 
 
-def _told(partner: LivePartner, events: list[LiveEvent]) -> list[LiveEvent]:
+def _hide_words(partner: LivePartner, events: list[LiveEvent]) -> list[LiveEvent]:
     if not partner.snapshot.state.words:
         return [without_words(event) for event in events]
     # What was said before the user last changed the switch stays untold.

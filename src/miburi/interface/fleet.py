@@ -137,7 +137,7 @@ class Fleet:
             self._client = None
             self.met.clear()
             self.greeted.clear()
-            # Who is there will be said anew; who has gone meanwhile must not look alive.
+            # Partners that are there report anew; those that have gone must not look alive.
             self._online = dict.fromkeys(self._online, False)
 
     def _take(self, topic: str, payload: bytes) -> None:

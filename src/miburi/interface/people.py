@@ -115,7 +115,7 @@ def add_people(
         return PeopleOut(
             allowed=memory.allowed,
             present=None if present is None else present.name,
-            people=[_told(memory, one) for one in memory.people.people],
+            people=[_describe(memory, one) for one in memory.people.people],
         )
 
     @router.post("/people/allowed", status_code=_NOTHING, responses=_REFUSED)
@@ -147,7 +147,7 @@ def add_people(
         memory.forget(name)
 
 
-def _told(memory: Memory, person: Acquaintance) -> PersonOut:
+def _describe(memory: Memory, person: Acquaintance) -> PersonOut:
     facts = [FactOut.model_validate(fact.model_dump()) for fact in person.facts]
     leaning = memory.leaning_of(person)
     return PersonOut(

@@ -386,7 +386,7 @@ class Reception:
         return True
 
     def _send_press(self) -> None:
-        """Send a Stop; one at a time, and who asks meanwhile shares the next."""
+        """Send a Stop, one at a time; requests that come meanwhile share the next one."""
         if self._wanted and not self._asked:
             self._pressed, self._pressing, self._wanted = self._pressing, [], False
             pressed, self._press = self._press or PRESSED, None

@@ -39,7 +39,7 @@ _Timed = tuple[str, IdlStruct]
 _Content = TypeVar("_Content", bound=BaseModel)
 #: Recorded frames have no namespace.
 _NOWHERE = RosNetwork()
-#: As rosbag2 writes that a topic is kept for who comes late, so that a player keeps it, too.
+#: How rosbag2 says that a topic is kept for late subscribers, so that a player keeps it, too.
 _EVER = "{sec: 9223372036, nsec: 854775807}"
 _KEPT = (
     "- {history: 1, depth: 1, reliability: 1, durability: 1, "

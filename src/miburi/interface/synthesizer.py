@@ -79,7 +79,7 @@ class Synthesizer:
             finally:
                 with suppress(ProcessLookupError):
                     process.kill()
-                # A server that ends cancels this twice; who was killed ends soon.
+                # A server that ends cancels this twice; a killed process ends soon.
                 while process.returncode is None:
                     with suppress(asyncio.CancelledError):
                         await process.wait()

@@ -193,7 +193,7 @@ class FarPartner:
     def stop(self, press: Press = PRESSED) -> Future[None]:
         """Stop the body before anything else is done.
 
-        At most one Stop is on its way: who asks meanwhile shares the next one, which goes out as
+        At most one Stop is on its way: requests meanwhile share the next one, which goes out as
         soon as the first is answered. So a flood of Stops fills no pipe, and none is left out.
 
         Raises
@@ -273,7 +273,7 @@ class FarPartner:
         self._steps.extend(Snapshot(json=json, serial=serial) for serial, json in news.steps)
         if news.serial > known:
             self._steps.append(latest)
-        self._snapshot = latest  # last: who sees it finds its entries
+        self._snapshot = latest  # last: a reader of it finds its entries
         self._serial = news.serial
         if news.motors is not None:
             self._motors = news.motors
@@ -329,7 +329,7 @@ class FarPartner:
             future.set_exception(error)
 
     def _lose(self) -> None:
-        """Let nobody wait for who has gone."""
+        """End every wait for a partner that has gone."""
         self.over.set()
         with self._lock:
             left = [*self._open]

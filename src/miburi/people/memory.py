@@ -179,7 +179,7 @@ class Memory:
     def remember(self, text: str, language: Language, due: datetime | None = None) -> Fact | None:
         """Keep something that was told: of the person who is there, else until they say who."""
         person, text = self.present, " ".join(text.split())[:_FACT]
-        facts = self._told()
+        facts = self._facts_now()
         same = next((fact for fact in facts if fact.text == text), None)
         if same is not None or not text:
             return same
@@ -194,11 +194,11 @@ class Memory:
 
     def recall(self, question: str, language: Language) -> str | None:
         """Return what the person who is there told that answers a question."""
-        told = [fact.text for fact in self._told() if fact.language == language]
+        told = [fact.text for fact in self._facts_now() if fact.language == language]
         found = recall(question, told, language)
         return None if found is None else found.rstrip(".。")
 
-    def _told(self) -> list[Fact]:
+    def _facts_now(self) -> list[Fact]:
         if self.present is not None:
             return self.present.facts
         now = self._clock()

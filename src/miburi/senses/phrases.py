@@ -81,7 +81,7 @@ def _alarms() -> tuple[float, re.Pattern[str]]:
 
 
 @cache
-def _asked() -> tuple[re.Pattern[str], re.Pattern[str], re.Pattern[str]]:
+def _compile_questions() -> tuple[re.Pattern[str], re.Pattern[str], re.Pattern[str]]:
     asked = Asked.model_validate(_read("asked.toml"))
     english, greetings, japanese = (
         re.compile("|".join(each)) for each in (asked.en, asked.greetings, asked.ja)
@@ -119,7 +119,7 @@ def _whole_words(phrases: list[str]) -> re.Pattern[str]:
 def alarm_in(text: str) -> Impression | None:
     """Return the fright of a sentence that cries, warns or calls for help; none of any other."""
     strength, cries = _alarms()
-    found = _said(cries, text)
+    found = _find_undenied(cries, text)
     if found is None:
         return None
     why = Brought(found.group().strip(), round(_odds(strength), 2))
@@ -161,7 +161,7 @@ def cut_questions(text: str, language: Language) -> str | None:
     >>> cut_questions("Hello! How are you? I am sad.", "en")
     'I am sad.'
     """
-    english, greetings, japanese = _asked()
+    english, greetings, japanese = _compile_questions()
     if language not in ("en", "ja"):
         return None
     if language == "ja":
@@ -179,7 +179,7 @@ def cut_questions(text: str, language: Language) -> str | None:
     return "".join(compress(sentences, beside)).strip()
 
 
-def _said(phrases: re.Pattern[str], text: str) -> re.Match[str] | None:
+def _find_undenied(phrases: re.Pattern[str], text: str) -> re.Match[str] | None:
     """Return the first phrase of a sentence that is not denied."""
     sentence = _plain(text)
     for match in phrases.finditer(sentence):

@@ -16,7 +16,7 @@ __all__ = ["FRAME", "LONGEST_UTTERANCE", "frames", "utterances", "voice_detector
 
 #: Bytes of a frame: 512 samples, 32 ms.
 FRAME = 1024
-#: s; who speaks on is cut.
+#: s; longer speech is cut.
 LONGEST_UTTERANCE = 10.0
 
 _RATE = 16_000

@@ -202,7 +202,7 @@ def _shown(text: str, language: Language) -> Impression:
         LABELS[best] if spoken else None,
         strength if spoken else 0.0,
         "speech",
-        _told(words, evidence[:, best] - evidence[:, _NEUTRAL]) if spoken else (),
+        _name_reasons(words, evidence[:, best] - evidence[:, _NEUTRAL]) if spoken else (),
     )
 
 
@@ -255,7 +255,7 @@ def deny(words: list[str], evidence: Array) -> Array:
     return evidence
 
 
-def _told(words: list[str], brought: Array) -> tuple[Brought, ...]:
+def _name_reasons(words: list[str], brought: Array) -> tuple[Brought, ...]:
     """Name the words and smileys that spoke most for a feeling, each once."""
     most: dict[str, float] = {}
     for word, weight in zip(words, brought.tolist(), strict=True):

@@ -151,13 +151,13 @@ def _log(entries: list[LiveEvent], words: Words) -> str:
     if not entries:
         return escape(words["contact"]["empty"])
     lines = "".join(
-        f'<li class="{entry.kind}"><time>{entry.time:.1f} s</time>{_told(entry, words)}</li>'
+        f'<li class="{entry.kind}"><time>{entry.time:.1f} s</time>{_entry_html(entry, words)}</li>'
         for entry in reversed(entries)
     )
     return f'<ol class="log" tabindex="0">{lines}</ol>'
 
 
-def _told(entry: LiveEvent, words: Words) -> str:
+def _entry_html(entry: LiveEvent, words: Words) -> str:
     """Return an entry as HTML; what spoke for it opens with its weights."""
     text = escape(line(entry, words))
     if not entry.why:

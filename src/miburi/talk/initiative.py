@@ -19,7 +19,7 @@ REASONS: tuple[Reason, ...] = ("greeting", "date", "question")
 
 #: Nobody is greeted who was away for less, or asked after less silence.
 _ABSENCE, _SILENCE = timedelta(hours=3), timedelta(minutes=45)
-#: Somebody who was noticed so lately is there; who is greeted or asked is seen at this moment.
+#: Somebody noticed this lately is there; to be greeted or asked, they must be seen right now.
 _THERE, _GLIMPSED = timedelta(minutes=10), timedelta(seconds=10)
 #: Nothing begins sooner after the last time; whoever says nothing for so long has ignored it.
 _APART, _PATIENCE = timedelta(minutes=30), timedelta(minutes=10)

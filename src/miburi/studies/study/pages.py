@@ -131,7 +131,7 @@ class _Pages:
         self._films = {self._keys[name]: path for name, path in films.items()}
 
     def welcome(self, request: Request) -> Response:
-        """Information and consent; who has begun goes on."""
+        """Information and consent; a participant who has begun goes on."""
         if self._who(request) is not None:
             return RedirectResponse(f"{self.home}/page", 303)
         return self._show("welcome.html", self._language(request), missing=False)

@@ -170,7 +170,7 @@ class Store:
             return [StudyAnswer(*row) for row in rows]
 
     def counts(self, steps: int) -> Counts:
-        """Return how many people there are; who has answered ``steps`` pages has finished."""
+        """Return how many people there are; those with ``steps`` answered pages have finished."""
         with self._transaction() as database:
             began, kept = database.execute(
                 "SELECT COUNT(*), COUNT(code) FROM participant"

@@ -221,7 +221,7 @@ export default {
       const group = new THREE.Group();
       group.quaternion.setFromAxisAngle(new THREE.Vector3(0, -1, 0), screen.tilt);
       group.position.set(...screen.position);
-      // The plane's x is the robot's left as seen by who looks at it; its y is up.
+      // The plane's x is the robot's left as seen by the viewer; its y is up.
       plane.quaternion.setFromRotationMatrix(new THREE.Matrix4().makeBasis(
         new THREE.Vector3(0, 1, 0), new THREE.Vector3(0, 0, 1), new THREE.Vector3(1, 0, 0)));
       plane.position.x = screen.size[0] + 0.0006;
