@@ -84,6 +84,25 @@ def test_a_finger_scrolls_past_the_robot_and_still_drags_the_hand(phone: Page) -
     ask(phone, "/hand", position=None)
 
 
+def test_why_a_sense_stays_off_can_be_read_where_the_panel_is_longer_than_the_phone(
+    face: Page,
+) -> None:
+    face.set_viewport_size({"width": 412, "height": 800})
+    face.evaluate(
+        "() => { navigator.mediaDevices.getUserMedia = async () =>"
+        " { throw new DOMException('', 'NotAllowedError'); }; }"
+    )
+    face.locator(".senses summary").click()
+    face.get_by_role("switch", name="Ears").click()
+    reason = face.locator(".senses output")
+    expect(reason).to_contain_text("Allow it in the browser's settings")
+    panel, box = face.locator(".senses").bounding_box(), reason.bounding_box()
+    assert panel is not None
+    assert box is not None
+    assert panel["y"] <= box["y"]
+    assert box["y"] + box["height"] <= min(panel["y"] + panel["height"], 800)
+
+
 def test_a_page_can_be_enlarged(page: Page, url: str) -> None:
     for path in ("/", "/face"):
         page.goto(url + path)
