@@ -60,6 +60,8 @@ def lines(language: Language) -> list[str]:
         ("When do I take my tablets?", "medicine"),
         ("Do you remember if I took my pills?", "medicine"),
         ("Am I a bad person?", "bad_person"),
+        ("I can't remember whether I've taken my pills.", "medicine"),
+        ("Have you seen my glasses anywhere?", "whereabouts"),
     ],
 )
 def test_it_knows_what_is_meant_with_and_without_signs(said: str, intent: str) -> None:
@@ -126,6 +128,7 @@ def test_it_takes_up_what_was_said() -> None:
     ("language", "told", "asks"),
     [
         ("en", "The bins go out on Tuesday.", "remember that for me"),
+        ("en", "The bins go out on Tuesday.", "OK, Miburi, remember that, please."),
         ("fr", "Les poubelles sortent mardi.", "retiens ça"),
         ("ja", "ゴミの日は火曜です。", "それを覚えておいて"),
     ],
@@ -137,6 +140,13 @@ def test_remember_that_takes_the_sentence_before(language: Language, told: str, 
     kept = answer(asks, language, one)
     assert kept.do == "remember"
     assert kept.words == told.rstrip(".。")
+
+
+def test_remember_that_takes_the_clause_before_it_in_the_same_breath() -> None:
+    one = Answerer()
+    answer("What day is it?", "en", one)
+    kept = answer("I see Dr Hill on Thursday, at ten, will you remember that for me?", "en", one)
+    assert kept.words == "I see Dr Hill on Thursday, at ten"
 
 
 def test_it_says_again_what_it_said() -> None:

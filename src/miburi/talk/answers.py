@@ -6,6 +6,7 @@ feeling, then what the words are about. The sentences are a language's ``talk.to
 says nothing twice within ``UNREPEATED`` turns, as long as there is something else to say.
 """
 
+import re
 from collections import Counter, deque
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -14,7 +15,7 @@ from string import Formatter
 
 import numpy as np
 
-from miburi.languages import Language
+from miburi.languages import Language, is_spaced
 from miburi.senses.impression import Impression
 from miburi.talk.script import Cue, Do, Match, Script, script
 
@@ -25,6 +26,9 @@ UNREPEATED = 20
 
 #: Of two turns with a feeling and a topic, one takes up the topic, too (ours).
 _TAKES_UP = 0.5
+#: The signs around a sentence, and a clause with those behind it.
+_SIGNS = " ,.;!?、。！？"
+_CLAUSE = re.compile(r"[^,.;!?、。！？]+[,.;!?、。！？]*")
 
 
 @dataclass(frozen=True)
@@ -100,7 +104,8 @@ class Answerer:
         """
         words = script(language)
         slots = _time(words, now) | dict(known or {}) | {"last": self._last}
-        before, self._heard = self._heard, said.strip(" .!。！")
+        before = _told_before(said, words) or self._heard
+        self._heard = said.strip(_SIGNS)
         if before:
             slots["before"] = before
         match = next(_sayable(words.intents_of(said), slots), None)
@@ -177,6 +182,20 @@ class Answerer:
     def _order(self, line: str) -> int:
         """Return when a sentence was said last, as a place among the recent ones."""
         return max((n for n, one in enumerate(self._recent) if one == line), default=-1)
+
+
+def _told_before(said: str, words: Script) -> str:
+    """Return what stands before the clause that asks to remember it, if it can tell something."""
+    clauses = _CLAUSE.findall(said)
+    asks = (n for n, clause in enumerate(clauses) if _asks_to_remember(clause, words))
+    before = "".join(clauses[: next(asks, 0)]).strip(_SIGNS)
+    spaced = is_spaced(words.language)
+    length, least = (len(before.split()), 4) if spaced else (len(before), 6)
+    return before if length >= least else ""
+
+
+def _asks_to_remember(said: str, words: Script) -> bool:
+    return any(match.cue.do == "remember" for match in words.intents_of(said))
 
 
 def _sayable(matches: Iterable[Match], slots: dict[str, str]) -> Iterator[Match]:
