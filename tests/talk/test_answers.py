@@ -206,6 +206,13 @@ def test_the_same_turns_are_known_in_every_language(language: Language) -> None:
     assert acting(language) == acting("en")
 
 
+@pytest.mark.parametrize("asks", ["how are you feeling right now", "Hello! How are you?"])
+def test_how_it_feels_is_no_question_of_how_something_is_done(asks: str) -> None:
+    row = script("en").feelings.lines("asked", "happiness")
+    heard = Impression(None, 0.0, "speech", topic="asked")
+    assert Answerer().answer(asks, heard, "happiness", "en", NOW).text in row
+
+
 def test_asked_what_it_feels_it_says_so() -> None:
     one, asked = Answerer(), Impression(None, 0.0, "speech", topic="asked")
     felt = {

@@ -106,7 +106,7 @@ class Speech:
             await done(self._partner.stop(Press(who(by))))
         heard = coloured(await asyncio.to_thread(hear, said.text, language), said.tone)
         grave = heard.distress is not None
-        if not grave and any(_acts(match.cue) for match in script(language).intents_of(said.text)):
+        if not grave and any(match.cue.acts for match in script(language).intents_of(said.text)):
             heard = Impression(None, 0.0, "speech")  # an order shows nobody's feeling
         if grave and self._conversation is not None:
             self._conversation.overtake()
@@ -141,7 +141,7 @@ class Speech:
         self, said: str, heard: Impression, language: Language, felt: tuple[Stimulus, ...]
     ) -> tuple[str, str | None]:
         """Answer what is no distress, by a language model if there is one; tell what was meant."""
-        acts = any(_acts(match.cue) for match in script(language).intents_of(said))
+        acts = any(match.cue.acts for match in script(language).intents_of(said))
         if not acts:
             reply = await self._reply(said, felt)
             if reply is not None:
@@ -257,11 +257,6 @@ class Speech:
     async def _note(self, talk: "Conversation") -> None:
         self._noted = (talk.trouble,)
         await done(self._partner.note_talk(str(talk.endpoint), talk.trouble))
-
-
-def _acts(cue: Cue) -> bool:
-    """Whether a cue does something that no language model can."""
-    return bool(cue.do or cue.move or cue.show or cue.look or cue.tune)
 
 
 def _converse(endpoint: Endpoint) -> "Conversation":

@@ -90,6 +90,11 @@ class Cue(Table):
     capital: bool = False
     tune: list[Annotated[list[float], Field(min_length=2, max_length=2)]] | None = None
 
+    @property
+    def acts(self) -> bool:
+        """Whether more than words comes with the answer."""
+        return bool(self.do or self.move or self.show or self.look or self.tune)
+
 
 class Match(NamedTuple):
     """A cue that was found, and what it is about: as it was said, and as the partner says it."""
