@@ -166,7 +166,8 @@ def test_a_dragged_hand_stops_the_robot_and_release_lets_it_go_on(scene: Page) -
     scene.get_by_role("button", name="Take the hand away").click()
     until(scene, lambda now: not now["hand_out"])
     scene.get_by_role("button", name="Release", exact=True).click()
-    until(scene, lambda now: now["phase"] == "returning")
+    # How long it goes back depends on where it was; from near neutral no look may see it.
+    until(scene, lambda now: now["phase"] != "stopped")
     home = until(scene, lambda now: now["phase"] == "idle" or now["expressed"])
     assert home["extent"] < 0.03 or home["expressed"]
     expect(scene.locator(".facts")).to_contain_text("−20 %")  # it can still be read
