@@ -48,6 +48,7 @@ def lines(language: Language) -> list[str]:
         ("Could you lift your arms, please?", "lift_arms"),
         ("put them down now", "lower_arms"),
         ("Look at me.", "look_here"),
+        ("Turn your head and look to your left.", "look_left"),
         ("tell me a joke", "joke"),
         ("Say that again?", "repeat"),
         ("My name is Anna.", "name_told"),
