@@ -102,7 +102,7 @@ clean: ## remove what was built
 	@touch $@
 
 .venv/test.stamp: .venv/run.stamp
-	tools/debian-packages chromium chromium-headless-shell flite mosquitto $(FIRMWARE_PACKAGES)
+	tools/debian-packages chromium flite mosquitto $(FIRMWARE_PACKAGES)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,docs,https,mcp,mqtt,studies]'
 	@# Not every system has wheels for these.
 	for extra in ears ros; do \

@@ -1,23 +1,14 @@
 """The face is stroked, patted, poked; the phone is lifted, shaken, knocked and dropped."""
 
 import itertools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from playwright.sync_api import Browser, CDPSession, Page, Route, expect
-from tests.fixtures.browser import (
-    FLAGS,
-    PHONE,
-    WHOLE_CHROMIUM,
-    ask,
-    needs_browser,
-    posts,
-    until,
-    visiting,
-)
+from tests.fixtures.browser import ask, needs_browser, posts, until, visiting
 
 from miburi.feelings import FEELINGS
 
@@ -186,22 +177,8 @@ def sensors(devtools: CDPSession, name: str, x: float, y: float, z: float) -> No
     devtools.send("Emulation.setSensorOverrideReadings", reading)
 
 
-@pytest.fixture
-def sensing(browser: Browser, url: str) -> Iterator[Page]:
-    """The face in a browser that has sensors; the partner goes on afterwards."""
-    own = browser.browser_type.launch(executable_path=str(WHOLE_CHROMIUM), args=FLAGS)
-    with visiting(own, viewport=PHONE) as context:
-        page = context.new_page()
-        page.goto(url + "/face")
-        page.wait_for_function("document.documentElement.dataset.connected === 'true'")
-        yield page
-        ask(page, "/pause", paused=False)
-    own.close()
-
-
-def test_a_phone_that_is_lifted_tells_its_partner(sensing: Page) -> None:
+def test_a_phone_that_is_lifted_tells_its_partner(face: Page) -> None:
     """Chromium's own sensors: they are turned, and the partner is surprised."""
-    face = sensing
     ask(face, "/pause", paused=True)  # or its own gestures would be ignored
     sent = posts(face, "/sense")
     devtools = face.context.new_cdp_session(face)
