@@ -86,7 +86,7 @@ def test_what_was_told_outlasts_a_program_that_is_killed(path: Path, clock: Cloc
 def test_a_question_is_answered_by_what_was_told(
     path: Path, clock: Clock, facts: list[list[str]]
 ) -> None:
-    """Told by two who have not seen how they are found; where nothing fits, nothing is said."""
+    """Two strangers wrote the facts. The rule of subjects was written with their lines in view."""
     one = allowed(path, clock)
     one.meet("Dot")
     for fact, _, _ in facts:

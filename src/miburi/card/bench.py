@@ -166,7 +166,7 @@ class BenchStep:
     name, what
         Its name, and what it does and asks of the person.
     run
-        Measures, on a bench.
+        The function that measures, given a bench.
     """
 
     name: str

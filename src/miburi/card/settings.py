@@ -133,7 +133,7 @@ class General:
     hold_pwm
         The duty that a stopped servo holds with.
     p_gain, d_gain
-        The servos' own.
+        The position gains that the card writes to its servos.
     error_per_pwm
         How far a servo must be behind for a unit of duty, which tells its load.
     hottest, lowest

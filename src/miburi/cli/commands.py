@@ -77,7 +77,7 @@ _MISSED = 1e-3
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON, one line each.")]
 Point = tuple[float, float, float]
-#: s after which an interruption that was lost is sent again.
+#: s until a lost interruption is sent again (ours).
 _LATER = 0.02
 
 
@@ -114,21 +114,30 @@ def main() -> None:
             signal.signal(number, signal.SIG_DFL)
 
 
-def _interrupt(signum: int, _frame: FrameType | None) -> None:
+def _interrupt(signum: int, frame: FrameType | None) -> None:
     _Interrupted.signum = signum
     sys.unraisablehook = _after_an_interruption
+    while frame is not None:
+        if frame.f_code.co_name in ("__del__", _after_an_interruption.__name__):
+            _interrupt_later(signum)  # an exception raised there would be lost
+            return
+        frame = frame.f_back
     raise _Interrupted
 
 
 def _after_an_interruption(lost: "sys.UnraisableHookArgs") -> None:
-    """Say nothing of what an interruption leaves half-made; send it again if it was lost.
+    """Keep quiet about objects left half-made; send the signal again if its exception was lost.
 
-    It is lost where Numba's compiler is in C and calls Python, which may raise nothing there.
+    Numba's compiler calls Python from C, where an exception cannot propagate.
     """
     if lost.exc_type is _Interrupted and _Interrupted.signum is not None:
-        again = threading.Timer(_LATER, signal.raise_signal, [_Interrupted.signum])
-        again.daemon = True
-        again.start()
+        _interrupt_later(_Interrupted.signum)
+
+
+def _interrupt_later(signum: int) -> None:
+    again = threading.Timer(_LATER, signal.raise_signal, [signum])
+    again.daemon = True
+    again.start()
 
 
 def _report(error: MiburiError, code: int) -> int:

@@ -1,5 +1,5 @@
-// A clip of the last seconds. What was is kept as states, which cost nothing. For a
-// film they are played once more, on a canvas of its own, and recorded.
+// A clip of the last seconds. States are kept, which costs nothing; a film is made by playing
+// them once more on a canvas of its own and recording that.
 import * as THREE from "three";
 
 const SECONDS = 20, WIDTH = 960, HEIGHT = 600, RATE = 25; // a slow device draws half of each
