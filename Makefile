@@ -67,7 +67,7 @@ check-wheels: .venv-lowest/bin/uv ## whether every dependency has a wheel on Lin
 	tools/check-wheels .venv-lowest/bin/uv
 test-lowest: .venv-lowest/bin/uv ## the tests with the lowest versions that pyproject.toml allows
 	.venv-lowest/bin/uv pip install --quiet --python .venv-lowest/bin/python \
-		--resolution lowest-direct -e '.[dev,docs,ears,https,mcp,mqtt,ros,studies]'
+		--resolution lowest-direct -e '.[dev,docs,ears,hardware,https,mcp,mqtt,ros,studies]'
 	@# Old versions use what the newest of their own dependencies call deprecated, and another
 	@# Matplotlib draws other pictures than those that are kept.
 	.venv-lowest/bin/python -m pytest -n auto -W default::DeprecationWarning \
@@ -80,7 +80,7 @@ test-wheel: firmware ## the tests on a wheel, with any Python (PYTHON=python3.13
 	$(PYTHON) -m venv .venv-wheel
 	.venv-wheel/bin/python -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir dist .
 	.venv-wheel/bin/python -m pip install --quiet --disable-pip-version-check -c constraints.txt \
-		"$$(ls dist/*.whl)[dev,docs,ears,https,mcp,mqtt,ros,studies]"
+		"$$(ls dist/*.whl)[dev,docs,ears,hardware,https,mcp,mqtt,ros,studies]"
 	MIBURI_FIRMWARE=$(CURDIR)/build/firmware .venv-wheel/bin/python -m pytest -n auto \
 		--ignore $(PAGES) --ignore tests/firmware
 
@@ -102,8 +102,8 @@ clean: ## remove what was built
 	@touch $@
 
 .venv/test.stamp: .venv/run.stamp
-	tools/debian-packages chromium flite mosquitto $(FIRMWARE_PACKAGES)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,docs,https,mcp,mqtt,studies]'
+	tools/debian-packages chromium flite mosquitto prusa-slicer $(FIRMWARE_PACKAGES)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,docs,hardware,https,mcp,mqtt,studies]'
 	@# Not every system has wheels for these.
 	for extra in ears ros; do \
 		$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt \

@@ -23,6 +23,7 @@ REFUSED = [
     ("scipy", "studies", ["gesture", "measures", "surprise", "--step", "1"]),
     ("scipy", "studies", ["paper", "--out", "out"]),
     ("pyarrow", "studies", ["trials", "--free", "1", "--blocked", "0", "--out", "out.parquet"]),
+    ("manifold3d", "hardware", ["hardware", "parts", "--out", "out"]),
     ("mcp", "mcp", ["mcp"]),
     ("cryptography", "https", ["run", "--https", "--port", "0", "--folder", "."]),
     ("aiomqtt", "mqtt", ["run", "--broker", "localhost", "--port", "0", "--folder", "."]),

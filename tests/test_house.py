@@ -17,7 +17,7 @@ ROOMS = (
     ("ik", "safety", "people"),
     ("calibration", "gestures", "senses"),
     ("bodies",),
-    ("card", "talk"),
+    ("card", "hardware", "talk"),
     ("emulation", "partner"),
     ("live",),
     ("interface",),

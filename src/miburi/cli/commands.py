@@ -19,6 +19,7 @@ from miburi.cli.card import app as card_app
 from miburi.cli.devices import devices_app
 from miburi.cli.fleet import fleet
 from miburi.cli.gestures import gallery, gesture_app
+from miburi.cli.hardware import hardware_app
 from miburi.cli.live import feel, status, stop
 from miburi.cli.options import (
     CalibrationFile,
@@ -394,6 +395,7 @@ for panel, name, group in (
     (_MAKE, "feelings", feelings_app),
     (_MEASURE, "study", study_app),
     (_BUILD, "card", card_app),
+    (_BUILD, "hardware", hardware_app),
 ):
     app.add_typer(group, name=name, rich_help_panel=panel)
 

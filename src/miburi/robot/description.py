@@ -31,6 +31,7 @@ __all__ = [
     "Robot",
     "ServoTable",
     "Shape",
+    "buildable",
     "iphonoid",
     "load_robot",
 ]
@@ -136,7 +137,11 @@ class Masses(Table):
 
 
 class Shape(Table):
-    """Outer dimensions in m, and the head angle at which the screen is upright, in rad."""
+    """Outer dimensions in m, and the head angle at which the screen is upright, in rad.
+
+    ``phone_below`` is how far the phone reaches below the head's centre, half its height by
+    default.
+    """
 
     pedestal_height: Positive
     pedestal_radius: Positive
@@ -147,6 +152,12 @@ class Shape(Table):
     phone_height: Positive
     phone_thickness: Positive
     phone_level: float
+    phone_below: Positive | None = None
+
+    @property
+    def phone_drop(self) -> float:
+        """How far the phone reaches below the head's centre, m: by default half its height."""
+        return self.phone_height / 2 if self.phone_below is None else self.phone_below
 
 
 class Robot(Table):
@@ -211,5 +222,15 @@ def load_robot(path: Path | str) -> Robot:
 @lru_cache(maxsize=1)
 def iphonoid() -> Robot:
     """Return the paper's robot, from the description that ships with Miburi."""
-    with resources.as_file(resources.files(__package__) / "iphonoid.toml") as path:
+    return _shipped("iphonoid")
+
+
+@lru_cache(maxsize=1)
+def buildable() -> Robot:
+    """Return the robot that can be printed and built: the iphonoid with room for its servos."""
+    return _shipped("buildable")
+
+
+def _shipped(name: str) -> Robot:
+    with resources.as_file(resources.files(__package__) / f"{name}.toml") as path:
         return load_robot(path)

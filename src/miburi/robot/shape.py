@@ -260,11 +260,13 @@ def _slab(
     deep, wide, high = half
     normal, up = (cos(tilt), sin(tilt)), (-sin(tilt), cos(tilt))
 
+    above = robot.shape.phone_height / 2 - robot.shape.phone_drop
+
     def at(depth: float, side: float, height: float) -> Point:
         return (
-            robot.lengths.LH2 + depth * normal[0] + height * up[0],
+            robot.lengths.LH2 + depth * normal[0] + (height + above) * up[0],
             side,
-            depth * normal[1] + height * up[1],
+            depth * normal[1] + (height + above) * up[1],
         )
 
     # Two faces in one plane would flicker, so the other solids are a little thinner.

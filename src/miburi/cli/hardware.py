@@ -1,0 +1,173 @@
+"""``miburi hardware …``: parts to print, the bill, the gauge, the checks and the pictures."""
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from miburi.errors import need
+
+if TYPE_CHECKING:
+    from miburi.hardware.build import PrintedPart
+    from miburi.robot import Array, Robot
+
+__all__ = [
+    "Fit",
+    "Output",
+    "RobotToBuild",
+    "bill",
+    "check",
+    "gauge",
+    "hardware_app",
+    "parts",
+    "pictures",
+]
+
+hardware_app = typer.Typer(help="Print and build the robot's body.", no_args_is_help=True)
+
+RobotToBuild = Annotated[
+    Path | None,
+    typer.Option(
+        "--robot", help="A robot description; default: the buildable.", show_default=False
+    ),
+]
+Fit = Annotated[float, typer.Option(help="Gap on each side of a pocket, mm; the gauge finds it.")]
+Output = Annotated[Path, typer.Option(help="Folder to write to.")]
+
+#: The moods at which gestures are checked, and of how many poses one is looked at.
+_MOODS, _EACH = (0.3, 0.6, 0.9, 1.0), 3
+
+
+def _robot(file: Path | None) -> "Robot":
+    from miburi.robot import buildable, load_robot
+
+    need("manifold3d", "hardware")
+    return buildable() if file is None else load_robot(file)
+
+
+def _write(folder: Path, made: Iterable["PrintedPart"], formats: Iterable[str]) -> None:
+    from miburi.ground.files import whole_files
+    from miburi.hardware.files import encode
+
+    made = list(made)
+    with whole_files(folder) as draft:
+        for part in made:
+            solid = part.on_the_bed
+            for ending in formats:
+                file = draft / f"{part.name}.{ending}"
+                file.write_bytes(encode(solid, part.name, ending))
+    for part in made:
+        x, y, z, right, back, top = part.on_the_bed.bounding_box()
+        print(f"{part.name:16} {right - x:5.0f} × {back - y:3.0f} × {top - z:3.0f} mm")
+    print(f"{len(made)} parts, as {' and '.join(formats)} in {folder}.")
+
+
+@hardware_app.command()
+def parts(
+    robot: RobotToBuild = None,
+    fit: Fit = 0.25,
+    out: Output = Path("parts"),
+    step: Annotated[bool, typer.Option(help="Write STEP files, too (faceted).")] = False,
+) -> None:
+    """Write every part to print as 3MF and STL, each as it lies on the printer's bed."""
+    body = _robot(robot)
+    from miburi.hardware.build import printed_parts
+
+    _write(out, printed_parts(body, fit), ("3mf", "stl", *(("step",) if step else ())))
+
+
+@hardware_app.command()
+def gauge(out: Output = Path("gauge")) -> None:
+    """Write the gauge: print it first, and see which pocket fits."""
+    need("manifold3d", "hardware")
+    from miburi.hardware.gauge import FITS
+    from miburi.hardware.gauge import gauge as make
+
+    _write(out, make(), ("3mf", "stl"))
+    print(
+        f"Print it as the parts will be. Give the pocket that a servo slides into to --fit: "
+        f"{', '.join(f'{fit:g}' for fit in FITS)}."
+    )
+
+
+@hardware_app.command()
+def bill(
+    robot: RobotToBuild = None,
+    fit: Fit = 0.25,
+    csv: Annotated[Path | None, typer.Option(help="Write a CSV file, too.")] = None,
+    slicing: Annotated[
+        bool, typer.Option("--slice", help="Grams and hours by PrusaSlicer.")
+    ] = False,
+) -> None:
+    """Print what to buy and what to print."""
+    from rich.console import Console
+    from rich.table import Table
+
+    from miburi.errors import MiburiError
+
+    body = _robot(robot)
+    from miburi.hardware.bill import bill as rows_of
+    from miburi.hardware.bill import slicer, to_csv
+    from miburi.hardware.build import printed_parts
+
+    program = slicer() if slicing else None
+    if slicing and program is None:
+        raise MiburiError("--slice needs PrusaSlicer (Debian: prusa-slicer).")
+    rows = list(rows_of(body, printed_parts(body, fit), program))
+    table = Table("count", "what", "number", "price", "grams", "time", "remark")
+    for row in rows:
+        table.add_row(
+            str(row.count), row.name, row.number, row.price, row.grams, row.time, row.remark
+        )
+    Console().print(table)
+    if csv is not None:
+        from miburi.ground.files import whole_files
+
+        with whole_files(csv.parent) as draft:
+            (draft / csv.name).write_text(to_csv(rows), encoding="utf-8")
+
+
+@hardware_app.command()
+def check(robot: RobotToBuild = None, fit: Fit = 0.25) -> None:
+    """Check that the robot can be built: walls, joints, gestures, torque, tipping, cables."""
+    body = _robot(robot)
+    from miburi.bodies.rehearsal import PERIOD
+    from miburi.hardware.check import check as findings
+
+    wrong = 0
+    for finding in findings(body, _motions(body), PERIOD * _EACH, fit):
+        print(f"{'ok' if finding.ok else 'NO':3} {finding.check:16} {finding.words}.", flush=True)
+        wrong += not finding.ok
+    if wrong:
+        print(f"{wrong} of the checks failed.")
+        raise typer.Exit(1)
+
+
+def _motions(robot: "Robot") -> dict[str, "Array"]:
+    """Return every shipped gesture at several moods, as the simulated body performs it."""
+    from miburi.bodies.rehearsal import rehearse
+    from miburi.cli.options import repertoire_of
+    from miburi.gestures import key_poses
+
+    motions = {}
+    for function in repertoire_of(robot, None).functions:
+        for mood in _MOODS:
+            motion = rehearse(robot, key_poses(robot, function, mood)).angles
+            motions[f"{function.name} at {mood:g}"] = motion[::_EACH]
+    return motions
+
+
+@hardware_app.command()
+def pictures(
+    robot: RobotToBuild = None, fit: Fit = 0.25, out: Output = Path("build-pictures")
+) -> None:
+    """Draw the robot and each step of its assembly."""
+    body = _robot(robot)
+    from miburi.ground.files import whole_files
+    from miburi.hardware.pictures import STEPS, draw_step, write_png
+
+    with whole_files(out) as draft:
+        for number, step in enumerate(STEPS):
+            write_png(draft / f"step-{number:02}.png", draw_step(body, fit, number))
+            print(f"step-{number:02}.png  {step.title}", flush=True)

@@ -1,0 +1,106 @@
+"""The arm's printed parts: yoke, upper arm, and forearm with its hand.
+
+Each is made as for a left arm in its link's frame (x forward, y outwards, z up, in mm; the origin
+is the link's joint); the caller mirrors those of the right arm. ``side`` says whose ranges the
+stops keep, ``fit`` is the gap on each side of a pocket.
+"""
+
+import numpy as np
+
+from miburi.hardware import servo
+from miburi.hardware.dimensions import dimensions
+from miburi.hardware.places import mount_of, range_of, shoulder_face
+from miburi.hardware.solids import Manifold, ball, box, cut, disc, hull, join, moved, rod
+from miburi.robot import Robot
+from miburi.robot.description import Array
+
+__all__ = ["forearm", "half_width", "upper_arm", "yoke"]
+
+#: Half the thickness of the arm above and below its axis, mm.
+_HALF = 9.0
+_OUTWARDS = np.array([0.0, 1.0, 0.0])
+_FORWARD = np.array([1.0, 0.0, 0.0])
+
+
+def yoke(robot: Robot, side: str, fit: float) -> Manifold:
+    """Return what the shoulder's horn turns: a plate, and the elbow's servo held upright."""
+    s, w = dimensions().servo, dimensions().wall
+    frame = mount_of(robot, "left_elbow").frame
+    face = shoulder_face() - 1000 * robot.lengths.L12  # y of the shoulder's horn
+    wall = -s.half_width - fit - w.shell
+    plate = disc("y", (0, 0), (face, face + w.plate), 12.0)
+    tab = servo.shoulder_tab(*range_of(robot, f"{side}_shoulder"), w.plate).translate((0, face, 0))
+    root = disc("y", (0, 0), (face + w.plate - 0.1, face + w.plate), 12.0)
+    collar = hull(root, box((-11.4, 11.4), (wall, wall + w.shell), (-11.0, s.long_end)))
+    bay = servo.driver_room(face, 1, wall + w.shell - face - w.plate)
+    low, high = _range(robot, side, "elbow")
+    bridge = box((-20, 20), (w.web - 1.0, w.web + 12.0), (-_HALF - 2, _HALF + 2))
+    sweep = [
+        bridge.rotate((float(np.degrees(turn)), 0, 0))
+        for turn in np.linspace(low - 0.12, high + 0.12, 24)
+    ]
+    # A driver reaches the horn's screws through the empty holder.
+    ways = [rod((x, 0.0, z), (x, 20.0, z), 2.2) for x, z in servo.circle()]
+    # The upper way opens into a plug's window: the wall between would be too thin.
+    ways.append(hull(ways[1], ways[1].translate((-4.0, 0, 0))))
+    body = cut(
+        join([plate, collar, tab]),
+        [bay, moved(servo.pocket(fit), frame), *servo.horn_screws(face, 1)],
+    )
+    return cut(join([_holder(robot, side, "elbow", fit), body]), [*sweep, *ways, bay])
+
+
+def upper_arm(robot: Robot, side: str, fit: float) -> Manifold:
+    """Return what the elbow turns: a fork, a bridge, and the fingertip's servo in its holder."""
+    s, w = dimensions().servo, dimensions().wall
+    begin = 1000 * robot.lengths.L23 - s.long_end - fit - w.shell
+    wide = half_width()
+    bridge = hull(
+        box((-wide, wide), (w.web, w.web + w.shell), (-_HALF, _HALF)),
+        box((-11.0, 11.0), (begin, begin + w.shell), (-_HALF, _HALF)),
+    )
+    channel = rod((0, w.web - 1, 0), (0, begin + w.shell + 1, 0), 4.5)
+    frame = mount_of(robot, "left_fingertip").frame
+    whole = join([_fork(w.web + w.shell), bridge, _holder(robot, side, "fingertip", fit)])
+    return cut(whole, [moved(servo.pocket(fit), frame), channel])
+
+
+def forearm(robot: Robot) -> Manifold:
+    """Return what the fingertip's joint turns: a fork that runs out into a round hand."""
+    w, wide = dimensions().wall, half_width()
+    length, radius = 1000 * robot.lengths.L34, 1000 * robot.shape.hand_radius
+    arm = hull(
+        box((-wide, wide), (w.web, w.web + w.shell), (-_HALF, _HALF)),
+        disc("x", (length - radius, 0), (-8.0, 8.0), 7.0),
+    )
+    hand = ball((0, length, 0), radius)
+    wrist = rod((0, w.web + 6, 0), (0, length, 0), 8.0)
+    knuckle = disc("x", (0, 0), (w.plate - wide, wide - w.plate), w.web)
+    return cut(join([_fork(w.web + w.shell), arm, wrist, hand]), [knuckle])
+
+
+def half_width() -> float:
+    """Return half the width of a fork over both cheeks, mm."""
+    s, w = dimensions().servo, dimensions().wall
+    return (s.horn_face - s.idler_face) / 2 + w.plate
+
+
+def _range(robot: Robot, side: str, joint: str) -> tuple[float, float]:
+    """Return the limits of an elbow or fingertip, rad, as a left arm would have them."""
+    low, high = range_of(robot, f"{side}_{joint}")
+    return (low, high) if side == "left" else (-high, -low)
+
+
+def _holder(robot: Robot, side: str, joint: str, fit: float) -> Manifold:
+    """Return a joint's servo holder with its stops, on the link that carries it."""
+    frame = mount_of(robot, f"left_{joint}").frame
+    span = servo.cheek_span(frame, _FORWARD, _OUTWARDS, _range(robot, side, joint))
+    return moved(join([servo.holder(fit), servo.stops(*span, fit)]), frame)
+
+
+def _fork(reach: float) -> Manifold:
+    """Return two cheeks about the link's x axis, which point outwards."""
+    s = dimensions().servo
+    middle = (s.horn_face + s.idler_face) / 2
+    frame: Array = np.array([[0.0, 1.0, 0.0, -middle], [1.0, 0.0, 0.0, 0.0], [0.0, 0.0, -1.0, 0.0]])
+    return moved(servo.cheeks(reach), frame)

@@ -1,0 +1,150 @@
+"""What the built robot weighs, whether it tips, and what its servos must hold.
+
+In go the robot's solids with their masses and a motion, (n, 8) rad; out come kg, mm and N·m.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from miburi.hardware.build import PrintedPart, link_frames, printed_mass
+from miburi.hardware.dimensions import dimensions
+from miburi.hardware.files import triangles
+from miburi.hardware.head import phone
+from miburi.hardware.places import mounts
+from miburi.hardware.solids import Manifold
+from miburi.robot import Robot
+from miburi.robot.description import Array
+from miburi.robot.loads import GRAVITY, loads
+from miburi.robot.shape import BASE
+
+__all__ = [
+    "Weight",
+    "ballast",
+    "description_masses",
+    "push_that_tips",
+    "torques",
+    "weights",
+    "zero_moment_radius",
+]
+
+#: kg of the Mega with its wires.
+_CARD = 0.06
+#: kg/mm³ of loose steel shot, nuts or washers (ours).
+_BALLAST = 4.3e-6
+#: kg of screws and cables for each servo (ours).
+_SMALL = 0.004
+
+
+@dataclass(frozen=True)
+class Weight:
+    """A thing's mass, kg, and its centre on its link, (3,) mm."""
+
+    name: str
+    link: str
+    mass: float
+    centre: Array
+
+
+def _centre(solid: Manifold) -> Array:
+    """Return the middle of a solid's volume, (3,) mm."""
+    corners, faces = triangles(solid)
+    a, b, c = np.moveaxis(corners[faces], 1, 0)
+    volumes = np.einsum("ij,ij->i", a, np.cross(b, c))
+    middle: Array = ((a + b + c) * volumes[:, None]).sum(axis=0) / volumes.sum() / 4
+    return middle
+
+
+def weights(robot: Robot, parts: Sequence[PrintedPart]) -> list[Weight]:
+    """Return everything with a mass: parts, servos with their screws and cables, phone, foot."""
+    table = [
+        Weight(part.name, part.link, printed_mass(part), _centre(part.solid)) for part in parts
+    ]
+    cradle = sum(weight.mass for weight in table if weight.link == "head")
+    s = dimensions().servo
+    for mount in mounts(robot):
+        centre = mount.frame @ np.array([*s.centre, 1.0])
+        table.append(Weight(f"{mount.joint} servo", mount.link, s.mass + _SMALL, centre))
+    low = -1000 * robot.shape.pedestal_height
+    return [
+        *table,
+        # The description counts the cradle with the phone.
+        Weight("phone", "head", max(robot.masses.phone - cradle, 0.0), _centre(phone(robot))),
+        Weight("ballast", BASE, ballast(robot), np.array([0.0, 0.0, low + 10.0])),
+        Weight("card", BASE, _CARD, np.array([0.0, 0.0, low + 8.0])),
+    ]
+
+
+def ballast(robot: Robot) -> float:
+    """Return what the foot's two chambers hold of loose steel, kg."""
+    w, m = dimensions().wall, dimensions().mega
+    radius = 1000 * robot.shape.pedestal_radius - w.shell
+    chord = m.width / 2 + 1.5 + w.shell
+    area = radius**2 * np.arccos(chord / radius) - chord * np.sqrt(radius**2 - chord**2)
+    # Filled to the ribs; a tenth goes to posts and corners.
+    return float(0.9 * 2 * area * (m.post + 1.6 + m.height - 4.0) * _BALLAST)
+
+
+def description_masses(table: Sequence[Weight]) -> dict[str, float]:
+    """Return ``[masses]`` of the robot's file as the parts make them, kg."""
+    links = {
+        "torso": "torso",
+        "upper_arm": "left_upper_arm",
+        "forearm": "left_forearm",
+        "shoulder": "left_shoulder",
+        "phone": "head",
+    }
+    return {
+        key: sum(weight.mass for weight in table if weight.link == link)
+        for key, link in links.items()
+    }
+
+
+def zero_moment_radius(
+    robot: Robot, table: Sequence[Weight], motion: Array, period: float
+) -> float:
+    """Return how far the zero-moment point gets from the foot's middle, mm.
+
+    ``motion`` (n, 8) rad, one pose each ``period`` s. Where it stays within the foot's radius the
+    robot does not tip.
+    """
+    places = np.array(
+        [
+            [
+                frames[weight.link][:, :3] @ weight.centre + frames[weight.link][:, 3]
+                for weight in table
+            ]
+            for frames in (link_frames(robot, pose) for pose in motion)
+        ]
+    )
+    masses = np.array([weight.mass for weight in table])
+    places[..., 2] += 1000 * robot.shape.pedestal_height
+    moved = places[2:] - 2 * places[1:-1] + places[:-2]
+    pull = moved / period**2
+    here = places[1:-1]
+    upright = pull[..., 2] + 1000 * GRAVITY
+    down = (masses * upright).sum(axis=1)
+    point = [
+        (masses * (upright * here[..., axis] - pull[..., axis] * here[..., 2])).sum(axis=1) / down
+        for axis in (0, 1)
+    ]
+    # Where nothing presses the foot down the robot leaves the table.
+    return float(np.where(down > 0, np.hypot(*point), np.inf).max())
+
+
+def push_that_tips(robot: Robot, table: Sequence[Weight], height: float) -> float:
+    """Return the level push, N, at ``height`` mm above the table, that tips the robot at rest."""
+    mass = sum(weight.mass for weight in table)
+    return float(mass * GRAVITY * 1000 * robot.shape.pedestal_radius / height)
+
+
+def torques(robot: Robot, poses: Array) -> tuple[Array, Array]:
+    """Return the torque that each joint holds at most, standing and at the robot's acceleration.
+
+    ``poses`` (n, 8) rad; both are (8,) N·m.
+    """
+    load = loads(robot, poses)
+    standing = np.abs(load.gravity).max(axis=0)
+    moving = (np.abs(load.gravity) + load.inertia * robot.servo.acceleration).max(axis=0)
+    return standing, moving

@@ -1,0 +1,142 @@
+"""The bill: what to buy, what to print, and what it weighs.
+
+In go ``bill.toml`` and the printed parts; out come rows for a table or a CSV file. Grams and hours
+come from PrusaSlicer where it is installed, else grams are estimated and hours are left out.
+"""
+
+import csv
+import io
+import re
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass, fields
+from functools import cache
+from importlib import resources
+from pathlib import Path
+
+from miburi.ground.tables import Table, load_table
+from miburi.hardware.balance import ballast
+from miburi.hardware.build import PrintedPart, printed_mass
+from miburi.hardware.dimensions import dimensions
+from miburi.hardware.files import stl
+from miburi.robot import Robot
+
+__all__ = ["BillRow", "Sliced", "bill", "slice_part", "slicer", "to_csv"]
+
+
+class _Item(Table):
+    name: str
+    count: int
+    number: str = ""
+    price: str = ""
+    source: str = ""
+    remark: str = ""
+
+
+class _Bill(Table):
+    item: list[_Item]
+
+
+@dataclass(frozen=True)
+class BillRow:
+    """A line of the bill.
+
+    Attributes
+    ----------
+    name, count
+        What, and how many.
+    number
+        The supplier's number.
+    price, source
+        For one, with its currency; where and when it was seen. Empty if nobody looked it up.
+    grams, time
+        Of a printed part; ``time`` as the slicer says it.
+    remark
+        What to know about it.
+    """
+
+    name: str
+    count: int
+    number: str = ""
+    price: str = ""
+    source: str = ""
+    grams: str = ""
+    time: str = ""
+    remark: str = ""
+
+
+@dataclass(frozen=True)
+class Sliced:
+    """What a slicer says of a part: grams, and the time as it writes it (such as 2h 3m 4s)."""
+
+    grams: float
+    time: str
+
+
+@cache
+def _items() -> list[_Item]:
+    with resources.as_file(resources.files(__package__) / "bill.toml") as path:
+        return load_table(_Bill, path).item
+
+
+def slicer() -> str | None:
+    """Return PrusaSlicer's path, or None (Debian: prusa-slicer)."""
+    return shutil.which("prusa-slicer")
+
+
+def slice_part(program: str, part: PrintedPart) -> Sliced:
+    """Slice a part with supports, at the settings of ``dimensions.toml``."""
+    settings = dimensions().printing
+    with tempfile.TemporaryDirectory() as folder:
+        model, code = Path(folder) / f"{part.name}.stl", Path(folder) / "part.gcode"
+        model.write_bytes(stl(part.on_the_bed))
+        # The program was looked up by its name.
+        subprocess.run(  # noqa: S603
+            [
+                program, "--export-gcode", "--layer-height", f"{settings.layer}",
+                "--perimeters", f"{settings.perimeters}", "--fill-density", f"{settings.infill}%",
+                "--filament-density", f"{settings.density}", "--support-material",
+                "--output", str(code), str(model),
+            ],
+            check=True, capture_output=True,
+        )  # fmt: skip
+        said = code.read_text(encoding="utf-8", errors="replace")
+    grams = re.search(r"filament used \[g\] = ([\d.]+)", said)
+    time = re.search(r"estimated printing time \(normal mode\) = (.+)", said)
+    return Sliced(float(grams[1]) if grams else 0.0, time[1] if time else "")
+
+
+def bill(
+    robot: Robot, parts: Sequence[PrintedPart], program: str | None = None
+) -> Iterator[BillRow]:
+    """Yield what to buy, then what to print.
+
+    ``program`` is the slicer's path; a part takes it some seconds. Without it, grams are estimated
+    without supports.
+    """
+    for item in _items():
+        yield BillRow(**item.model_dump())
+    yield BillRow(
+        "ballast: loose steel, such as nuts", 1, grams=f"{1000 * ballast(robot):.0f}",
+        remark="in the foot's two chambers, in bags",
+    )  # fmt: skip
+    for part in parts:
+        if program is None:
+            yield BillRow(f"printed: {part.name}", 1, grams=f"{1000 * printed_mass(part):.0f}")
+        else:
+            sliced = slice_part(program, part)
+            yield BillRow(
+                f"printed: {part.name}", 1, grams=f"{sliced.grams:.0f}", time=sliced.time,
+                remark="with supports",
+            )  # fmt: skip
+
+
+def to_csv(rows: Sequence[BillRow]) -> str:
+    """Return the rows as CSV, with a line of names."""
+    held = io.StringIO(newline="")
+    writer = csv.DictWriter(held, [field.name for field in fields(BillRow)], lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(map(asdict, rows))
+    return held.getvalue()

@@ -1,0 +1,298 @@
+"""Check that a robot can be built from its parts, before anybody prints one.
+
+In goes a robot's description, and the poses of its gestures; out come findings, each with a
+measured figure. What no computer can check, such as a screw's grip in plastic, is not claimed here.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from miburi.hardware import balance, meetings, servo
+from miburi.hardware.build import FIT, PrintedPart, Solid, bodies, link_frames, printed_parts
+from miburi.hardware.dimensions import dimensions
+from miburi.hardware.files import triangles
+from miburi.hardware.head import clamp
+from miburi.hardware.places import mounts
+from miburi.hardware.solids import Manifold, moved, rod
+from miburi.robot import Robot
+from miburi.robot.description import JOINTS, Array
+from miburi.robot.geometry import arm_reach
+from miburi.robot.shape import links
+
+__all__ = ["Finding", "check"]
+
+#: N: what the contact trials report as the push over 0.1 s at their 95th percentile.
+_PUSH = 2.4
+#: Shares of the servo's stall torque that a joint may hold, standing and moving.
+_STANDING, _MOVING = 1 / 3, 1 / 2
+#: A cable of the servo's maker, what its bends take, and how much longer than straight it lies, mm.
+_CABLE, _BENDS, _WAY = 180.0, 30.0, 1.25
+#: By which share a mass may differ from the description's.
+_MASS = 0.10
+#: Points on a part at which its wall is measured.
+_POINTS = 1500
+#: The share of the foot's radius up to which the robot is said to stand (ours).
+_EDGE = 0.9
+#: Poses drawn from the joints' ranges, in which torque is looked at.
+_POSES = 5000
+#: mm that a screw of 2 mm must go into plastic or a case at least.
+_GRIP = 2.0
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What one check found.
+
+    Attributes
+    ----------
+    check
+        What was looked at.
+    ok
+        Whether it is as it should be.
+    words
+        What was measured, what is allowed, and, if it is not, how to mend it.
+    """
+
+    check: str
+    ok: bool
+    words: str
+
+
+def check(
+    robot: Robot, motions: Mapping[str, Array], period: float, fit: float = FIT
+) -> Iterator[Finding]:
+    """Yield a finding for each property that a robot must have to be built.
+
+    Parameters
+    ----------
+    robot
+        What is to be built.
+    motions
+        The gestures by name, each (n, 8) rad, one pose each ``period`` s.
+    period
+        s.
+    fit
+        The gap on each side of a pocket, mm.
+
+    Raises
+    ------
+    InputError
+        Lengths are too short for any parts; the message names them.
+    """
+    parts = printed_parts(robot, fit)
+    things = bodies(robot, parts)
+    table = meetings.by_link(things)
+    # The quick ones first.
+    yield _closed(parts)
+    yield _walls(printed_parts(robot, fit, engraved=False))
+    yield _shared(table)
+    yield _fingers(robot)
+    yield _screws()
+    yield from _loads(robot, parts, motions, period)
+    yield _cables(robot, motions)
+    yield _drivers(robot, things)
+    yield from _joints(robot, table)
+    yield _gestures(robot, table, motions)
+
+
+def _closed(parts: Sequence[PrintedPart]) -> Finding:
+    wrong = [
+        part.name
+        for part in parts
+        if part.solid.status().name != "NoError" or len(part.solid.decompose()) != 1
+    ]
+    bad = f"not one closed solid: {', '.join(wrong)}"
+    return Finding(
+        "parts", not wrong, bad if wrong else f"{len(parts)} parts, each one closed solid"
+    )
+
+
+def _walls(parts: Sequence[PrintedPart]) -> Finding:
+    least = dimensions().wall.least
+    thinnest = min((_thinnest(part.solid), part.name) for part in parts)
+    words = f"thinnest {thinnest[0]:.2f} mm ({thinnest[1]}), at least {least:.1f} mm are needed"
+    return Finding("walls", thinnest[0] >= least - 0.01, words)
+
+
+def _thinnest(solid: Manifold) -> float:
+    """Return the least distance between two faces that look away from each other, mm.
+
+    It is measured at random points, always the same.
+    """
+    corners, faces = triangles(solid)
+    a, b, c = np.moveaxis(corners[faces], 1, 0)
+    normals = np.cross(b - a, c - a)
+    areas = np.linalg.norm(normals, axis=1)
+    rng = np.random.default_rng(0)
+    chosen = rng.choice(len(faces), _POINTS, p=areas / areas.sum())
+    root, share = np.sqrt(rng.random((_POINTS, 1))), rng.random((_POINTS, 1))
+    points = (1 - root) * a[chosen] + root * (1 - share) * b[chosen] + root * share * c[chosen]
+    inwards = -normals[chosen] / areas[chosen, None]
+    found = [10.0]
+    for point, way in zip(points, inwards, strict=True):
+        hits = solid.ray_cast((point + 1e-3 * way).tolist(), (point + 6.0 * way).tolist())
+        if hits and np.dot(hits[0].normal, way) > 0.9:
+            found.append(float(np.linalg.norm(np.array(hits[0].position) - point)))
+    return min(found)
+
+
+def _shared(table: dict[str, list[Solid]]) -> Finding:
+    pairs = [f"{one} and {other}" for one, other, _ in meetings.in_one_link(table)]
+    words = "; ".join(pairs) if pairs else "no two things of a link share room"
+    return Finding("fit", not pairs, words)
+
+
+def _joints(robot: Robot, table: dict[str, list[Solid]]) -> Iterator[Finding]:
+    met = [
+        f"{joint} at {np.degrees(angle):.0f}°"
+        for joint, angle in meetings.over_the_range(robot, table, float(np.radians(5.0)))
+    ]
+    words = "; ".join(met) if met else "free over each joint's range and 5° beyond"
+    yield Finding("joints", not met, words)
+    loose = [
+        f"{joint} at {np.degrees(angle):.0f}°" for joint, angle in meetings.stops_hold(robot, table)
+    ]
+    words = f"no stop: {'; '.join(loose)}" if loose else "each joint is stopped within 9° beyond"
+    yield Finding("stops", not loose, words)
+
+
+def _fingers(robot: Robot) -> Finding:
+    w, low, high = dimensions().wall, *dimensions().wall.joint_gap
+    gaps = {
+        "elbows and fingertips": w.web - w.knuckle,
+        "head": min(w.web, clamp(robot).plate) - w.knuckle,
+    }
+    bad = [f"{name} {gap:.1f} mm" for name, gap in gaps.items() if low <= gap <= high]
+    words = ", ".join(f"{name} {gap:.1f} mm" for name, gap in gaps.items())
+    return Finding(
+        "finger gaps", not bad, f"{words}; a gap of a joint is under {low:g} or over {high:g} mm"
+    )
+
+
+def _gestures(robot: Robot, table: dict[str, list[Solid]], motions: Mapping[str, Array]) -> Finding:
+    bad, poses = [], 0
+    for name, motion in motions.items():
+        poses += len(motion)
+        bad += [
+            f"{name}: {one} and {other}" for one, other in meetings.in_poses(robot, table, motion)
+        ]
+    words = (
+        "; ".join(bad) if bad else f"no two parts meet in {poses} poses of {len(motions)} gestures"
+    )
+    return Finding("gestures", not bad, words)
+
+
+def _loads(
+    robot: Robot, parts: Sequence[PrintedPart], motions: Mapping[str, Array], period: float
+) -> Iterator[Finding]:
+    table = balance.weights(robot, parts)
+    made = balance.description_masses(table)
+    has = robot.masses.model_dump()
+    off = {key: mass for key, mass in made.items() if abs(mass / has[key] - 1) > _MASS}
+    said = ", ".join(f"{key} = {mass:.3f}" for key, mass in (off or made).items())
+    yield Finding(
+        "masses", not off, f"in the robot's file, [masses] should be {said} kg" if off
+        else f"the description's are within {100 * _MASS:.0f} % of the parts': {said} kg",
+    )  # fmt: skip
+    stall = robot.servo.model.data_sheet.stall_torque
+    anywhere = np.random.default_rng(0).uniform(robot.lower, robot.upper, (_POSES, len(JOINTS)))
+    poses = np.concatenate([anywhere, *motions.values()])
+    for name, values, share in zip(
+        ("torque standing", "torque moving"), balance.torques(robot, poses),
+        (_STANDING, _MOVING), strict=True,
+    ):  # fmt: skip
+        worst = int(np.argmax(values))
+        yield Finding(
+            name, bool(values[worst] <= share * stall),
+            f"most at the {JOINTS[worst].replace('_', ' ')}: {values[worst]:.3f} N·m, at most "
+            f"{share * stall:.3f} N·m ({share:.2g} of the stall torque)",
+        )  # fmt: skip
+    foot = 1000 * robot.shape.pedestal_radius
+    far = max(balance.zero_moment_radius(robot, table, m, period) for m in motions.values())
+    mass = sum(weight.mass for weight in table)
+    yield Finding(
+        "tipping", far < foot,
+        f"{mass:.2f} kg on a foot of {foot:.0f} mm radius: the zero-moment point leaves its middle "
+        f"by {far:.0f} mm at most",
+    )  # fmt: skip
+    high = 1000 * (robot.shape.pedestal_height + robot.lengths.L01 + arm_reach(robot))
+    push = balance.push_that_tips(robot, table, high)
+    words = (
+        f"a level push of {push:.1f} N at a raised hand tips it; a contact gives up to {_PUSH} N"
+    )
+    # It can be built all the same, so this is no fault of the parts.
+    yield Finding("push", True, words + ("" if push > _PUSH else ": screw the foot to the table"))
+
+
+def _screws() -> Finding:
+    s, w = dimensions().servo, dimensions().wall
+    under = 1.3  # what stays under a sunk head
+    grips = {
+        "horn (M2x6)": 6.0 - w.plate,
+        "case, front (M2x8)": 8.0 - under - s.grip_front,
+        "case, back (M2x8)": 8.0 - under - s.grip_back,
+    }
+    words = ", ".join(f"{name} {grip:.1f} mm" for name, grip in grips.items())
+    ok = min(grips.values()) >= _GRIP and grips["horn (M2x6)"] <= s.horn_depth + 1e-9
+    return Finding("screws", ok, f"grip {words}; a horn takes {s.horn_depth} mm at most")
+
+
+def _drivers(robot: Robot, things: Iterable[Solid]) -> Finding:
+    """Check that a driver reaches the screws of each horn before the next servo is put in."""
+    s, w = dimensions().servo, dimensions().wall
+    neutral = link_frames(robot, np.zeros(len(JOINTS)))
+    carried = {link.joint: link.name for link in links(robot)}
+    printed: dict[str, list[Solid]] = {}
+    for thing in things:
+        if thing.printed:
+            printed.setdefault(thing.link, []).append(thing)
+    blocked = []
+    for mount in mounts(robot):
+        near = s.horn_face + w.plate + 0.2
+        for x, z in servo.circle():
+            way = rod((x, near, z), (x, near + 50.0, z), 1.9)
+            way = moved(moved(way, mount.frame), neutral[mount.link])
+            for thing in printed[carried[mount.joint]]:
+                # The chest comes last.
+                here = moved(thing.solid, neutral[thing.link])
+                if thing.name not in {"chest", "neck"} and (way ^ here).volume() > 1.0:
+                    blocked.append(f"{mount.joint} ({thing.name})")
+    words = f"none reaches: {', '.join(sorted(set(blocked)))}" if blocked else (
+        "a driver of 3.8 mm reaches all horns' screws"
+    )  # fmt: skip
+    return Finding("drivers", not blocked, words)
+
+
+def _cables(robot: Robot, motions: Mapping[str, Array]) -> Finding:
+    """Check each cable's way from socket to socket at its longest, over all gestures."""
+    s = dimensions().servo
+    by_joint = {mount.joint: mount for mount in mounts(robot)}
+    hub = np.array([8.0, 0.0, 600 * robot.lengths.L01])
+    poses = np.concatenate([np.array([robot.neutral]), *motions.values()])[::5]
+    longest: dict[str, float] = {}
+    for pose in poses:
+        frames = link_frames(robot, pose)
+
+        def socket(joint: str, frames: dict[str, Array] = frames) -> Array:
+            mount = by_joint[joint]
+            middle = mount.frame @ np.array([0.0, s.socket_y[0], 9.0, 1.0])
+            frame = frames[mount.link]
+            place: Array = frame[:, :3] @ middle + frame[:, 3]
+            return place
+
+        centre = frames["torso"][:, :3] @ hub + frames["torso"][:, 3]
+        ends = {"waist": centre, "head": centre}
+        for side in ("right", "left"):
+            ends[f"{side}_shoulder"] = centre
+            ends[f"{side}_elbow"] = socket(f"{side}_shoulder")
+            ends[f"{side}_fingertip"] = socket(f"{side}_elbow")
+        for joint, begin in ends.items():
+            length = _WAY * float(np.linalg.norm(socket(joint) - begin)) + _BENDS
+            longest[joint] = max(longest.get(joint, 0.0), length)
+    worst = max(longest, key=lambda joint: longest[joint])
+    return Finding(
+        "cables", longest[worst] <= _CABLE,
+        f"longest to the {worst.replace('_', ' ')}: {longest[worst]:.0f} mm of {_CABLE:.0f} mm",
+    )  # fmt: skip

@@ -1,0 +1,114 @@
+"""What is cut into each part, so that nobody mixes them up: the servo's symbol and its number.
+
+The symbols are those of the robot's file (W, RS, ... H), the numbers those that ``miburi card
+calibrate --ids`` gives. Where a fork or plate covers the servo's horn, a small hole shows the
+horn's single notch when the joint is at its zero.
+"""
+
+import numpy as np
+
+from miburi.hardware import head
+from miburi.hardware.dimensions import dimensions
+from miburi.hardware.places import mount_of, neck_floor, shoulder_face
+from miburi.hardware.solids import Manifold, letters, moved, rod
+from miburi.hardware.trunk import lid_height
+from miburi.robot import Robot
+from miburi.robot.description import JOINTS, Array
+
+__all__ = ["texts"]
+
+#: Height of the letters, and radius at which a notch is seen, mm.
+_HIGH, _NOTCH = 3.6, 7.4
+
+
+def _name(robot: Robot, joint: str) -> str:
+    return f"{getattr(robot.joints, joint).symbol} {JOINTS.index(joint) + 1}"
+
+
+def _on(
+    text: str, place: tuple[float, float, float], out: tuple[float, float, float],
+    along: tuple[float, float, float], depth: float, high: float = _HIGH,
+) -> Manifold:  # fmt: skip
+    """Return letters that are sunk into a face: ``out`` points out of it, ``along`` is the line."""
+    z, x = np.array(out, dtype=float), np.array(along, dtype=float)
+    frame = np.column_stack([x, np.cross(z, x), z, np.array(place) - depth * z])
+    return moved(letters(text, high, depth + 2.0), frame)
+
+
+def texts(robot: Robot, depth: float) -> dict[str, list[Manifold]]:
+    """Return what is cut out of each part, in its link's frame, mm; ``depth`` of the letters."""
+    s, w = dimensions().servo, dimensions().wall
+    size = robot.lengths
+    up, left, ahead = (0, 0, 1), (0, 1, 0), (1, 0, 0)
+    side = shoulder_face() - 0.2
+    high = 1000 * size.L01
+    table: dict[str, list[Manifold]] = {
+        "foot": [_on("5 V ONLY", (-20.0, 0.0, _floor(robot)), up, left, depth, 5.0)],
+        "lid": [_on("FRONT", (53.0, 0.0, lid_height(robot)), up, left, depth, 5.0)],
+        "column": [_on(_name(robot, "waist"), (0.0, -21.0, 0.0), up, ahead, depth, 5.0)],
+        "torso": [
+            _on(_name(robot, "left_shoulder"), (0, side, high - 27.5), left, (-1, 0, 0), depth),
+            _on(_name(robot, "right_shoulder"), (0, -side, high - 27.5), (0, -1, 0), ahead, depth),
+            _notch_hole(robot, "waist", (0, 0, 0)),
+        ],
+        "neck": [
+            _on(
+                _name(robot, "head"), (-24.0, 0.0, neck_floor(robot) + 6.0),
+                (-1, 0, 0), (0, -1, 0), depth,
+            )
+        ],
+        "cradle": [_on("HEAD", *_cradle_back(robot), depth), _notch_hole(robot, "head", (0, 0, 0))],
+    }  # fmt: skip
+    wide = s.half_width + 0.25 + w.shell
+    top = s.long_end + 0.25 + w.shell
+    for name, sign in (("left", 1.0), ("right", -1.0)):
+        mid = sign * (1000 * size.L23 - 12.0)
+        reading = (-sign, 0.0, 0.0)
+        face = sign * (shoulder_face() - 1000 * size.L12)
+        table |= {
+            f"{name}_yoke": [
+                _on(_name(robot, f"{name}_elbow"), (0, 0, top), up, (0, -1, 0), depth, 4.5),
+                _notch_hole(robot, f"{name}_shoulder", (0, face, 0)),
+            ],
+            f"{name}_upper_arm": [
+                _on(_name(robot, f"{name}_fingertip"), (-5.0, mid, wide), up, reading, depth),
+                _notch_hole(robot, f"{name}_elbow", (0, 0, 0)),
+            ],
+            f"{name}_forearm": [
+                _on(name[0].upper(), (0, sign * 30.0, 8.75), up, reading, depth, 6.0),
+                _notch_hole(robot, f"{name}_fingertip", (0, 0, 0)),
+            ],
+        }
+    return table
+
+
+def _floor(robot: Robot) -> float:
+    return -1000 * robot.shape.pedestal_height + dimensions().wall.shell
+
+
+def _cradle_back(
+    robot: Robot,
+) -> tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]]:
+    """Return a place on the back of the cradle's plate, between the fork's cheeks and above."""
+    c = head.clamp(robot)
+    place = c.frame[:, :3] @ np.array([c.plate, 18.0, 20.0])
+    out, along = c.frame[:, :3] @ np.array([-1.0, 0, 0]), np.array([0.0, -1.0, 0.0])
+    return _triple(place), _triple(out), _triple(along)
+
+
+def _triple(values: Array) -> tuple[float, float, float]:
+    x, y, z = values.tolist()
+    return x, y, z
+
+
+def _notch_hole(robot: Robot, joint: str, origin: tuple[float, float, float]) -> Manifold:
+    """Return the hole through which the horn's notch is seen when the joint is at its zero.
+
+    The notch points to the servo's short end; at a joint's zero, links have their parents' axes.
+    ``origin`` is the horn's middle on the link that it turns.
+    """
+    frame = mount_of(robot, joint).frame
+    axle, notch = frame[:, 1], -frame[:, 2]
+    middle = np.array(origin, dtype=float) + _NOTCH * notch
+    begin = middle + axle * (0.0 if joint in {"waist", "left_shoulder", "right_shoulder"} else 10.0)
+    return rod((begin - axle).tolist(), (begin + 12.0 * axle).tolist(), 0.9)

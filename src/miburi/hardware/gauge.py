@@ -1,0 +1,64 @@
+"""The gauge: the real pocket in three fits, and screw holes in steps, lying and standing.
+
+Print it first, on the printer, with the filament and the settings of the parts. The pocket that a
+servo slides into without force, and does not fall out of, names the ``--fit`` of all parts.
+"""
+
+import numpy as np
+
+from miburi.hardware import servo
+from miburi.hardware.build import PrintedPart
+from miburi.hardware.dimensions import dimensions
+from miburi.hardware.solids import Manifold, box, cut, disc, join, letters, moved
+from miburi.robot.shape import BASE
+
+__all__ = ["FITS", "HOLES", "PITCH", "TURNED", "gauge"]
+
+#: mm on each side of a pocket.
+FITS = (0.15, 0.25, 0.35)
+#: Diameters of the holes, mm: those that a screw of 2 mm cuts its thread in, and those it passes.
+HOLES = (1.5, 1.6, 1.7, 1.8, 2.2, 2.4, 2.6)
+#: mm from one pocket to the next, and how a servo's frame lies: its horn upwards, as an arm's does
+#: on the printer's bed.
+PITCH = 28.8
+TURNED = np.array([[1.0, 0, 0, 0], [0, 0, -1.0, 0], [0, 1.0, 0, 0]])
+
+
+def gauge() -> list[PrintedPart]:
+    """Return the gauge's two parts, as they are printed."""
+    flat = np.eye(3)
+    return [
+        PrintedPart("gauge_pockets", BASE, _pockets(), flat),
+        PrintedPart("gauge_holes", BASE, _holes(), flat),
+    ]
+
+
+def _pockets() -> Manifold:
+    """Return three holders side by side."""
+    s, w = dimensions().servo, dimensions().wall
+    holders = []
+    for number, fit in enumerate(FITS):
+        # The fit stands on the end wall.
+        wall = -s.long_end - fit - w.shell
+        turn = np.array([[1.0, 0, 0, 0], [0, 0, -1.0, wall + 0.5], [0, 1.0, 0, -8.0]])
+        sign = moved(letters(f"{fit:.2f}", 4.0, 2.0), turn)
+        one = cut(moved(servo.holder(fit), TURNED), [sign])
+        holders.append(one.translate((number * PITCH, 0, 0)))
+    base = box((-5.0, 2 * PITCH + 5.0), (-20.0, -14.0), (s.back - 2.8, s.back - 0.8))
+    return join([*holders, base])
+
+
+def _holes() -> Manifold:
+    """Return an angle with the same holes through its lying and its standing plate."""
+    pitch, thick = 8.0, 6.0
+    wide = pitch * (len(HOLES) + 1)
+    plates = join([box((0, wide), (0, 16.0), (0, thick)), box((0, wide), (0, thick), (0, 18.0))])
+    tools = []
+    for number, diameter in enumerate(HOLES):
+        x = pitch * (number + 1)
+        tools.append(disc("z", (x, 12.0), (-1, thick + 1), diameter / 2))
+        tools.append(disc("y", (x, 13.0), (-1, thick + 1), diameter / 2))
+        sign = letters(f"{diameter:.1f}", 2.6, 1.0)
+        turn = np.array([[1.0, 0, 0, x], [0, 0, -1.0, 0.5], [0, 1.0, 0, 4.0]])
+        tools.append(moved(sign, turn))
+    return cut(plates, tools)

@@ -1,0 +1,176 @@
+"""The head's printed parts: the neck with the head's servo, the phone's cradle and its jaw.
+
+The neck is in the torso's frame, cradle and jaw in the head's (x towards the head's centre, y to
+the robot's left), in mm. ``fit`` is the gap on each side of a pocket.
+"""
+
+from dataclasses import dataclass
+from math import cos, sin
+
+import numpy as np
+
+from miburi.hardware import servo
+from miburi.hardware.dimensions import dimensions
+from miburi.hardware.places import mount_of, neck_floor, range_of
+from miburi.hardware.solids import Manifold, box, cut, disc, hull, join, moved, rod
+from miburi.hardware.trunk import NECK_SCREWS
+from miburi.robot import Robot
+from miburi.robot.description import Array
+
+__all__ = ["Clamp", "clamp", "cradle", "jaw", "neck", "phone"]
+
+#: mm: the cradle's plate, the foam behind the phone, how far the narrowest phone is narrower.
+_PLATE, _FOAM, _TRAVEL = 3.0, 1.0, 7.5
+
+
+@dataclass(frozen=True)
+class Clamp:
+    """Where the phone is, seen from the head's axle: ahead of it and above, mm.
+
+    Attributes
+    ----------
+    frame
+        (3, 4): x out of the screen, y to the robot's left, z up along the phone, on the head's
+        link.
+    plate
+        Where the cradle's plate begins, along x.
+    back, front
+        The phone's back and its screen, along x.
+    low, high
+        Its lower and upper edge, along z.
+    half
+        Half its width.
+    """
+
+    frame: Array
+    plate: float
+    back: float
+    front: float
+    low: float
+    high: float
+    half: float
+
+
+def clamp(robot: Robot) -> Clamp:
+    """Return where the phone is held."""
+    shape, far = robot.shape, 1000 * robot.lengths.LH2
+    level = shape.phone_level
+    ahead, above = far * cos(level), far * sin(level)
+    half_thick = 500 * shape.phone_thickness
+    frame = np.array(
+        [[cos(level), 0.0, sin(level), 0.0], [0.0, 1.0, 0.0, 0.0],
+         [-sin(level), 0.0, cos(level), 0.0]]
+    )  # fmt: skip
+    low = above - 1000 * shape.phone_drop
+    return Clamp(
+        frame, ahead - half_thick - _FOAM - _PLATE, ahead - half_thick, ahead + half_thick,
+        low, low + 1000 * shape.phone_height, 500 * shape.phone_width,
+    )  # fmt: skip
+
+
+def phone(robot: Robot) -> Manifold:
+    """Return the phone itself, on the head's link."""
+    c = clamp(robot)
+    return moved(box((c.back, c.front), (-c.half, c.half), (c.low, c.high)), c.frame)
+
+
+def neck(robot: Robot, fit: float) -> Manifold:
+    """Return what stands on the torso and holds the head's servo, leant back."""
+    s, w, holes = dimensions().servo, dimensions().wall, dimensions().screws
+    frame = mount_of(robot, "head").frame
+    level = robot.shape.phone_level
+    ahead = np.array([cos(level), 0.0, -sin(level)])
+    span = servo.cheek_span(frame, np.array([0.0, -1.0, 0.0]), ahead, range_of(robot, "head"))
+    grip = moved(join([servo.holder(fit), servo.stops(*span, fit)]), frame)
+    floor = neck_floor(robot)
+    wide = s.half_width + fit + w.shell
+    base = box((-24.0, 3.0), (-13.5, 13.5), (floor, floor + 5.0))
+    end = s.long_end + fit
+    # The column begins at the sleeve's end; it leans with the servo.
+    foot_of_sleeve = moved(box((-wide, wide), (s.back, s.front), (end, end + w.shell)), frame)
+    column = hull(foot_of_sleeve, box((-24.0, 3.0), (-13.5, 13.5), (floor, floor + 1.0)))
+    tip = frame @ np.array([0.0, -8.0, end - 1.0, 1.0])
+    channel = rod((-10.0, 0.0, floor - 1.0), (float(tip[0]), 0.0, float(tip[2])), 4.5)
+    pilots = [
+        disc("z", place, (floor - 1.0, floor + 8.0), holes.m25_pilot / 2) for place in NECK_SCREWS
+    ]
+    return cut(join([grip, base, column]), [moved(servo.pocket(fit), frame), channel, *pilots])
+
+
+def cradle(robot: Robot) -> Manifold:
+    """Return what nods: a fork, a plate behind the phone's lower third, a shelf and a fixed jaw."""
+    c, holes = clamp(robot), dimensions().screws
+    face = c.plate + _PLATE
+    narrow = c.half - _TRAVEL  # the plate's free edge: the jaw passes it with the narrowest phone
+    lip = c.front + _FOAM
+    grip = c.low + 50.0
+    top = max(grip, 14.0)
+    plate = _rounded((c.plate, face), (-narrow + 2.0, c.half + 3.0), (c.low - 3.0, top), 4.0)
+    shelf = box((c.plate, lip + 2.5), (-narrow + 2.0, c.half + 3.0), (c.low - 3.0, c.low))
+    hooks = [
+        box((lip, lip + 2.5), sides, (c.low - 3.0, c.low + 12.0))
+        for sides in ((13.0, c.half + 3.0), (-narrow + 2.0, -13.0))
+    ]
+    fixed = box((c.plate, lip + 2.5), (c.half, c.half + 3.0), (c.low - 3.0, grip))
+    fixed_lip = box((lip, lip + 2.5), (c.half - 4.0, c.half + 3.0), (c.low - 3.0, grip))
+    fork = moved(servo.cheeks(face), _fork_frame())
+    # A longer neck of the head would leave a gap for fingers: the bridge begins where all do.
+    half = (
+        dimensions().servo.horn_face - dimensions().servo.idler_face
+    ) / 2 + dimensions().wall.plate
+    bridge = box((min(dimensions().wall.web, c.plate), face), (-half, half), (-10.0, 10.0))
+    port = box((face, lip + 4.0), (-12.5, 12.5), (c.low - 4.0, c.low + 1.0))
+    screws = [
+        disc("x", (-narrow + 12.0, z), (c.plate - 1, face + 1), holes.m3_pilot / 2)
+        for z in _jaw_rows(c)
+    ]
+    whole = cut(join([fork, bridge, plate, shelf, *hooks, fixed, fixed_lip]), [port, *screws])
+    return moved(whole, c.frame)
+
+
+def jaw(robot: Robot) -> Manifold:
+    """Return the jaw that slides: a tongue behind the cradle's plate, a cheek and a lip."""
+    c, holes = clamp(robot), dimensions().screws
+    narrow = c.half - _TRAVEL
+    lip = c.front + _FOAM
+    low, high = (row + way for row, way in zip(_jaw_rows(c), (-6.0, 6.0), strict=True))
+    back = c.plate - 3.2
+    tongue = _rounded((back, c.plate - 0.2), (-c.half - 3.0, -narrow + 20.0), (low, high), 3.0)
+    cheek = box((back, lip + 2.5), (-c.half - 3.0, -c.half), (low, high))
+    hook = box((lip, lip + 2.5), (-c.half - 3.0, -c.half + 4.0), (low, high))
+    middle, wide = -narrow + 12.0, holes.m3_clearance / 2
+    slots = [
+        hull(
+            *(
+                disc("x", (middle + way, z), (back - 1, c.plate + 1), wide)
+                for way in (-_TRAVEL / 2, _TRAVEL / 2)
+            )
+        )
+        for z in _jaw_rows(c)
+    ]
+    return moved(cut(join([tongue, cheek, hook]), slots), c.frame)
+
+
+def _jaw_rows(c: Clamp) -> tuple[float, float]:
+    """Return the heights of the two screws of the jaw: above the fork's cheeks."""
+    return c.low + 33.0, c.low + 43.0
+
+
+def _rounded(
+    x: tuple[float, float], y: tuple[float, float], z: tuple[float, float], radius: float
+) -> Manifold:
+    """Return a plate across x with round corners."""
+    return hull(
+        *(
+            disc("x", (side, height), x, radius)
+            for side in (y[0] + radius, y[1] - radius)
+            for height in (z[0] + radius, z[1] - radius)
+        )
+    )
+
+
+def _fork_frame() -> Array:
+    """Return the turn of a fork about y whose cheeks point along x."""
+    s = dimensions().servo
+    middle = (s.horn_face + s.idler_face) / 2
+    return np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, -middle], [0.0, 0.0, 1.0, 0.0]])

@@ -1,0 +1,107 @@
+"""Find where two parts of a built robot meet: over each joint's range, and in every gesture.
+
+In go a robot, its solids and poses; out come pairs of names. Shapes are the real ones: parts,
+servos, phone. A volume of less than half a cubic millimetre is what two faces that lie on each
+other give.
+"""
+
+from collections.abc import Iterable, Iterator
+from itertools import combinations
+
+import numpy as np
+
+from miburi.hardware.build import Solid, link_frames
+from miburi.hardware.dimensions import dimensions
+from miburi.hardware.solids import Manifold, join, moved
+from miburi.robot import Robot
+from miburi.robot.description import JOINTS, Array
+from miburi.robot.shape import links
+
+__all__ = ["by_link", "in_one_link", "in_poses", "over_the_range", "stops_hold"]
+
+#: mm³.
+_TOUCH = 0.5
+#: rad between two poses of a joint.
+_STEP = 0.12
+
+
+def by_link(things: Iterable[Solid]) -> dict[str, list[Solid]]:
+    """Return the solids of each link, in the link's frame."""
+    table: dict[str, list[Solid]] = {}
+    for thing in things:
+        table.setdefault(thing.link, []).append(thing)
+    return table
+
+
+def in_one_link(table: dict[str, list[Solid]]) -> Iterator[tuple[str, str, float]]:
+    """Yield the pairs of one link that share room, and how much, mm³."""
+    for things in table.values():
+        for one, other in combinations(things, 2):
+            if (shared := (one.solid ^ other.solid).volume()) > _TOUCH:
+                yield one.name, other.name, shared
+
+
+def _whole(table: dict[str, list[Solid]]) -> dict[str, Manifold]:
+    return {link: join(thing.solid for thing in things) for link, things in table.items()}
+
+
+def _meet(one: Manifold, other: Manifold) -> bool:
+    low, high = np.array(one.bounding_box()), np.array(other.bounding_box())
+    apart = (low[:3] >= high[3:]).any() or (high[:3] >= low[3:]).any()
+    return not apart and (one ^ other).volume() > _TOUCH
+
+
+def over_the_range(
+    robot: Robot, table: dict[str, list[Solid]], beyond: float = 0.0
+) -> Iterator[tuple[str, float]]:
+    """Yield joint and angle, rad, where a link meets the one that carries it.
+
+    Each joint is turned from ``beyond`` rad below its range to as much above it, all others stand
+    at neutral.
+    """
+    whole = _whole(table)
+    for link in links(robot):
+        number = JOINTS.index(link.joint)
+        low, high = robot.lower[number] - beyond, robot.upper[number] + beyond
+        count = int(np.ceil((high - low) / _STEP)) + 1
+        for angle in np.linspace(low, high, count):
+            if _at(robot, whole, link.name, link.parent, number, float(angle)):
+                yield link.joint, float(angle)
+
+
+def _at(
+    robot: Robot, whole: dict[str, Manifold], link: str, parent: str, number: int, angle: float
+) -> bool:
+    pose = np.array(robot.neutral)
+    pose[number] = angle
+    frames = link_frames(robot, pose)
+    return _meet(moved(whole[link], frames[link]), moved(whole[parent], frames[parent]))
+
+
+def stops_hold(robot: Robot, table: dict[str, list[Solid]]) -> Iterator[tuple[str, float]]:
+    """Yield joint and angle, rad, where no mechanical stop is met 9° beyond the range."""
+    whole = _whole(table)
+    far = np.radians(dimensions().wall.stop + 2.5)
+    for link in links(robot):
+        number = JOINTS.index(link.joint)
+        for angle in (robot.lower[number] - far, robot.upper[number] + far):
+            if not _at(robot, whole, link.name, link.parent, number, float(angle)):
+                yield link.joint, float(angle)
+
+
+def in_poses(
+    robot: Robot, table: dict[str, list[Solid]], poses: Iterable[Array]
+) -> Iterator[tuple[str, str]]:
+    """Yield the links that meet in any of the poses, (8,) rad; each pair once.
+
+    Links that one joint connects are left to :func:`over_the_range`.
+    """
+    whole = _whole(table)
+    joined = {frozenset((link.name, link.parent)) for link in links(robot)}
+    pairs = [pair for pair in combinations(whole, 2) if frozenset(pair) not in joined]
+    for pose in poses:
+        frames = link_frames(robot, pose)
+        placed = {link: moved(solid, frames[link]) for link, solid in whole.items()}
+        for pair in [pair for pair in pairs if _meet(placed[pair[0]], placed[pair[1]])]:
+            pairs.remove(pair)
+            yield pair

@@ -1,0 +1,194 @@
+"""Where each servo sits, and what must be long enough for the parts to fit.
+
+In goes a robot; out come frames, (3, 4) in mm: a turn and an origin, by which a solid of a servo's
+own frame is placed on the link that carries its case. Links are those of
+:func:`miburi.robot.shape.links`.
+"""
+
+from dataclasses import dataclass
+from math import cos, sin
+
+import numpy as np
+
+from miburi.hardware.dimensions import dimensions
+from miburi.robot import Robot
+from miburi.robot.description import JOINTS, Array
+from miburi.robot.shape import BASE
+
+__all__ = [
+    "HEAD_LEAN",
+    "Mount",
+    "Room",
+    "misfits",
+    "mount_of",
+    "mounts",
+    "neck_floor",
+    "range_of",
+    "room",
+    "shoulder_face",
+]
+
+#: rad by which the head's servo leans back, so that a bowed phone's lower edge passes it.
+HEAD_LEAN = 0.65
+#: mm from the robot's middle to the back of each shoulder's servo: room for plugs and wires.
+_BACK_TO_BACK = 3.0
+
+
+@dataclass(frozen=True)
+class Mount:
+    """A servo on the robot.
+
+    Attributes
+    ----------
+    joint
+        The joint that it turns.
+    link
+        The link that carries its case.
+    frame
+        (3, 4): its own frame on that link, mm.
+    idler
+        Whether a fork holds it from behind, too.
+    """
+
+    joint: str
+    link: str
+    frame: Array
+    idler: bool
+
+
+def _frame(axle: tuple[float, ...], long: tuple[float, ...], origin: tuple[float, ...]) -> Array:
+    """Return the frame of a servo: its horn along ``axle``, its long side along ``long``."""
+    y, z = np.array(axle), np.array(long)
+    return np.column_stack([np.cross(y, z), y, z, np.array(origin)])
+
+
+def shoulder_face() -> float:
+    """Return the distance of a shoulder's horn from the robot's middle, mm."""
+    s = dimensions().servo
+    return _BACK_TO_BACK + s.horn_face - s.back
+
+
+def neck_floor(robot: Robot) -> float:
+    """Return the height of the torso's roof, on which the neck stands, mm."""
+    return 1000 * robot.lengths.L01 - dimensions().servo.short_end + 6.5
+
+
+def mounts(robot: Robot) -> list[Mount]:
+    """Return the eight servos in the order of the joints."""
+    size, face = robot.lengths, dimensions().servo.horn_face
+    middle = (dimensions().servo.horn_face + dimensions().servo.idler_face) / 2
+    high, head = 1000 * size.L01, 1000 * (size.L01 + size.LH1)
+    table = [Mount("waist", BASE, _frame((0, 0, 1), (-1, 0, 0), (0, 0, -face)), False)]
+    for side, sign in (("right", -1.0), ("left", 1.0)):
+        shoulder = (0.0, sign * (shoulder_face() - face), high)
+        elbow = (0.0, sign * 1000 * size.L23, 0.0)
+        table += [
+            Mount(f"{side}_shoulder", "torso", _frame((0, sign, 0), (0, 0, -1), shoulder), False),
+            Mount(
+                f"{side}_elbow", f"{side}_shoulder", _frame((1, 0, 0), (0, 0, 1), (-middle, 0, 0)),
+                True,
+            ),
+            Mount(
+                f"{side}_fingertip", f"{side}_upper_arm",
+                _frame((1, 0, 0), (0, -sign, 0), (-middle, *elbow[1:])), True,
+            ),
+        ]  # fmt: skip
+    down = (-sin(HEAD_LEAN), 0.0, -cos(HEAD_LEAN))
+    return [*table, Mount("head", "torso", _frame((0, 1, 0), down, (0, -middle, head)), True)]
+
+
+def mount_of(robot: Robot, joint: str) -> Mount:
+    """Return the servo that turns a joint."""
+    return next(mount for mount in mounts(robot) if mount.joint == joint)
+
+
+def range_of(robot: Robot, joint: str) -> tuple[float, float]:
+    """Return a joint's limits, rad."""
+    index = JOINTS.index(joint)
+    return float(robot.lower[index]), float(robot.upper[index])
+
+
+@dataclass(frozen=True)
+class Room:
+    """A length that the parts need, in mm.
+
+    Attributes
+    ----------
+    key
+        The length's name in the robot's file.
+    has
+        The length that the robot has.
+    least
+        The shortest with which the parts can be made.
+    why
+        What would meet what.
+    """
+
+    key: str
+    has: float
+    least: float
+    why: str
+
+
+def room(robot: Robot) -> list[Room]:
+    """Return every length that the parts depend on, with the least that they need."""
+    s, w = dimensions().servo, dimensions().wall
+    size, shape = robot.lengths, robot.shape
+    mm = 1000
+    board = np.hypot(dimensions().mega.length, dimensions().mega.width) / 2
+    stack = w.shell + dimensions().mega.post + 1.6 + dimensions().mega.height
+    cradle = 3.0 + 1.0 + mm * shape.phone_thickness / 2
+    return [
+        Room(
+            "lengths.L12", mm * size.L12,
+            shoulder_face() + w.plate + 3.0 + w.shell + s.half_width,
+            "the shoulder's horn, a plate with its screws, and the elbow's servo lie side by side",
+        ),
+        Room(
+            "lengths.L23", mm * size.L23, w.web + 4.0 + w.shell + s.long_end,
+            "the fingertip's servo reaches back to the bridge of the upper arm",
+        ),
+        Room(
+            "lengths.L34", mm * size.L34, w.web + 8.0 + mm * shape.hand_radius,
+            "the hand begins behind the bridge of the forearm",
+        ),
+        Room(
+            "lengths.L01", mm * size.L01, 16.0 + s.long_end + 40.0,
+            "the cables' hub stands between the waist and the shoulders' servos",
+        ),
+        Room(
+            "lengths.LH1", mm * size.LH1, 15.0 + 14.0 + s.long_end * cos(HEAD_LEAN) + w.shell,
+            "the head's servo stands above those of the shoulders",
+        ),
+        Room(
+            "lengths.LH2", mm * size.LH2, (w.knuckle + 1.0 + cradle) / cos(shape.phone_level),
+            "the phone's cradle passes in front of the head's servo",
+        ),
+        Room(
+            "shape.pedestal_radius", mm * shape.pedestal_radius, board + 2.0 + w.shell,
+            "the Mega lies in the foot",
+        ),
+        Room(
+            "shape.pedestal_height", mm * shape.pedestal_height,
+            stack + 3.0 + max(
+                s.horn_face - s.back + s.plug_room,
+                mm * (size.L23 + size.L34 + shape.hand_radius - size.L01) + 4.0,
+            ),
+            "the Mega lies in the foot, the waist's servo hangs and the hands pass above it",
+        ),
+        Room(
+            "shape.torso_radius", mm * shape.torso_radius,
+            float(np.hypot(s.half_width + 4.0, shoulder_face() - 0.2)),
+            "the shoulders' servos lie in the torso",
+        ),
+    ]  # fmt: skip
+
+
+def misfits(robot: Robot) -> list[str]:
+    """Return one line for each length that is too short for the parts."""
+    return [
+        f"{need.key} is {need.has:.1f} mm and must be {need.least:.1f} mm or more "
+        f"({need.least - need.has:.1f} mm are missing): {need.why}."
+        for need in room(robot)
+        if need.has < need.least - 1e-9
+    ]

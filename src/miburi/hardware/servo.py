@@ -1,0 +1,266 @@
+"""The servo's outline, what holds its case, and the fork that it turns.
+
+All solids are in the servo's own frame, in mm: the axle is y through the origin, the horn at +y,
+the case's long side at +z. ``fit`` is the gap on each side of what is pushed into a pocket.
+"""
+
+from collections.abc import Sequence
+from math import cos, pi, sin
+
+import numpy as np
+
+from miburi.hardware.dimensions import dimensions
+from miburi.hardware.solids import (
+    CrossSection,
+    JoinType,
+    Manifold,
+    around,
+    box,
+    cut,
+    disc,
+    hull,
+    join,
+    rod,
+)
+from miburi.robot.description import Array
+
+__all__ = [
+    "case",
+    "case_screws",
+    "cheek_outline",
+    "cheek_span",
+    "cheeks",
+    "circle",
+    "driver_room",
+    "holder",
+    "horn_screws",
+    "idler",
+    "outline",
+    "plugs",
+    "pocket",
+    "shoulder_pin",
+    "shoulder_tab",
+    "stops",
+]
+
+#: By which a fork is wider than horn and idler, mm: its screws pull the cheek to the idler.
+_PLAY = 0.2
+#: The shoulder's stop: a pin of this radius so far from the axle, mm.
+_PIN, _PIN_CIRCLE = 2.2, 15.0
+#: z at which a holder's back plate begins: the idler's cheek turns below it.
+_BACK_PLATE = 14.5
+
+
+def case(fit: float = 0.0) -> Manifold:
+    """Return the case as a box, larger by ``fit`` on each side but the front, which lies on."""
+    s = dimensions().servo
+    return box(
+        (-s.half_width - fit, s.half_width + fit), (s.back - fit, s.front),
+        (s.short_end - fit, s.long_end + fit),
+    )  # fmt: skip
+
+
+def outline(*, idler_too: bool) -> Manifold:
+    """Return the servo as it is: case, horn, and what turns on its back."""
+    s = dimensions().servo
+    horn = disc("y", (0, 0), (s.front, s.horn_face), s.horn_diameter / 2)
+    behind = [_idler_outline()] if idler_too else []
+    return join([case(), horn, *behind])
+
+
+def _idler_outline() -> Manifold:
+    """Return the ring on the servo's back that a fork's second cheek is screwed to."""
+    s = dimensions().servo
+    return disc("y", (0, 0), (s.idler_face, s.back), s.horn_diameter / 2)
+
+
+def idler(fit: float) -> Manifold:
+    """Return the idler as a part to print; ``fit`` widens the hole that it turns on."""
+    holes = dimensions().screws
+    s = dimensions().servo
+    return cut(
+        disc("y", (0, 0), (s.idler_face, s.back), s.horn_diameter / 2 + 0.3),
+        [
+            disc("y", (0, 0), (-30, 0), holes.idler_screw / 2 + fit / 2),
+            *(rod((x, -30, z), (x, 0, z), holes.m2_pilot / 2) for x, z in circle()),
+        ],
+    )
+
+
+def circle() -> list[tuple[float, float]]:
+    """Return the four places of the horn's screws, x and z."""
+    radius = dimensions().servo.horn_circle / 2
+    return [(radius * cos(turn), radius * sin(turn)) for turn in (0, pi / 2, pi, 3 * pi / 2)]
+
+
+def horn_screws(face: float, away: float) -> list[Manifold]:
+    """Return what a plate at y = ``face`` leaves out for the four screws and the horn's own.
+
+    ``away`` is +1 if the plate lies towards +y, -1 towards -y.
+    """
+    holes, plate = dimensions().screws, dimensions().wall.plate
+    far = face + away * 40
+    return [
+        *(rod((x, face - away, z), (x, far, z), holes.m2_clearance / 2) for x, z in circle()),
+        *(
+            rod((x, face + away * plate, z), (x, far, z), holes.m2_head / 2)
+            for x, z in circle()
+        ),
+        disc("y", (0, 0), sorted((face - away, face + away * 1.6)), 3.2),
+    ]  # fmt: skip
+
+
+def driver_room(face: float, away: float, length: float) -> Manifold:
+    """Return the room that screws, heads and a driver need in front of a plate."""
+    plate = dimensions().wall.plate
+    near = face + away * plate
+    return disc("y", (0, 0), sorted((near, near + away * length)), 8.5)
+
+
+def case_screws(rows: Sequence[float], face: float, away: float) -> list[Manifold]:
+    """Return the holes for the screws into the case, at z in ``rows``, heads sunk in the plate.
+
+    ``face`` is the y of the case that the plate lies on; 1.3 mm stay under a head.
+    """
+    holes, x = dimensions().screws, dimensions().servo.case_holes_x
+    under = 1.3
+    tools = []
+    for z in rows:
+        for side in (-x, x):
+            far = face + away * 30
+            head = rod((side, face + away * under, z), (side, far, z), holes.m2_head / 2)
+            # Beside the horn's window a wall would be too thin: the head's room opens into it.
+            inner = head.translate((-3.0 * side / x, 0, 3.0)) if z < 0 else head
+            tools.append(rod((side, face - away, z), (side, far, z), holes.m2_clearance / 2))
+            tools.append(hull(head, inner))
+    return tools
+
+
+def plugs(length: float) -> Manifold:
+    """Return the pockets of both plugs and the way by which they are pushed in from behind."""
+    s = dimensions().servo
+    x, y, z = s.socket_x, s.socket_y, s.socket_z
+    outside = dimensions().wall.knuckle + 1.0  # no sliver of the round end is left beside them
+    return join(
+        [
+            box(sorted((side * (x[0] - 0.5), side * outside)), (y[0] - length, y[1]), z)
+            for side in (-1, 1)
+        ]
+    )
+
+
+def pocket(fit: float) -> Manifold:
+    """Return what a holder leaves free: the case, pushed in from the horn's side, and its plugs."""
+    s = dimensions().servo
+    open_end = box(
+        (-s.half_width - fit, s.half_width + fit), (s.front, s.front + 20),
+        (s.short_end - fit, s.long_end + fit),
+    )  # fmt: skip
+    return join([case(fit), open_end, plugs(20.0)])
+
+
+def holder(fit: float, end: float | None = None) -> Manifold:
+    """Return a sleeve for a case that is pushed in from its horn's side.
+
+    It has a round end about the axle, so that the gap to a fork's bridge stays the same in all
+    poses, and a back plate with two screws at the case's long end. ``end`` is the z at which the
+    sleeve ends, by default a wall beyond the case.
+    """
+    s, w = dimensions().servo, dimensions().wall
+    wide = s.half_width + fit + w.shell
+    end = s.long_end + fit + w.shell if end is None else end
+    knuckle = disc("y", (0, 0), (s.back, s.front), w.knuckle)
+    sleeve = box((-wide, wide), (s.back, s.front), (0, end))
+    plate = box((-wide, wide), (s.back - 2.8, s.back), (_BACK_PLATE, end))
+    back = s.back - fit
+    return cut(
+        join([knuckle, sleeve, plate]),
+        [pocket(fit), *case_screws(s.case_holes_z[1:], back, -1)],
+    )
+
+
+def cheek_outline(turn: float, reach: float) -> CrossSection:
+    """Return a fork's cheek from the side: x and z; at ``turn`` = 0 it points to +x."""
+    radius = dimensions().wall.cheek
+    beam = CrossSection.square((reach, 2 * radius)).translate((0, -radius))
+    return (CrossSection.circle(radius, 64) + beam).rotate(turn * 180 / pi)
+
+
+def cheeks(reach: float) -> Manifold:
+    """Return a fork's two cheeks, which point to +x and end at ``reach``, and their screws' holes.
+
+    The bridge that joins them is the part's own.
+    """
+    s, w = dimensions().servo, dimensions().wall
+    flat = cheek_outline(0.0, reach)
+    sides = [
+        _along_y(flat, s.horn_face, s.horn_face + w.plate),
+        _along_y(flat, s.idler_face - _PLAY - w.plate, s.idler_face - _PLAY),
+    ]
+    return cut(join(sides), [*horn_screws(s.horn_face, 1), *horn_screws(s.idler_face - _PLAY, -1)])
+
+
+def cheek_span(
+    frame: Array, axis: Array, direction: Array, limits: tuple[float, float]
+) -> tuple[float, float]:
+    """Return the angles of a fork's cheek, as :func:`cheek_outline` turns it, at a joint's limits.
+
+    ``frame`` is the servo's on its link, ``axis`` the joint's, and ``direction`` the way that the
+    cheek points at angle 0, both on that link; ``limits`` are in rad.
+    """
+    aside = np.cross(axis, direction)
+    angles = [
+        float(np.arctan2(way @ frame[:, 2], way @ frame[:, 0]))
+        for turn in np.linspace(*limits, 16)
+        for way in [cos(turn) * direction + sin(turn) * aside]
+    ]
+    ends = np.unwrap(angles)[[0, -1]]
+    return float(ends.min()), float(ends.max())
+
+
+def stops(low: float, high: float, fit: float) -> Manifold:
+    """Return the blocks on a holder's front that a fork's cheek meets beyond its range.
+
+    ``low`` and ``high`` are the cheek's angles in rad, 0 towards +x, as :func:`cheek_outline`
+    turns it. What the cheek sweeps from ``stop`` degrees below to ``stop`` degrees above is free.
+    """
+    s, w = dimensions().servo, dimensions().wall
+    wide = s.half_width + fit + w.shell
+    rim = CrossSection.circle(w.knuckle, 64) + CrossSection.square((2 * wide, 17)).translate(
+        (-wide, 0)
+    )
+    room = CrossSection.square(
+        (2 * (s.half_width + fit), s.long_end - s.short_end + 2 * fit)
+    ).translate((-s.half_width - fit, s.short_end - fit))
+    beyond = w.stop * pi / 180
+    swept = around(low - beyond, high + beyond, lambda turn: cheek_outline(turn, 40.0))
+    return _along_y(_blunt(rim - room - swept), s.front - 0.01, s.horn_face + w.plate)
+
+
+def shoulder_pin(length: float) -> Manifold:
+    """Return the pin under a shoulder's axle that stops the yoke; the axle is y, up is z."""
+    return disc("y", (0, -_PIN_CIRCLE), (0, length), _PIN)
+
+
+def shoulder_tab(low: float, high: float, thick: float) -> Manifold:
+    """Return the rim of a yoke's plate that meets the pin beyond the shoulder's range, rad.
+
+    The shoulder turns about -y; seen from the yoke the pin goes the other way.
+    """
+    beyond = dimensions().wall.stop * pi / 180
+    pin = CrossSection.circle(_PIN + 0.1, 24).translate((0, -_PIN_CIRCLE))
+    # In x and z a turn about -y goes from x to z.
+    swept = around(-high - beyond, -low + beyond, lambda turn: pin.rotate(turn * 180 / pi))
+    return _along_y(_blunt(CrossSection.circle(_PIN_CIRCLE + _PIN, 96) - swept), 0.0, thick)
+
+
+def _blunt(flat: CrossSection) -> CrossSection:
+    """Return an outline without what is thinner than a wall may be."""
+    half = dimensions().wall.least / 2 + 0.1
+    return flat.offset(-half, JoinType.Round, 2.0, 32).offset(half, JoinType.Round, 2.0, 32)
+
+
+def _along_y(flat: CrossSection, low: float, high: float) -> Manifold:
+    """Return an outline in x and z as a plate between two values of y."""
+    # Extruded along z, then turned so that the outline's second axis becomes z.
+    return flat.extrude(high - low).rotate((90, 0, 0)).translate((0, high, 0))

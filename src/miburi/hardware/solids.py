@@ -1,0 +1,121 @@
+"""Build solids from a few kinds: boxes, rods, balls, hulls and letters, in mm.
+
+The kernel is manifold3d: every solid it returns is closed. Axes are ``x``, ``y`` and ``z``.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+
+import numpy as np
+
+from miburi.errors import needs_extra
+from miburi.robot.description import Array
+
+try:
+    from manifold3d import CrossSection, FillRule, JoinType, Manifold, OpType
+except ModuleNotFoundError as error:
+    raise needs_extra("hardware", error) from error
+
+__all__ = [
+    "CrossSection",
+    "JoinType",
+    "Manifold",
+    "OpType",
+    "around",
+    "ball",
+    "box",
+    "cut",
+    "disc",
+    "hull",
+    "join",
+    "letters",
+    "mirror_y",
+    "moved",
+    "rod",
+]
+
+#: Straight edges of a round one: the finest keeps a hole of 16 mm round within 0.02 mm.
+_ROUND = 64
+
+
+def _edges(radius: float) -> int:
+    return _ROUND if radius > 4 else 24
+
+
+def box(x: Sequence[float], y: Sequence[float], z: Sequence[float]) -> Manifold:
+    """Return a box between two values on each axis."""
+    low, high = np.sort(np.array([x, y, z], dtype=float), axis=1).T
+    return Manifold.cube((high - low).tolist()).translate(low.tolist())
+
+
+def rod(start: Sequence[float], end: Sequence[float], radius: float) -> Manifold:
+    """Return a cylinder from one point to another."""
+    a, b = np.array(start, dtype=float), np.array(end, dtype=float)
+    way = b - a
+    length = float(np.linalg.norm(way))
+    solid = Manifold.cylinder(length, radius, radius, _edges(radius))
+    return solid.transform(_frame(way / length, a))
+
+
+def disc(axis: str, middle: Sequence[float], span: Sequence[float], radius: float) -> Manifold:
+    """Return a cylinder along an axis: ``middle`` on the two others, ``span`` on it."""
+    index = "xyz".index(axis)
+    ends = [np.insert(np.array(middle, dtype=float), index, place) for place in span]
+    return rod(ends[0].tolist(), ends[1].tolist(), radius)
+
+
+def ball(middle: Sequence[float], radius: float) -> Manifold:
+    """Return a sphere."""
+    return Manifold.sphere(radius, _edges(radius)).translate(list(middle))
+
+
+def hull(*solids: Manifold) -> Manifold:
+    """Return the smallest convex solid around others."""
+    return Manifold.batch_hull(list(solids))
+
+
+def join(solids: Iterable[Manifold]) -> Manifold:
+    """Return the union of solids."""
+    return Manifold.batch_boolean(list(solids), OpType.Add)
+
+
+def cut(solid: Manifold, tools: Iterable[Manifold]) -> Manifold:
+    """Return a solid without others."""
+    return Manifold.batch_boolean([solid, *tools], OpType.Subtract)
+
+
+def moved(solid: Manifold, frame: Array) -> Manifold:
+    """Return a solid of one frame in another; ``frame`` (3, 4) holds the turn and the origin."""
+    return solid.transform(frame)
+
+
+def mirror_y(solid: Manifold) -> Manifold:
+    """Return the other side's solid."""
+    return solid.mirror((0.0, 1.0, 0.0))
+
+
+def around(
+    low: float, high: float, make: Callable[[float], CrossSection], step: float = 0.05
+) -> CrossSection:
+    """Return what an outline sweeps while it turns from one angle to another, rad."""
+    count = max(2, int(np.ceil((high - low) / step)) + 1)
+    return CrossSection.batch_boolean(
+        [make(float(angle)) for angle in np.linspace(low, high, count)], OpType.Add
+    )
+
+
+def letters(text: str, height: float, depth: float) -> Manifold:
+    """Return letters that stand on the xy plane, centred, ``height`` tall and ``depth`` thick."""
+    from matplotlib.textpath import TextPath
+
+    outlines = TextPath((0, 0), text, size=height / 0.73).to_polygons()
+    flat = CrossSection([np.asarray(outline)[:-1] for outline in outlines], FillRule.EvenOdd)
+    left, bottom, right, top = flat.bounds()
+    return flat.translate((-(left + right) / 2, -(bottom + top) / 2)).extrude(depth)
+
+
+def _frame(direction: Array, origin: Array) -> Array:
+    """Return a frame whose z axis has a direction of length 1, (3, 4)."""
+    aside = np.eye(3)[int(np.argmin(np.abs(direction)))]
+    x = np.cross(aside, direction)
+    x /= np.linalg.norm(x)
+    return np.column_stack([x, np.cross(direction, x), direction, origin])

@@ -1,0 +1,307 @@
+"""The printed parts that stand: foot with the Mega, lid, column, torso and chest.
+
+Frames are those of the links that carry them (base and torso: x forward, y to the robot's left, z
+up, the waist's horn at z = 0), in mm. ``fit`` is the gap on each side of a pocket.
+"""
+
+from math import cos, pi, sin
+
+from miburi.hardware import servo
+from miburi.hardware.dimensions import dimensions
+from miburi.hardware.places import mount_of, neck_floor, range_of, shoulder_face
+from miburi.hardware.solids import (
+    CrossSection,
+    Manifold,
+    around,
+    box,
+    cut,
+    disc,
+    hull,
+    join,
+    moved,
+    rod,
+)
+from miburi.robot import Robot
+
+__all__ = ["NECK_SCREWS", "chest", "column", "foot", "lid", "lid_height", "torso"]
+
+#: x and y of the four screws between torso and neck, mm.
+NECK_SCREWS = [(x, y) for x in (-19.0, -5.0) for y in (-9.5, 9.5)]
+#: Thickness of the lid at the waist, of the torso's floor, and the gap between them.
+_LID, _FLOOR, _GAP = 3.0, 4.4, 1.2
+#: Radius at which the waist's stops stand, and their radius.
+_STOP_CIRCLE, _STOP_RADIUS = 22.0, 2.2
+
+
+def lid_height(robot: Robot) -> float:
+    """Return the height of the lid's top, mm: the Mega lies below."""
+    m, w = dimensions().mega, dimensions().wall
+    table = -1000 * robot.shape.pedestal_height
+    return table + w.shell + m.post + 1.6 + m.height + _LID
+
+
+def _lid_screws(robot: Robot) -> list[tuple[float, float]]:
+    """Return the places of the screws between lid and foot: beside the Mega."""
+    far = 1000 * robot.shape.pedestal_radius - dimensions().wall.shell - 3.5
+    return [(far * cos(turn), far * sin(turn)) for turn in (0.9, pi - 0.9, pi + 0.9, -0.9)]
+
+
+def _column_screws(robot: Robot) -> list[tuple[float, float]]:
+    """Return the places of the screws between column and lid: on the diagonals."""
+    far = 1000 * robot.shape.torso_radius + 6.5
+    return [
+        (far * cos(turn), far * sin(turn)) for turn in (pi / 4, 3 * pi / 4, -pi / 4, -3 * pi / 4)
+    ]
+
+
+def foot(robot: Robot) -> Manifold:
+    """Return the cup that stands on the table: posts for the Mega, and two chambers for ballast."""
+    w, m, holes = dimensions().wall, dimensions().mega, dimensions().screws
+    radius, table = 1000 * robot.shape.pedestal_radius, -1000 * robot.shape.pedestal_height
+    top = lid_height(robot) - _LID
+    inner = radius - w.shell
+    outside = hull(
+        disc("z", (0, 0), (table, table + 1), radius - 1.5),
+        disc("z", (0, 0), (table + 1.5, top), radius),
+    )
+    floor = table + w.shell
+    inside = disc("z", (0, 0), (floor, top + 1), inner)
+    rib = m.width / 2 + 1.5
+    ribs = join(
+        [
+            box((-inner, inner), (side * rib, side * (rib + w.shell)), (floor - 0.1, top - 4.0))
+            for side in (-1, 1)
+        ]
+    ) ^ disc("z", (0, 0), (floor - 0.1, top), inner + 0.5)
+    corner = (-m.length / 2, -m.width / 2)
+    places = [(corner[0] + x, corner[1] + y) for x, y in m.holes]
+    posts = [disc("z", place, (floor - 0.1, floor + m.post), 3.2) for place in places]
+    pilots = [disc("z", place, (floor - 1.0, floor + 20), holes.m3_pilot / 2) for place in places]
+    screws = _lid_screws(robot)
+    lid_posts = [disc("z", place, (floor - 0.1, top), 3.6) for place in screws]
+    lid_pilots = [disc("z", place, (top - 12, top + 1), holes.m25_pilot / 2) for place in screws]
+    y, wide, high = m.usb
+    above = floor + m.post + 1.6
+    usb = (corner[1] + y - wide / 2, corner[1] + y + wide / 2)
+    openings = [
+        box((-radius - 1, -m.length / 2 + 1), usb, (above - 0.5, above + high)),
+        # The supply's wires, and a gap in each rib for what goes on to the card.
+        disc("x", (18.0, floor + 10.0), (-radius - 1, -m.length / 2 + 1), 4.1),
+        box((-46.0, -36.0), (-rib - 5, rib + 5), (floor + 6.0, top)),
+    ]
+    return cut(
+        join([cut(outside, [inside]), ribs, *posts, *lid_posts]), [*pilots, *lid_pilots, *openings]
+    )
+
+
+def lid(robot: Robot) -> Manifold:
+    """Return the foot's lid, on which the column stands."""
+    w, holes = dimensions().wall, dimensions().screws
+    radius, top = 1000 * robot.shape.pedestal_radius, lid_height(robot)
+    low = top - _LID
+    plate = hull(
+        disc("z", (0, 0), (low, top - 1.0), radius),
+        disc("z", (0, 0), (top - 1.0, top), radius - 1.0),
+    )
+    screws, rib = _lid_screws(robot), dimensions().mega.width / 2 + 5.0
+    rim = cut(
+        disc("z", (0, 0), (low - 3.0, low + 0.1), radius - w.shell - 0.4),
+        [
+            disc("z", (0, 0), (low - 4.0, low), radius - 2 * w.shell - 0.4),
+            box((-radius, radius), (-rib, rib), (low - 4.0, low)),
+            *(disc("z", place, (low - 4.0, low), 4.5) for place in screws),
+        ],
+    )  # fmt: skip
+    tools = [
+        disc("z", (0, 0), (low - 1, top + 1), 20.0),  # the cables from the waist
+        *(disc("z", place, (low - 1, top + 1), holes.m25_clearance / 2) for place in screws),
+        *(disc("z", place, (top - 1.6, top + 1), holes.m25_head / 2) for place in screws),
+        *(
+            disc("z", place, (low - 1, top + 1), holes.m25_clearance / 2)
+            for place in _column_screws(robot)
+        ),
+    ]
+    return cut(join([plate, rim]), tools)
+
+
+def column(robot: Robot, fit: float) -> Manifold:
+    """Return what stands on the lid; the waist's servo hangs from its top."""
+    s, w, holes = dimensions().servo, dimensions().wall, dimensions().screws
+    radius, low = 1000 * robot.shape.torso_radius, lid_height(robot)
+    frame = mount_of(robot, "waist").frame
+    flange = radius + 11.0
+
+    def grown(by: float, top: float) -> Manifold:
+        """Return the column's outline; its foot widens by 45 degrees, so that it prints well."""
+        return join(
+            [
+                disc("z", (0, 0), (low, top), radius - by),
+                hull(
+                    disc("z", (0, 0), (low, low + 3.0), flange - by),
+                    disc("z", (0, 0), (low, low + 3.0 + flange - radius), radius - by),
+                ),
+            ]
+        )
+
+    outside = grown(0.0, -1.0)
+    outside = join(
+        [
+            outside,
+            hull(
+                disc("z", (0, 0), (-2.0, -1.0), radius),
+                disc("z", (0, 0), (-1.0, 0.0), radius - 1.0),
+            ),
+        ]
+    )
+    bosses = [disc("z", place, (low, low + 14.0), 4.6) ^ outside for place in _column_screws(robot)]
+    inside = grown(w.shell, -_LID) ^ box((-99, 99), (-99, 99), (low - 1, -_LID))
+    hollow = join([cut(outside, [inside.translate((0, 0, -0.01))]), *bosses])
+    # Walls around the case, down to its sockets.
+    wide, long = s.half_width + fit, s.long_end + fit
+    sleeve = box(
+        (-long - w.shell, -s.short_end + fit + w.shell), (-wide - w.shell, wide + w.shell),
+        (-_LID - 9.0, -_LID + 0.1),
+    ) ^ disc("z", (0, 0), (-30, 0), radius - 0.5)  # fmt: skip
+    tools = [
+        moved(servo.case(fit), frame),
+        disc("z", (0, 0), (-_LID - 1, 1), s.horn_diameter / 2 + 0.4),
+        *(moved(hole, frame) for hole in servo.case_screws(s.case_holes_z, s.front, 1)),
+        # Its screws come from below, through the lid.
+        *(
+            disc("z", place, (low - 1, low + 12), holes.m25_pilot / 2)
+            for place in _column_screws(robot)
+        ),
+        rod((0.0, 21.0, -10), (0.0, 21.0, 10), 4.5),  # the torso's cable
+    ]
+    pin = disc("z", (_STOP_CIRCLE, 0), (-0.1, _GAP + 2.0), _STOP_RADIUS)
+    return join([cut(join([hollow, sleeve]), tools), pin])
+
+
+def _outline(radius: float, low: float, high: float, flat: float) -> Manifold:
+    """Return a column that is cut flat at both sides."""
+    column = disc("z", (0, 0), (low, high), radius)
+    return column ^ box((-radius, radius), (-flat, flat), (low - 1, high + 1))
+
+
+def _shell(robot: Robot) -> Manifold:
+    """Return torso and chest in one: a hollow column with a floor, a roof and the side walls."""
+    s, w = dimensions().servo, dimensions().wall
+    radius = 1000 * robot.shape.torso_radius
+    high, roof = 1000 * robot.lengths.L01, neck_floor(robot)
+    side = shoulder_face() - 0.2
+    begin = high - s.long_end - 6.0  # the flats for the shoulders begin here
+    low = _GAP
+    whole = join(
+        [
+            hull(
+                disc("z", (0, 0), (low, low + 1.0), radius - 2.5),
+                disc("z", (0, 0), (low + 3.0, begin), radius),
+            ),
+            _outline(radius, begin, roof, side),
+        ]
+    )
+    inner = radius - w.shell
+    bay = join(
+        [
+            disc("z", (0, 0), (low + _FLOOR, begin - 2.0), inner),
+            _outline(inner, begin - 2.1, roof - 3.2, side - 2.8),
+        ]
+    )
+    return cut(whole, [bay])
+
+
+def torso(robot: Robot, fit: float) -> Manifold:
+    """Return the torso's back: it carries both shoulders' servos, the neck and the cables' hub."""
+    s, holes = dimensions().servo, dimensions().screws
+    high, roof = 1000 * robot.lengths.L01, neck_floor(robot)
+    front = _split(robot)
+    boss = disc("z", (0, 0), (0.0, _GAP + 0.1), 9.0)
+    waist = mount_of(robot, "waist").frame
+    body = join([cut(_shell(robot), [front]), boss, *_ears(robot)])
+    tools = [moved(hole, waist) for hole in servo.horn_screws(s.horn_face, 1)]
+    for side in ("right", "left"):
+        frame = mount_of(robot, f"{side}_shoulder").frame
+        tools += [moved(hole, frame) for hole in servo.case_screws(s.case_holes_z, s.front, 1)]
+        tools.append(moved(servo.case(fit), frame))
+        sign = 1 if side == "left" else -1
+        tools.append(
+            disc("y", (0, high), sorted((sign * 20.0, sign * 40.0)), s.horn_diameter / 2 + 0.4)
+        )
+    tools += [
+        disc("z", place, (roof - 10, roof + 10), holes.m25_clearance / 2) for place in NECK_SCREWS
+    ]
+    tools += [
+        disc("z", (-10.0, 0.0), (roof - 10, roof + 10), 4.0),  # the head's cable
+        disc("z", (0.0, 21.0), (-1, 8), 5.0),  # the cable to the foot
+        *(disc("x", place, (-40, 40), holes.m2_pilot / 2) for place in _chest_screws(robot)),
+    ]
+    # The shoulders' cables leave at the back of each shoulder.
+    tools += [
+        disc("y", (-22.0, high - 8.0), sorted((sign * 15.0, sign * 40.0)), 4.5) for sign in (-1, 1)
+    ]
+    pins = [
+        servo.shoulder_pin(sign * 3.4).translate((0, sign * (shoulder_face() - 0.3), high))
+        for sign in (-1, 1)
+    ]
+    return join([cut(body, [*tools, _stop_track(robot)]), *pins])
+
+
+def _split(robot: Robot) -> Manifold:
+    """Return the room of the chest: what lies in front of the servos."""
+    radius, roof = 1000 * robot.shape.torso_radius, neck_floor(robot)
+    return box(
+        (dimensions().servo.half_width + 3.0, 60),
+        (-radius - 1, radius + 1),
+        (_GAP + _FLOOR + 3.0, roof - 3.2),
+    )
+
+
+def _chest_screws(robot: Robot) -> list[tuple[float, float]]:
+    """Return y and z of the screws that hold the chest."""
+    roof = neck_floor(robot)
+    return [(side * 15.0, z) for side in (-1, 1) for z in (_GAP + _FLOOR + 8.0, roof - 3.2 - 5.0)]
+
+
+def _ears(robot: Robot) -> list[Manifold]:
+    """Return the blocks in the torso that the chest's screws go into."""
+    x = dimensions().servo.half_width + 3.0
+    low, high = _GAP + _FLOOR, neck_floor(robot) - 3.2
+    blocks = []
+    for y, z in _chest_screws(robot):
+        down = z < (low + high) / 2
+        ends = (low - 0.1, z + 4.0) if down else (z - 4.0, high + 0.1)
+        blocks.append(box((x - 9.0 if down else x - 2.5, x - 0.2), (y - 4.0, y + 4.0), ends))
+    return blocks
+
+
+def chest(robot: Robot, fit: float) -> Manifold:
+    """Return the torso's front, which covers the cables' hub; four screws hold it."""
+    holes = dimensions().screws
+    gap = fit
+    room = _split(robot)
+    radius = 1000 * robot.shape.torso_radius
+    front = _shell(robot) ^ room
+    low, high = _GAP + _FLOOR + 3.0, neck_floor(robot) - 3.2
+    x = dimensions().servo.half_width + 3.0
+    # Lugs for the screws, and the gap all round.
+    lugs = [
+        box((x, radius), (y - 4.0, y + 4.0), (z - 4.0, z + 4.0))
+        ^ disc("z", (0, 0), (low, high), radius)
+        for y, z in _chest_screws(robot)
+    ]
+    inside = box((x + gap, 60), (-60, 60), (low + gap, high - gap))
+    tools = [
+        *(disc("x", place, (0, 60), holes.m2_clearance / 2) for place in _chest_screws(robot)),
+        *(disc("x", place, (x + 3.0, 60), holes.m2_head / 2) for place in _chest_screws(robot)),
+    ]
+    return cut(join([front, *lugs]) ^ inside, tools)
+
+
+def _stop_track(robot: Robot) -> Manifold:
+    """Return the groove under the torso in which the lid's pin runs, as far as the waist turns."""
+    low, high = range_of(robot, "waist")
+    beyond = dimensions().wall.stop * pi / 180
+    # The pin stands still; in the torso's frame it goes the other way.
+    pin = CrossSection.circle(_STOP_RADIUS + 0.4, 24).translate((_STOP_CIRCLE, 0))
+    swept = around(-high - beyond, -low + beyond, lambda turn: pin.rotate(turn * 180 / pi))
+    return swept.extrude(2.6 + 1.0).translate((0, 0, _GAP - 1.0))

@@ -1,0 +1,111 @@
+"""Every check passes on the buildable robot, and fails on one that breaks it."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from miburi.bodies.rehearsal import PERIOD, rehearse
+from miburi.gestures import key_poses, load
+from miburi.hardware import meetings
+from miburi.hardware.build import bodies, printed_parts
+from miburi.hardware.check import Finding, check
+from miburi.robot import JOINTS, Robot, buildable
+
+ROBOT = buildable()
+
+
+@cache
+def motion(feeling: str) -> np.ndarray:
+    return rehearse(ROBOT, key_poses(ROBOT, load(feeling), 1.0)).angles[::4]
+
+
+def still(robot: Robot) -> np.ndarray:
+    return np.tile(robot.neutral, (6, 1))
+
+
+def finding(name: str, robot: Robot, poses: np.ndarray) -> Finding:
+    """The finding of one check; those after it are not carried out."""
+    found = check(robot, {"a motion": poses}, 4 * PERIOD)
+    return next(one for one in found if one.check == name)
+
+
+def changed(table: str, **values: float) -> Robot:
+    part = getattr(ROBOT, table).model_copy(update=values)
+    return ROBOT.model_copy(update={table: part})
+
+
+def with_range(joint: str, **limits: float) -> Robot:
+    joints = ROBOT.joints
+    one = getattr(joints, joint).model_copy(update=limits)
+    return ROBOT.model_copy(update={"joints": joints.model_copy(update={joint: one})})
+
+
+def test_the_buildable_robot_passes_every_check() -> None:
+    motions = {feeling: motion(feeling) for feeling in ("happiness", "anger")}
+    found = list(check(ROBOT, motions, 4 * PERIOD))
+    assert [one for one in found if not one.ok] == []
+    assert len(found) == len({one.check for one in found}) == 15
+
+
+def folded() -> np.ndarray:
+    """A hanging arm whose forearm is bent into the trunk."""
+    pose = np.array(ROBOT.neutral)
+    pose[JOINTS.index("right_elbow")], pose[JOINTS.index("right_fingertip")] = 1.6, 1.2
+    return np.tile(pose, (6, 1))
+
+
+def thrown() -> np.ndarray:
+    """Arms and head that are thrown forwards faster than any servo could."""
+    down = np.array([0.0, -0.5, 1.57, 0.0, -0.5, -1.57, 0.0, 0.8])
+    poses = np.tile(down, (6, 1))
+    poses[::2, [1, 4, 7]] = 1.57, 1.57, 0.2
+    return poses
+
+
+@pytest.mark.parametrize(
+    ("robot", "poses", "name", "words"),
+    [
+        (changed("masses", torso=0.30), None, "masses", "torso = 0.18"),
+        (changed("masses", phone=0.40), None, "torque standing", "most at the head"),
+        (changed("servo", acceleration=90.0), None, "torque moving", "most at the"),
+        (changed("lengths", LH1=0.10), None, "cables", "longest to the head"),
+        (ROBOT, thrown(), "tipping", "zero-moment"),
+        (with_range("head", min=-0.6), None, "joints", "head at"),
+        (with_range("waist", min=-3.1, max=3.1), None, "stops", "waist at"),
+        (ROBOT, folded(), "gestures", "right_forearm"),
+    ],
+    ids=lambda value: value.replace(" ", "-") if isinstance(value, str) else "",
+)
+def test_a_check_fails_on_what_breaks_it(
+    robot: Robot, poses: np.ndarray | None, name: str, words: str
+) -> None:
+    found = finding(name, robot, still(robot) if poses is None else poses)
+    assert not found.ok, found.words
+    assert words in found.words
+
+
+def test_each_arm_has_the_stops_of_its_own_range() -> None:
+    robot = with_range("right_elbow", max=1.2, neutral=1.1)
+    for name in ("joints", "stops"):
+        found = finding(name, robot, still(robot))
+        assert found.ok, found.words
+
+
+def test_two_things_in_one_place_are_named() -> None:
+    things = bodies(ROBOT, printed_parts(ROBOT))
+    pushed = [
+        type(thing)(thing.name, thing.link, thing.solid.translate((0, 0, 3.0)), thing.printed)
+        if thing.name == "waist servo" else thing
+        for thing in things
+    ]  # fmt: skip
+    met = list(meetings.in_one_link(meetings.by_link(pushed)))
+    assert {"column", "waist servo"} in [{one, other} for one, other, _ in met]
+
+
+def test_a_missing_stop_is_named() -> None:
+    """Without the pin on the column nothing ends the waist's turn."""
+    things = [thing for thing in bodies(ROBOT, printed_parts(ROBOT)) if thing.name != "column"]
+    loose = list(meetings.stops_hold(ROBOT, meetings.by_link(things)))
+    assert {joint for joint, _ in loose} == {"waist"}
+    assert len(loose) == 2

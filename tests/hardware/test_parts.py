@@ -1,0 +1,215 @@
+"""Parts to print: closed, printable, named, with room for what is put into them."""
+
+import io
+import os
+import re
+import shutil
+import subprocess
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from miburi.errors import InputError
+from miburi.hardware import files, meetings, servo
+from miburi.hardware.bill import bill, slice_part, slicer, to_csv
+from miburi.hardware.build import PrintedPart, bodies, link_frames, printed_mass, printed_parts
+from miburi.hardware.gauge import FITS, PITCH, TURNED, gauge
+from miburi.hardware.places import mounts
+from miburi.hardware.solids import join, moved, rod
+from miburi.robot import JOINTS, Robot, buildable, iphonoid
+from miburi.robot.shape import links
+
+ROBOT = buildable()
+PARTS = {part.name: part for part in printed_parts(ROBOT)}
+
+
+def other(robot: Robot, *, lengths: dict[str, float] | None = None, **shape: float) -> Robot:
+    """The robot with other lengths and another shape, in m."""
+    return robot.model_copy(
+        update={
+            "lengths": robot.lengths.model_copy(update=lengths or {}),
+            "shape": robot.shape.model_copy(update=shape),
+        }
+    )
+
+
+def drawn(count: int) -> list[Robot]:
+    """Robots with lengths 0.8 to 1.5 times those of the buildable, with two phones."""
+    rng, robots = np.random.default_rng(7), []
+    for number in range(count):
+        lengths = {k: v * rng.uniform(0.8, 1.5) for k, v in ROBOT.lengths.model_dump().items()}
+        phone = {"phone_height": 0.163, "phone_width": 0.078} if number % 2 else {}
+        robots.append(other(ROBOT, lengths=lengths, **phone))
+    return robots
+
+
+def program() -> str:
+    found = slicer()
+    if found is None and os.environ.get("CI") != "true":
+        pytest.skip("needs the Debian package prusa-slicer")
+    assert found
+    return found
+
+
+@pytest.mark.parametrize("ending", ["stl", "3mf"])
+def test_each_part_is_closed_for_others_too(ending: str) -> None:
+    for part in [*PARTS.values(), *gauge()]:
+        solid = part.on_the_bed
+        if ending == "stl":
+            mesh = trimesh.load_mesh(io.BytesIO(files.stl(solid)), file_type="stl")
+        else:
+            corners, faces = files.triangles(solid)
+            mesh = trimesh.Trimesh(corners, faces, process=False)
+        assert mesh.is_watertight, part.name
+        assert mesh.body_count == 1, part.name
+        assert mesh.volume == pytest.approx(solid.volume(), rel=1e-3)
+
+
+def test_the_slicer_reads_each_part_without_repair(tmp_path: Path) -> None:
+    command = program()
+    for part in [*PARTS.values(), *gauge()]:
+        path = tmp_path / f"{part.name}.3mf"
+        path.write_bytes(files.encode(part.on_the_bed, part.name, "3mf"))
+        said = subprocess.run(
+            [command, "--info", str(path)], capture_output=True, text=True, check=True
+        )
+        assert "manifold = yes" in said.stdout, part.name
+        assert not {"repaired", "removed", "degenerate"} & set(said.stdout.split("_")), part.name
+
+
+def test_masses_are_the_slicers() -> None:
+    """Supports are not part of the robot, and the slicer counts them: the neck needs few."""
+    command = program()
+    for name, most in (("chest", 0.5), ("lid", 0.15), ("idler", 0.15)):
+        sliced = slice_part(command, PARTS[name])
+        assert 1000 * printed_mass(PARTS[name]) == pytest.approx(sliced.grams, rel=most)
+        assert sliced.time
+
+
+def test_the_same_robot_gives_the_same_bytes() -> None:
+    again = {part.name: part for part in printed_parts(buildable())}
+    for name in ("left_yoke", "torso"):
+        for ending in files.FORMATS:
+            one, two = (
+                files.encode(p.on_the_bed, name, ending) for p in (PARTS[name], again[name])
+            )
+            assert one == two
+
+
+def test_a_step_file_is_one_closed_shell() -> None:
+    """Each edge is used twice, once each way: only so is a shell closed."""
+    lines = files.step(PARTS["idler"].on_the_bed, "idler").decode("ascii").splitlines()
+    used = [line.split("*,*,")[1] for line in lines if "ORIENTED_EDGE" in line]
+    edges = Counter(word.split(",")[0] for word in used)
+    assert set(edges.values()) == {2}
+    assert set(Counter(used).values()) == {1}
+    assert sum("CLOSED_SHELL" in line for line in lines) == 1
+
+
+#: What a refusal names.
+NAMED = re.compile(
+    r"(lengths\.L\w\w|shape\.pedestal_height) is [\d.]+ mm and must be [\d.]+"
+    r"|take [\d.]+ mm off lengths\.L01"
+)
+
+
+def build(robot: Robot) -> list[PrintedPart] | str:
+    """The parts, or why there are none."""
+    try:
+        return printed_parts(robot)
+    except InputError as error:
+        return str(error)
+
+
+def test_of_drawn_robots_each_is_built_or_told_which_length() -> None:
+    results = [(robot, build(robot)) for robot in drawn(20)]
+    refused = [result for _, result in results if isinstance(result, str)]
+    assert [words for words in refused if not NAMED.search(words)] == []
+    made = [(robot, result) for robot, result in results if not isinstance(result, str)]
+    assert len(made) >= 3
+    for robot, parts in made:
+        table = meetings.by_link(bodies(robot, parts))
+        assert all(len(part.solid.decompose()) == 1 for part in parts)
+        assert list(meetings.in_one_link(table)) == []
+        assert list(meetings.over_the_range(robot, table)) == []
+
+
+def test_the_papers_body_cannot_be_built_and_its_lengths_are_named() -> None:
+    with pytest.raises(InputError, match=r"lengths\.LH1 is 50\.0 mm and must be 50\.9") as caught:
+        printed_parts(iphonoid())
+    assert "shape.pedestal_radius" in str(caught.value)
+
+
+@pytest.mark.parametrize("fit", [-0.1, 0.7, float("nan")])
+def test_a_fit_out_of_range_is_refused(fit: float) -> None:
+    with pytest.raises(InputError, match="fit"):
+        printed_parts(ROBOT, fit)
+
+
+def test_what_a_part_is_called_differs_from_every_other() -> None:
+    """Engraved parts differ from plain ones, and left from right by more than a mirror."""
+    plain = {part.name: part for part in printed_parts(ROBOT, engraved=False)}
+    for name, part in PARTS.items():
+        cut = plain[name].solid.volume() - part.solid.volume()
+        if name in {"chest", "jaw", "idler"}:
+            assert cut == pytest.approx(0, abs=1e-3)
+        else:
+            assert cut > 1.0, name
+    for name in ("yoke", "upper_arm", "forearm"):
+        left, right = (PARTS[f"{side}_{name}"].solid for side in ("left", "right"))
+        apart = left.mirror((0, 1, 0)) - right
+        assert apart.volume() > 0.3, name
+
+
+def test_a_horns_notch_is_seen_at_a_joints_zero() -> None:
+    """A servo that is put in a quarter turn off hides its notch: nobody can mistake it."""
+    turned = {link.joint: link.name for link in links(ROBOT)}
+    frames = link_frames(ROBOT, np.zeros(len(JOINTS)))
+    for mount in mounts(ROBOT):
+        things = [part for part in PARTS.values() if part.link == turned[mount.joint]]
+        carried = join(moved(part.solid, frames[part.link]) for part in things)
+        for quarter, seen in ((0, True), (1, False), (2, False), (3, False)):
+            x, z = 7.4 * np.sin(np.pi / 2 * quarter), -7.4 * np.cos(np.pi / 2 * quarter)
+            sight = moved(rod((x, 6.6, z), (x, 9.5, z), 0.4), mount.frame)
+            free = (moved(sight, frames[mount.link]) ^ carried).volume() < 0.05
+            assert free == seen, (mount.joint, quarter)
+
+
+def test_the_gauges_pockets_are_those_of_the_parts() -> None:
+    """A case that is larger by a pocket's fit goes in there, and not into the one before."""
+    pockets, holes = (part.solid for part in gauge())
+    assert len(holes.decompose()) == 1
+    for place, fit in enumerate(FITS):
+        for case_fit in FITS:
+            case = moved(servo.case(case_fit - 0.01), TURNED).translate((place * PITCH, 0, 0))
+            goes_in = (case ^ pockets).volume() < 0.05
+            assert goes_in == (case_fit <= fit), (fit, case_fit)
+
+
+def test_the_bill_counts_what_is_needed_and_gives_no_price_without_a_source() -> None:
+    rows = list(bill(ROBOT, list(PARTS.values())))
+    counts = {row.name: row.count for row in rows}
+    assert counts["servo DYNAMIXEL XL330-M288-T"] == 8
+    # Eight horns and five idlers of four screws each.
+    assert counts["screw M2x6 self-tapping, pan head"] == 4 * (8 + 5)
+    assert [row.name for row in rows if bool(row.price) != bool(row.source)] == []
+    assert {f"printed: {name}" for name in PARTS} <= set(counts)
+    lines = to_csv(rows).splitlines()
+    assert len(lines) == len(rows) + 1
+    assert lines[0].startswith("name,count,number,price,source")
+
+
+def test_a_heavier_infill_is_not_hidden() -> None:
+    """A part's mass lies between its skin alone and a solid block."""
+    for part in PARTS.values():
+        block = part.solid.volume() * 1.27e-6
+        assert 0.3 * block < printed_mass(part) <= block
+        assert printed_mass(replace(part, lying=part.lying)) == printed_mass(part)
+
+
+def test_prusa_slicer_is_looked_up_by_its_name() -> None:
+    assert slicer() == shutil.which("prusa-slicer")
