@@ -18,7 +18,7 @@ from miburi.hardware import files, meetings, servo
 from miburi.hardware.bill import bill, slice_part, slicer, to_csv
 from miburi.hardware.build import PrintedPart, bodies, link_frames, printed_mass, printed_parts
 from miburi.hardware.gauge import FITS, PITCH, TURNED, gauge
-from miburi.hardware.places import mounts
+from miburi.hardware.places import mounting, mounts
 from miburi.hardware.solids import join, moved, rod
 from miburi.robot import JOINTS, Robot, buildable, iphonoid
 from miburi.robot.shape import links
@@ -165,18 +165,32 @@ def test_what_a_part_is_called_differs_from_every_other() -> None:
         assert apart.volume() > 0.3, name
 
 
-def test_a_horns_notch_is_seen_at_a_joints_zero() -> None:
+def test_a_horns_notch_is_seen_where_its_servo_counts_2048() -> None:
     """A servo that is put in a quarter turn off hides its notch: nobody can mistake it."""
     turned = {link.joint: link.name for link in links(ROBOT)}
-    frames = link_frames(ROBOT, np.zeros(len(JOINTS)))
-    for mount in mounts(ROBOT):
+    for number, mount in enumerate(mounts(ROBOT)):
+        pose = np.zeros(len(JOINTS))
+        pose[number] = mount.centred
+        frames = link_frames(ROBOT, pose)
         things = [part for part in PARTS.values() if part.link == turned[mount.joint]]
         carried = join(moved(part.solid, frames[part.link]) for part in things)
         for quarter, seen in ((0, True), (1, False), (2, False), (3, False)):
-            x, z = 7.4 * np.sin(np.pi / 2 * quarter), -7.4 * np.cos(np.pi / 2 * quarter)
+            x, z = 8.3 * np.sin(np.pi / 2 * quarter), -8.3 * np.cos(np.pi / 2 * quarter)
             sight = moved(rod((x, 6.6, z), (x, 9.5, z), 0.4), mount.frame)
             free = (moved(sight, frames[mount.link]) ^ carried).volume() < 0.05
             assert free == seen, (mount.joint, quarter)
+
+
+def test_no_servo_of_a_built_robot_counts_past_its_zero() -> None:
+    """The card refuses a joint whose range comes near the step from 4095 to 0."""
+    built = mounting(ROBOT)
+    for low, high, direction, zero in zip(
+        ROBOT.lower, ROBOT.upper, built.direction, built.zero, strict=True
+    ):
+        counts = [zero + direction * angle / ROBOT.servo.step for angle in (low, high)]
+        assert 100 < min(counts) < max(counts) < 4095 - 100
+    # Positive is the robot's left, forwards and up; the left shoulder and the head look across.
+    assert built.direction == [1, 1, 1, 1, -1, 1, 1, -1]
 
 
 def test_the_gauges_pockets_are_those_of_the_parts() -> None:

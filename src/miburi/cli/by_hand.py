@@ -8,9 +8,13 @@ import typer
 from miburi.errors import BodyError
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from miburi.calibration.file import Mounting
     from miburi.card.card import Card
 
-__all__ = ["find_zeros", "give_ids", "wait_for_enter"]
+__all__ = ["find_faults", "find_zeros", "give_ids", "wait_for_enter"]
 
 #: The least turn from which a direction is read, in encoder steps: 8.8° (ours).
 _TURN = 100
@@ -78,6 +82,51 @@ def find_zeros(card: "Card", wait: Callable[[str], None]) -> None:
             except BodyError as error:
                 print(f"{error} Once more, please.")
     card.configure(settings)
+
+
+def find_faults(card: "Card", built: "Mounting", wait: Callable[[str], None]) -> None:
+    """Look for servos that sit wrongly in a built robot, while a person turns the limp joints.
+
+    Raises
+    ------
+    BodyError
+        Some do; the message has a line for each. Nothing has moved.
+    """
+    from miburi.card.mounting import Turned, mounting_faults
+    from miburi.robot import JOINTS
+
+    card.configure(card.settings.with_mounting(built))
+    card.relax()
+    print("The joints are limp. Turn each gently, by hand; nothing moves by itself.")
+    turns = []
+    for motor, name in enumerate(JOINTS):
+        zero, onwards = _BY_HAND[name]
+        places = []
+        for what in (f"to its zero: {zero}", f"by about 10°: {onwards}"):
+            wait(f"Turn the {_in_words(name)} {what}")
+            places.append(_positions(card))
+        turns.append(Turned(motor, *places))
+    if lines := mounting_faults(built, turns):
+        raise BodyError("this robot is not put together as its parts say:\n  " + "\n  ".join(lines))
+    print("Every servo is where it belongs.")
+
+
+def _positions(card: "Card") -> "NDArray[np.int64]":
+    """Return what each servo counts, (8,) encoder steps."""
+    import numpy as np
+
+    from miburi.robot import JOINTS
+
+    card.look()
+    silent = [name for motor, name in enumerate(JOINTS) if not card.report.heard >> motor & 1]
+    if silent:
+        named = ", ".join(map(_in_words, silent))
+        raise BodyError(f"no answer from the servo of: {named}. Look at cables and supply.")
+    counts = [
+        joint.zero + joint.direction * place
+        for joint, place in zip(card.settings.joints, card.report.positions, strict=True)
+    ]
+    return np.array(counts, dtype=np.int64)
 
 
 def _in_words(joint: str) -> str:

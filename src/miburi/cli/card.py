@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from miburi.cli.by_hand import find_zeros, give_ids, wait_for_enter
+from miburi.cli.by_hand import find_faults, find_zeros, give_ids, wait_for_enter
 from miburi.cli.options import RobotFile, robot_of
 from miburi.errors import BodyError
 
@@ -128,6 +128,9 @@ def calibrate(
     out: Annotated[Path, typer.Option(help="The calibration file.")] = Path("calibration.toml"),
     ids: Annotated[bool, typer.Option(help="Give new servos their ids first.")] = False,
     zeros: Annotated[bool, typer.Option(help="Find zero poses and directions by hand.")] = False,
+    built: Annotated[
+        bool, typer.Option(help="The body is printed: find servos that sit wrongly, by hand.")
+    ] = False,
     robot: RobotFile = None,
 ) -> None:
     """Measure the servos in free motion; store their guards on the card and in a file."""
@@ -140,6 +143,10 @@ def calibrate(
             give_ids(card, wait_for_enter)
         if zeros:
             find_zeros(card, wait_for_enter)
+        if built:
+            from miburi.hardware.places import mounting
+
+            find_faults(card, mounting(card.robot), wait_for_enter)
         typer.confirm("The robot will move now. Is the space around it free?", abort=True)
         measured = measure(card, lambda what: print(f"{what} …"))
         lines = describe(measured)

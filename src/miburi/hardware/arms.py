@@ -61,7 +61,7 @@ def upper_arm(robot: Robot, side: str, fit: float) -> Manifold:
     )
     channel = rod((0, w.web - 1, 0), (0, begin + w.shell + 1, 0), 4.5)
     frame = mount_of(robot, "left_fingertip").frame
-    whole = join([_fork(w.web + w.shell), bridge, _holder(robot, side, "fingertip", fit)])
+    whole = join([_fork(w.web + w.shell - 0.4), bridge, _holder(robot, side, "fingertip", fit)])
     return cut(whole, [moved(servo.pocket(fit), frame), channel])
 
 
@@ -76,7 +76,7 @@ def forearm(robot: Robot) -> Manifold:
     hand = ball((0, length, 0), radius)
     wrist = rod((0, w.web + 6, 0), (0, length, 0), 8.0)
     knuckle = disc("x", (0, 0), (w.plate - wide, wide - w.plate), w.web)
-    return cut(join([_fork(w.web + w.shell), arm, wrist, hand]), [knuckle])
+    return cut(join([_fork(w.web + w.shell - 0.4), arm, wrist, hand]), [knuckle])
 
 
 def half_width() -> float:

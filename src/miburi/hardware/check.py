@@ -213,7 +213,7 @@ def _loads(
     far = max(balance.zero_moment_radius(robot, table, m, period) for m in motions.values())
     mass = sum(weight.mass for weight in table)
     yield Finding(
-        "tipping", far < foot,
+        "tipping", far < _EDGE * foot,
         f"{mass:.2f} kg on a foot of {foot:.0f} mm radius: the zero-moment point leaves its middle "
         f"by {far:.0f} mm at most",
     )  # fmt: skip

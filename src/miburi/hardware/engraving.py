@@ -1,8 +1,8 @@
 """What is cut into each part, so that nobody mixes them up: the servo's symbol and its number.
 
 The symbols are those of the robot's file (W, RS, ... H), the numbers those that ``miburi card
-calibrate --ids`` gives. Where a fork or plate covers the servo's horn, a small hole shows the
-horn's single notch when the joint is at its zero.
+calibrate --ids`` gives. Where a fork or plate covers the servo's horn, a slot shows the horn's
+single notch when the servo counts 2048.
 """
 
 import numpy as np
@@ -10,15 +10,16 @@ import numpy as np
 from miburi.hardware import head
 from miburi.hardware.dimensions import dimensions
 from miburi.hardware.places import mount_of, neck_floor, shoulder_face
-from miburi.hardware.solids import Manifold, letters, moved, rod
+from miburi.hardware.solids import Manifold, hull, letters, moved, rod
 from miburi.hardware.trunk import lid_height
 from miburi.robot import Robot
 from miburi.robot.description import JOINTS, Array
+from miburi.robot.shape import links
 
 __all__ = ["texts"]
 
-#: Height of the letters, and radius at which a notch is seen, mm.
-_HIGH, _NOTCH = 3.6, 7.4
+#: Height of the letters, and the radii between which a notch in the horn's rim is seen, mm.
+_HIGH, _NOTCH = 3.6, (7.6, 10.6)
 
 
 def _name(robot: Robot, joint: str) -> str:
@@ -49,7 +50,7 @@ def texts(robot: Robot, depth: float) -> dict[str, list[Manifold]]:
         "torso": [
             _on(_name(robot, "left_shoulder"), (0, side, high - 27.5), left, (-1, 0, 0), depth),
             _on(_name(robot, "right_shoulder"), (0, -side, high - 27.5), (0, -1, 0), ahead, depth),
-            _notch_hole(robot, "waist", (0, 0, 0)),
+            _notch_slot(robot, "waist", (0, 0, 0)),
         ],
         "neck": [
             _on(
@@ -57,7 +58,7 @@ def texts(robot: Robot, depth: float) -> dict[str, list[Manifold]]:
                 (-1, 0, 0), (0, -1, 0), depth,
             )
         ],
-        "cradle": [_on("HEAD", *_cradle_back(robot), depth), _notch_hole(robot, "head", (0, 0, 0))],
+        "cradle": [_on("HEAD", *_cradle_back(robot), depth), _notch_slot(robot, "head", (0, 0, 0))],
     }  # fmt: skip
     wide = s.half_width + 0.25 + w.shell
     top = s.long_end + 0.25 + w.shell
@@ -68,15 +69,15 @@ def texts(robot: Robot, depth: float) -> dict[str, list[Manifold]]:
         table |= {
             f"{name}_yoke": [
                 _on(_name(robot, f"{name}_elbow"), (0, 0, top), up, (0, -1, 0), depth, 4.5),
-                _notch_hole(robot, f"{name}_shoulder", (0, face, 0)),
+                _notch_slot(robot, f"{name}_shoulder", (0, face, 0)),
             ],
             f"{name}_upper_arm": [
                 _on(_name(robot, f"{name}_fingertip"), (-5.0, mid, wide), up, reading, depth),
-                _notch_hole(robot, f"{name}_elbow", (0, 0, 0)),
+                _notch_slot(robot, f"{name}_elbow", (0, 0, 0)),
             ],
             f"{name}_forearm": [
                 _on(name[0].upper(), (0, sign * 30.0, 8.75), up, reading, depth, 6.0),
-                _notch_hole(robot, f"{name}_fingertip", (0, 0, 0)),
+                _notch_slot(robot, f"{name}_fingertip", (0, 0, 0)),
             ],
         }
     return table
@@ -101,14 +102,21 @@ def _triple(values: Array) -> tuple[float, float, float]:
     return x, y, z
 
 
-def _notch_hole(robot: Robot, joint: str, origin: tuple[float, float, float]) -> Manifold:
-    """Return the hole through which the horn's notch is seen when the joint is at its zero.
+def _notch_slot(robot: Robot, joint: str, origin: tuple[float, float, float]) -> Manifold:
+    """Return the slot through which the horn's notch is seen when the servo counts 2048.
 
-    The notch points to the servo's short end; at a joint's zero, links have their parents' axes.
-    ``origin`` is the horn's middle on the link that it turns.
+    The notch then points to the servo's short end. At joint angle 0, links have their parents'
+    axes; ``origin`` is the joint on the link that it turns.
     """
-    frame = mount_of(robot, joint).frame
-    axle, notch = frame[:, 1], -frame[:, 2]
-    middle = np.array(origin, dtype=float) + _NOTCH * notch
-    begin = middle + axle * (0.0 if joint in {"waist", "left_shoulder", "right_shoulder"} else 10.0)
-    return rod((begin - axle).tolist(), (begin + 12.0 * axle).tolist(), 0.9)
+    mount = mount_of(robot, joint)
+    axle, notch = mount.frame[:, 1], -mount.frame[:, 2]
+    axis = next(np.array(link.axis) for link in links(robot) if link.joint == joint)
+    # Seen from the link, what stands still has turned back.
+    turn, aside = -mount.centred, np.cross(axis, notch)
+    way = np.cos(turn) * notch + np.sin(turn) * aside
+    ends = []
+    for radius in _NOTCH:
+        begin = np.array(origin, dtype=float) + radius * way
+        near = begin if not mount.idler else begin + 10.0 * axle
+        ends.append(rod((near - axle).tolist(), (near + 12.0 * axle).tolist(), 0.8))
+    return hull(*ends)

@@ -6,14 +6,15 @@ own frame is placed on the link that carries its case. Links are those of
 """
 
 from dataclasses import dataclass
-from math import cos, sin
+from math import cos, pi, sin
 
 import numpy as np
 
+from miburi.calibration.file import Mounting
 from miburi.hardware.dimensions import dimensions
 from miburi.robot import Robot
 from miburi.robot.description import JOINTS, Array
-from miburi.robot.shape import BASE
+from miburi.robot.shape import BASE, links
 
 __all__ = [
     "HEAD_LEAN",
@@ -21,6 +22,7 @@ __all__ = [
     "Room",
     "misfits",
     "mount_of",
+    "mounting",
     "mounts",
     "neck_floor",
     "range_of",
@@ -48,12 +50,16 @@ class Mount:
         (3, 4): its own frame on that link, mm.
     idler
         Whether a fork holds it from behind, too.
+    centred
+        The joint's angle, rad, at which the servo counts 2048: in the shoulders' middle, since a
+        servo's counts must not pass from 4095 to 0 within the range.
     """
 
     joint: str
     link: str
     frame: Array
     idler: bool
+    centred: float = 0.0
 
 
 def _frame(axle: tuple[float, ...], long: tuple[float, ...], origin: tuple[float, ...]) -> Array:
@@ -83,7 +89,10 @@ def mounts(robot: Robot) -> list[Mount]:
         shoulder = (0.0, sign * (shoulder_face() - face), high)
         elbow = (0.0, sign * 1000 * size.L23, 0.0)
         table += [
-            Mount(f"{side}_shoulder", "torso", _frame((0, sign, 0), (0, 0, -1), shoulder), False),
+            Mount(
+                f"{side}_shoulder", "torso", _frame((0, sign, 0), (0, 0, -1), shoulder), False,
+                pi / 2,
+            ),
             Mount(
                 f"{side}_elbow", f"{side}_shoulder", _frame((1, 0, 0), (0, 0, 1), (-middle, 0, 0)),
                 True,
@@ -95,6 +104,26 @@ def mounts(robot: Robot) -> list[Mount]:
         ]  # fmt: skip
     down = (-sin(HEAD_LEAN), 0.0, -cos(HEAD_LEAN))
     return [*table, Mount("head", "torso", _frame((0, 1, 0), down, (0, -middle, head)), True)]
+
+
+def mounting(robot: Robot) -> Mounting:
+    """Return ids, directions and zeros of servos that are put in as the parts say.
+
+    A servo counts up while its horn turns to the left as seen from in front of it; it counts 2048
+    where the horn's single notch points to the short end. That is how ROBOTIS's manual and models
+    have it; nobody has looked at one for Miburi.
+    """
+    axes = {link.joint: np.array(link.axis) for link in links(robot)}
+    table = mounts(robot)
+    directions = [1 if axes[mount.joint] @ mount.frame[:, 1] > 0 else -1 for mount in table]
+    steps = robot.servo.model.encoder.steps_per_turn
+    zeros = [
+        steps // 2 - direction * round(mount.centred / robot.servo.step)
+        for mount, direction in zip(table, directions, strict=True)
+    ]
+    return Mounting.model_validate(
+        {"id": list(range(1, len(table) + 1)), "direction": directions, "zero": zeros}
+    )
 
 
 def mount_of(robot: Robot, joint: str) -> Mount:

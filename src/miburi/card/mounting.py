@@ -1,0 +1,85 @@
+"""Find servos that were put in wrongly, from what a person's hand shows while all are limp.
+
+In goes how the servos of a built robot should sit, and their positions while each joint is turned
+by hand; out come faults in words: swapped, turned the other way, or with a horn that is a quarter
+turn off. Nothing here switches torque on.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from miburi.calibration.file import Mounting
+from miburi.card.settings import STEPS_PER_TURN
+from miburi.robot import JOINTS
+
+__all__ = ["Turned", "mounting_faults"]
+
+#: The least turn that counts, and how far from its place a joint may be put by hand, in encoder
+#: steps: 6° and 20° (ours).
+_TURN, _BY_HAND = 68, 228
+_QUARTER = STEPS_PER_TURN // 4
+
+
+@dataclass(frozen=True)
+class Turned:
+    """What the servos say while a person turns one joint; positions are in encoder steps.
+
+    Attributes
+    ----------
+    motor
+        Which joint, in the order of ``JOINTS``.
+    before
+        (8,) all servos' positions with this joint at its zero.
+    after
+        (8,) the same when it was turned by about 10° in its positive direction.
+    """
+
+    motor: int
+    before: NDArray[np.int64]
+    after: NDArray[np.int64]
+
+
+def mounting_faults(built: Mounting, turns: list[Turned]) -> list[str]:
+    """Return one line for each servo that is not where the parts want it; none if all are."""
+    lines = []
+    for turned in turns:
+        name = JOINTS[turned.motor].replace("_", " ")
+        ways = turned.after - turned.before
+        most = int(np.argmax(np.abs(ways)))
+        if abs(ways[most]) < _TURN:
+            lines.append(f"{name}: no servo turned by 6° or more; look at its horn's screws.")
+            continue
+        if most != turned.motor:
+            other = JOINTS[most].replace("_", " ")
+            lines.append(
+                f"{name}: servo {built.id[most]} turned, which belongs to the {other}: the two are "
+                "swapped. Exchange them, or give both their ids anew (--ids)."
+            )
+            continue
+        if np.sign(ways[most]) != built.direction[most]:
+            lines.append(
+                f"{name}: servo {built.id[most]} turned the other way: its horn looks to the wrong "
+                "side, or the joint was turned the wrong way. Take the servo out and turn it round."
+            )
+            continue
+        off = _wrapped(int(turned.before[most]) - built.zero[most])
+        quarters = round(off / _QUARTER)
+        if abs(off - quarters * _QUARTER) > _BY_HAND:
+            lines.append(
+                f"{name}: servo {built.id[most]} is {off * 360 / STEPS_PER_TURN:.0f}° from where "
+                "its zero should be: put the joint to its zero, and look at the horn's screws."
+            )
+        elif quarters % 4:
+            lines.append(
+                f"{name}: the horn of servo {built.id[most]} sits {90 * abs(quarters)}° off: take "
+                "its four screws out, and turn it until its notch shows in the slot."
+            )
+    return lines
+
+
+def _wrapped(steps: int) -> int:
+    """Return a difference of positions, from minus half a turn to half a turn."""
+    half = STEPS_PER_TURN // 2
+    return (steps + half) % STEPS_PER_TURN - half
