@@ -15,10 +15,11 @@ from miburi.card.line import SerialLine
 from miburi.card.link import FrameKind
 from miburi.card.order import Order
 from miburi.card.settings import FULL_PWM, CardSettings
-from miburi.cli.by_hand import find_zeros
+from miburi.cli.by_hand import find_faults, find_zeros
 from miburi.emulation.body import EmulatedBody, EmulatedRobot
 from miburi.emulation.terminal import pump
 from miburi.errors import BodyError
+from miburi.hardware.places import mounting
 from miburi.robot import JOINTS, iphonoid, load_robot
 from miburi.robot.loads import loads
 from miburi.robot.specimens import specimens
@@ -208,6 +209,43 @@ def test_zeros_and_directions_are_found_by_hand(
     mounting = rig.body.settings.mounting
     assert mounting.zero == [1500 + 10 * i for i in range(8)]
     assert mounting.direction == [1, 1, 1, -1, 1, 1, 1, 1]
+
+
+def test_servos_that_sit_wrongly_are_found_before_torque(
+    firmware: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """All eight are wrong at once, in three ways: each has a line, and none has had torque."""
+    rig = Rig(firmware, wake=False)
+    rig.body.step(0.04)
+    built = mounting(rig.robot)
+
+    def faults(*, swap: int = 0, way: int = 1, off: int = 0) -> list[str]:
+        asked: list[str] = []
+
+        def turn(what: str) -> None:
+            assert not any(servo.get("torque_enable") for servo in rig.servos)
+            motor, onwards = divmod(len(asked), 2)
+            asked.append(what)
+            rig.line.run(rig.line.mega.time + 3e5)
+            moves = motor ^ swap
+            turned = onwards * 120 * way * built.direction[motor]
+            rig.servos[moves].shaft.place = built.zero[moves] + off + turned
+
+        try:
+            find_faults(rig.body, built, turn)
+        except BodyError as error:
+            return str(error).splitlines()[1:]
+        return []
+
+    assert faults() == []
+    assert "Every servo is where it belongs." in capsys.readouterr().out
+    assert rig.body.settings.mounting == built
+    names = [name.replace("_", " ") for name in JOINTS]
+    for lines, words in (
+        (faults(swap=1), "swapped"), (faults(way=-1), "other way"), (faults(off=1024), "90° off"),
+    ):  # fmt: skip
+        assert [line.strip().partition(":")[0] for line in lines] == names
+        assert all(words in line for line in lines)
 
 
 def test_a_specimen_moves_as_it_is_and_the_card_as_it_is_described(firmware: Path) -> None:
