@@ -226,7 +226,7 @@ def test_servos_that_sit_wrongly_are_found_before_torque(
             assert not any(servo.get("torque_enable") for servo in rig.servos)
             motor, onwards = divmod(len(asked), 2)
             asked.append(what)
-            rig.line.run(rig.line.mega.time + 3e5)
+            rig.line.run(rig.line.mega.time + 5e4)
             moves = motor ^ swap
             turned = onwards * 120 * way * built.direction[motor]
             rig.servos[moves].shaft.place = built.zero[moves] + off + turned
