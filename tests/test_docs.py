@@ -15,6 +15,7 @@ import pytest
 from typer.testing import CliRunner
 
 from miburi.cli.commands import app
+from tests.fixtures.command import miburi
 
 ROOT = Path(__file__).parents[1]
 #: What only the site has.
@@ -66,6 +67,25 @@ def test_the_readmes_experiment_is_what_the_command_prints(tmp_path: Path) -> No
     assert [timed.sub("", line) for line in printed[: len(written)]] == [
         timed.sub("", line) for line in written
     ]
+
+
+@pytest.mark.parametrize("command", ["parts", "gauge"])
+def test_a_command_of_the_building_page_prints_what_stands_there(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    page = (ROOT / "docs" / "build.md").read_text()
+    monkeypatch.chdir(tmp_path)
+    Path("paper.toml").write_text(
+        CliRunner().invoke(app, ["template", "robot", "iphonoid"]).stdout, encoding="utf-8"
+    )
+    shown = re.findall(
+        rf"^    \$ miburi (hardware {command}.*)\n((?:    .*\n)+)", page, re.MULTILINE
+    )
+    assert shown
+    for arguments, output in shown:
+        done = miburi(*arguments.split())
+        printed = "".join((done.stdout, done.stderr))
+        assert printed.splitlines() == textwrap.dedent(output).splitlines()
 
 
 def test_make_help_lists_every_target() -> None:

@@ -3,10 +3,8 @@
 import io
 import os
 import re
-import shutil
 import subprocess
 from collections import Counter
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -81,13 +79,12 @@ def test_the_slicer_reads_each_part_without_repair(tmp_path: Path) -> None:
         assert not {"repaired", "removed", "degenerate"} & set(said.stdout.split("_")), part.name
 
 
-def test_masses_are_the_slicers() -> None:
-    """Supports are not part of the robot, and the slicer counts them: the neck needs few."""
-    command = program()
-    for name, most in (("chest", 0.5), ("lid", 0.15), ("idler", 0.15)):
-        sliced = slice_part(command, PARTS[name])
-        assert 1000 * printed_mass(PARTS[name]) == pytest.approx(sliced.grams, rel=most)
-        assert sliced.time
+@pytest.mark.parametrize("name", ["left_upper_arm", "lid", "jaw"])
+def test_a_mass_is_the_slicers(name: str) -> None:
+    """Supports are not part of the robot."""
+    sliced = slice_part(program(), PARTS[name], supports=False)
+    assert 1000 * printed_mass(PARTS[name]) == pytest.approx(sliced.grams, rel=0.1)
+    assert sliced.time
 
 
 def test_the_same_robot_gives_the_same_bytes() -> None:
@@ -208,22 +205,12 @@ def test_the_bill_counts_what_is_needed_and_gives_no_price_without_a_source() ->
     rows = list(bill(ROBOT, list(PARTS.values())))
     counts = {row.name: row.count for row in rows}
     assert counts["servo DYNAMIXEL XL330-M288-T"] == 8
-    # Eight horns and five idlers of four screws each.
+    # Eight horns and five idlers of four screws each; three cases of four, five of two, the chest.
     assert counts["screw M2x6 self-tapping, pan head"] == 4 * (8 + 5)
+    assert counts["screw M2x8 self-tapping, pan head"] == 3 * 4 + 5 * 2 + 4
+    assert counts["screw M2.6x8"] == 5
     assert [row.name for row in rows if bool(row.price) != bool(row.source)] == []
     assert {f"printed: {name}" for name in PARTS} <= set(counts)
     lines = to_csv(rows).splitlines()
     assert len(lines) == len(rows) + 1
     assert lines[0].startswith("name,count,number,price,source")
-
-
-def test_a_heavier_infill_is_not_hidden() -> None:
-    """A part's mass lies between its skin alone and a solid block."""
-    for part in PARTS.values():
-        block = part.solid.volume() * 1.27e-6
-        assert 0.3 * block < printed_mass(part) <= block
-        assert printed_mass(replace(part, lying=part.lying)) == printed_mass(part)
-
-
-def test_prusa_slicer_is_looked_up_by_its_name() -> None:
-    assert slicer() == shutil.which("prusa-slicer")

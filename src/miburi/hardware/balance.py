@@ -39,7 +39,17 @@ _SMALL = 0.004
 
 @dataclass(frozen=True)
 class Weight:
-    """A thing's mass, kg, and its centre on its link, (3,) mm."""
+    """A thing's mass.
+
+    Attributes
+    ----------
+    name, link
+        What it is, and the robot's link that it moves with.
+    mass
+        kg.
+    centre
+        (3,) mm, in that link's frame.
+    """
 
     name: str
     link: str

@@ -21,6 +21,7 @@ from miburi.hardware.balance import ballast
 from miburi.hardware.build import PrintedPart, printed_mass
 from miburi.hardware.dimensions import dimensions
 from miburi.hardware.files import stl
+from miburi.hardware.screws import screw_counts
 from miburi.robot import Robot
 
 __all__ = ["BillRow", "Sliced", "bill", "slice_part", "slicer", "to_csv"]
@@ -28,7 +29,8 @@ __all__ = ["BillRow", "Sliced", "bill", "slice_part", "slicer", "to_csv"]
 
 class _Item(Table):
     name: str
-    count: int
+    count: int = 0
+    screw: str = ""
     number: str = ""
     price: str = ""
     source: str = ""
@@ -69,7 +71,15 @@ class BillRow:
 
 @dataclass(frozen=True)
 class Sliced:
-    """What a slicer says of a part: grams, and the time as it writes it (such as 2h 3m 4s)."""
+    """What a slicer says of a part.
+
+    Attributes
+    ----------
+    grams
+        Of filament.
+    time
+        As the slicer writes it, such as ``2h 3m 4s``.
+    """
 
     grams: float
     time: str
@@ -86,8 +96,8 @@ def slicer() -> str | None:
     return shutil.which("prusa-slicer")
 
 
-def slice_part(program: str, part: PrintedPart) -> Sliced:
-    """Slice a part with supports, at the settings of ``dimensions.toml``."""
+def slice_part(program: str, part: PrintedPart, *, supports: bool = True) -> Sliced:
+    """Slice a part at the settings of ``dimensions.toml``."""
     settings = dimensions().printing
     with tempfile.TemporaryDirectory() as folder:
         model, code = Path(folder) / f"{part.name}.stl", Path(folder) / "part.gcode"
@@ -97,7 +107,8 @@ def slice_part(program: str, part: PrintedPart) -> Sliced:
             [
                 program, "--export-gcode", "--layer-height", f"{settings.layer}",
                 "--perimeters", f"{settings.perimeters}", "--fill-density", f"{settings.infill}%",
-                "--filament-density", f"{settings.density}", "--support-material",
+                "--filament-density", f"{settings.density}",
+                *(["--support-material"] if supports else []),
                 "--output", str(code), str(model),
             ],
             check=True, capture_output=True,
@@ -116,8 +127,10 @@ def bill(
     ``program`` is the slicer's path; a part takes it some seconds. Without it, grams are estimated
     without supports.
     """
+    counts = screw_counts(robot)
     for item in _items():
-        yield BillRow(**item.model_dump())
+        row = item.model_dump(exclude={"screw"})
+        yield BillRow(**(row | {"count": counts[item.screw] if item.screw else item.count}))
     yield BillRow(
         "ballast: loose steel, such as nuts", 1, grams=f"{1000 * ballast(robot):.0f}",
         remark="in the foot's two chambers, in bags",

@@ -17,7 +17,7 @@ from miburi.hardware.trunk import NECK_SCREWS
 from miburi.robot import Robot
 from miburi.robot.description import Array
 
-__all__ = ["Clamp", "clamp", "cradle", "jaw", "neck", "phone"]
+__all__ = ["Clamp", "clamp", "cradle", "jaw", "jaw_rows", "neck", "phone"]
 
 #: mm: the cradle's plate, the foam behind the phone, how far the narrowest phone is narrower.
 _PLATE, _FOAM, _TRAVEL = 3.0, 1.0, 7.5
@@ -121,8 +121,7 @@ def cradle(robot: Robot) -> Manifold:
     bridge = box((min(dimensions().wall.web, c.plate), face), (-half, half), (-10.0, 10.0))
     port = box((face, lip + 4.0), (-12.5, 12.5), (c.low - 4.0, c.low + 1.0))
     screws = [
-        disc("x", (-narrow + 12.0, z), (c.plate - 1, face + 1), holes.m3_pilot / 2)
-        for z in _jaw_rows(c)
+        disc("x", place, (c.plate - 1, face + 1), holes.m3_pilot / 2) for place in jaw_rows(robot)
     ]
     whole = cut(join([fork, bridge, plate, shelf, *hooks, fixed, fixed_lip]), [port, *screws])
     return moved(whole, c.frame)
@@ -133,12 +132,13 @@ def jaw(robot: Robot) -> Manifold:
     c, holes = clamp(robot), dimensions().screws
     narrow = c.half - _TRAVEL
     lip = c.front + _FOAM
-    low, high = (row + way for row, way in zip(_jaw_rows(c), (-6.0, 6.0), strict=True))
+    (middle, low), (_, high) = jaw_rows(robot)
+    low, high = low - 6.0, high + 6.0
     back = c.plate - 3.2
     tongue = _rounded((back, c.plate - 0.2), (-c.half - 3.0, -narrow + 20.0), (low, high), 3.0)
     cheek = box((back, lip + 2.5), (-c.half - 3.0, -c.half), (low, high))
     hook = box((lip, lip + 2.5), (-c.half - 3.0, -c.half + 4.0), (low, high))
-    middle, wide = -narrow + 12.0, holes.m3_clearance / 2
+    wide = holes.m3_clearance / 2
     slots = [
         hull(
             *(
@@ -146,14 +146,15 @@ def jaw(robot: Robot) -> Manifold:
                 for way in (-_TRAVEL / 2, _TRAVEL / 2)
             )
         )
-        for z in _jaw_rows(c)
+        for _, z in jaw_rows(robot)
     ]
     return moved(cut(join([tongue, cheek, hook]), slots), c.frame)
 
 
-def _jaw_rows(c: Clamp) -> tuple[float, float]:
-    """Return the heights of the two screws of the jaw: above the fork's cheeks."""
-    return c.low + 33.0, c.low + 43.0
+def jaw_rows(robot: Robot) -> list[tuple[float, float]]:
+    """Return the jaw's two screws, y and z on the phone: above the fork's cheeks."""
+    c = clamp(robot)
+    return [(_TRAVEL - c.half + 12.0, c.low + height) for height in (33.0, 43.0)]
 
 
 def _rounded(

@@ -5,6 +5,7 @@ robot's description; out come pictures, (height, width, 3) uint8.
 """
 
 import xml.etree.ElementTree as ET
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -16,6 +17,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from miburi.hardware.build import Solid, bodies, link_frames, printed_parts
 from miburi.hardware.files import stl
+from miburi.hardware.screws import drawn_screw, screws
 from miburi.hardware.solids import Manifold, moved
 from miburi.robot import Robot
 from miburi.robot.description import Array
@@ -25,7 +27,7 @@ __all__ = ["STEPS", "BuildStep", "draw_step", "write_png"]
 
 Picture = NDArray[np.uint8]
 
-_WIDTH, _HEIGHT = 1100, 820
+_WIDTH, _HEIGHT, _CAPTION = 1100, 730, 90
 #: How much finer is drawn than shown, for smooth lines.
 _FINE = 2
 #: Depth that bends by more than this, m, is an edge.
@@ -35,6 +37,7 @@ _COLOURS = {
     "printed": (0.93, 0.90, 0.85),
     "servo": (0.45, 0.47, 0.50),
     "phone": (0.30, 0.33, 0.36),
+    "screw": (0.20, 0.42, 0.62),
 }
 
 
@@ -49,93 +52,119 @@ class BuildStep:
     adds
         What comes, by name, each with the way from which it comes, mm on its own link.
     shows
-        What is there already and is seen.
-    screws
-        What holds it, in words.
+        What is there already and is seen; ``*`` for all.
+    groups
+        The groups of screws that hold it; each with what it comes with, or "".
+    words
+        What else to do or to see to.
     view
         The camera's azimuth and elevation, degrees.
+    pulled
+        How far the screws are shown out of their holes, mm.
     """
 
     title: str
     adds: tuple[tuple[str, tuple[float, float, float]], ...]
     shows: tuple[str, ...]
-    screws: str
+    groups: tuple[tuple[str, str], ...] = ()
+    words: str = ""
     view: tuple[float, float] = (150.0, -20.0)
+    pulled: float = 14.0
 
 
 _FOOT = ("foot", "lid", "column", "waist servo")
-_TORSO = ("torso", "neck", "head servo", "idler", "right_shoulder servo", "left_shoulder servo")
-_ARM = ("left_yoke", "left_elbow servo", "left_upper_arm", "left_fingertip servo")
+_HEAD = ("neck", "head servo", "idler")
+_TORSO = ("torso", *_HEAD, "right_shoulder servo", "left_shoulder servo")
 
 #: The steps in their order; the right arm is built as the left one.
 STEPS: tuple[BuildStep, ...] = (
-    BuildStep("The whole robot", (), ("*",), "", (150.0, -15.0)),
+    BuildStep("The whole robot", (), ("*",), view=(150.0, -15.0)),
     BuildStep(
-        "Servo 1 into the column", (("waist servo", (0, 0, -45.0)),), ("column",),
-        "4 M2x8 from above, heads sunk", (130.0, 25.0),
+        "Servo 1 into the column, its long side backwards", (("waist servo", (0, 0, -45.0)),),
+        ("column",), (("waist case", ""),), "Heads sunk; the horn shows in the round window.",
+        (130.0, -50.0),
     ),
     BuildStep(
-        "Column onto the lid", (("lid", (0, 0, -45.0)),), ("column", "waist servo"),
-        "4 M2.5x8 from below, through the lid", (130.0, 30.0),
+        "Column onto the lid", (("lid", (0, 0, -40.0)),), ("column", "waist servo"),
+        (("column", "lid"),), "From below, through the lid. FRONT looks where the chest will.",
+        (130.0, 30.0),
     ),
     BuildStep(
-        "Lid onto the foot, with the Mega and the ballast in it", (("foot", (0, 0, -70.0)),),
-        ("lid", "column", "waist servo"), "4 M3x6 for the Mega; 4 M2.5x8 from above",
+        "The Mega into the foot, then the ballast", (), ("foot",), (("card", ""),),
+        "USB to the hole in the wall. Bags of steel into both chambers.", (130.0, -50.0),
+    ),
+    BuildStep(
+        "Lid onto the foot", (("foot", (0, 0, -70.0)),), ("lid", "column", "waist servo"),
+        (("lid", ""),), "The waist's cable and the feed go up through the hole in the column.",
         (130.0, -35.0),
     ),
     BuildStep(
-        "Servo 8 and its idler into the neck",
-        (("head servo", (0, 45.0, 0)), ("idler", (0, -35.0, 0))), ("neck",),
-        "2 M2x8 from the idler's side; M2.6x8 through the idler, which must turn freely",
-        (215.0, -20.0),
+        "Servo 8 into the neck, horn to the robot's left", (("head servo", (0, 45.0, 0)),),
+        ("neck",), (("head case", ""),), "From the other side, heads sunk.", (290.0, -15.0),
     ),
     BuildStep(
-        "Neck onto the torso",
-        tuple((name, (0.0, 0.0, 45.0)) for name in ("neck", "head servo", "idler")),
-        ("torso",), "4 M2.5x8 from inside, through the roof", (150.0, -20.0),
+        "The printed idler onto the back of servo 8", (("idler", (0, -30.0, 0)),),
+        ("neck", "head servo"), (("head axle", "idler"),), "It must turn freely.", (215.0, -15.0),
     ),
     BuildStep(
-        "Servos 2 and 5 into the torso, horns outwards",
+        "Neck onto the torso", tuple((name, (0.0, 0.0, 40.0)) for name in _HEAD), ("torso",),
+        (("neck", ""),), "From inside, through the roof, before servos 2 and 5 are there.",
+        (150.0, 20.0),
+    ),
+    BuildStep(
+        "Servos 2 and 5 into the torso, long sides down",
         (("left_shoulder servo", (60.0, 0, 0)), ("right_shoulder servo", (60.0, 0, 0))),
-        ("torso", "neck", "head servo", "idler"), "4 M2x8 each, from outside, heads sunk",
-        (150.0, -20.0),
+        ("torso", *_HEAD), (("left_shoulder case", ""), ("right_shoulder case", "")),
+        "Each from the front, then outwards until its horn is in the window; the right one alike.",
+        (120.0, -15.0),
     ),
     BuildStep(
-        "Torso onto the horn of servo 1",
-        tuple((name, (0.0, 0.0, 60.0)) for name in _TORSO), _FOOT,
-        "4 M2x6 from inside the torso, downwards", (150.0, -20.0),
+        "Torso onto the horn of servo 1", tuple((name, (0.0, 0.0, 60.0)) for name in _TORSO),
+        _FOOT, (("waist horn", "torso"),),
+        "From inside, downwards. The notch shows in the slot when the chest is in front.",
+        (150.0, -25.0),
     ),
     BuildStep(
-        "Left yoke onto the horn of servo 5", (("left_yoke", (0, 50.0, 0)),), _TORSO,
-        "4 M2x6 through the empty holder", (130.0, -20.0),
+        "Left yoke onto the horn of servo 5", (("left_yoke", (0, 45.0, 0)),), _TORSO,
+        (("left_shoulder horn", "left_yoke"),),
+        "Through the holder. The notch shows in the slot when LE 6 looks backwards.",
+        (130.0, -20.0), 70.0,
     ),
     BuildStep(
-        "Servo 6 and its idler into the yoke", (("left_elbow servo", (50.0, 0, 0)),),
-        ("torso", "left_yoke", "left_shoulder servo"),
-        "2 M2x8 from behind; the idler with its M2.6x8", (130.0, -20.0),
+        "Servo 6 into the yoke, horn forwards", (("left_elbow servo", (45.0, 0, 0)),),
+        ("left_yoke",), (("left_elbow case", ""), ("left_elbow axle", "")),
+        "The two smaller ones from behind; the idler of the set goes on its back.", (50.0, -25.0),
     ),
     BuildStep(
-        "Servo 7 and its idler into the upper arm", (("left_fingertip servo", (50.0, 0, 0)),),
-        ("left_upper_arm",), "2 M2x8 from behind; the idler with its M2.6x8", (130.0, -25.0),
+        "Servo 7 into the upper arm, horn forwards", (("left_fingertip servo", (45.0, 0, 0)),),
+        ("left_upper_arm",), (("left_fingertip case", ""), ("left_fingertip axle", "")),
+        "As in the yoke.", (50.0, -25.0),
     ),
     BuildStep(
         "Upper arm onto servo 6",
-        (("left_upper_arm", (0, 55.0, 0)), ("left_fingertip servo", (0, 55.0, 0))),
+        (("left_upper_arm", (0, 45.0, 0)), ("left_fingertip servo", (0, 45.0, 0))),
         ("torso", "left_yoke", "left_elbow servo", "left_shoulder servo"),
-        "4 M2x6 into the horn, 4 M2x6 into the idler", (130.0, -20.0),
+        (("left_elbow horn", "left_upper_arm"), ("left_elbow idler", "left_upper_arm")),
+        "Arm straight out: the notch shows in the slot.", (130.0, -20.0),
     ),
     BuildStep(
-        "Forearm onto servo 7", (("left_forearm", (0, 55.0, 0)),), _ARM,
-        "4 M2x6 into the horn, 4 M2x6 into the idler", (130.0, -20.0),
+        "Forearm onto servo 7", (("left_forearm", (0, 45.0, 0)),),
+        ("left_yoke", "left_elbow servo", "left_upper_arm", "left_fingertip servo"),
+        (("left_fingertip horn", "left_forearm"), ("left_fingertip idler", "left_forearm")),
+        "Arm straight out: the notch shows in the slot.", (130.0, -20.0),
     ),
     BuildStep(
-        "Cradle onto servo 8, and its jaw", (("cradle", (45.0, 0, 0)), ("jaw", (45.0, -30.0, 0))),
-        ("torso", "neck", "head servo", "idler"),
-        "4 M2x6 into the horn, 4 M2x6 into the idler; 2 M3x6 hold the jaw", (215.0, -15.0),
+        "Cradle onto servo 8", (("cradle", (45.0, 0, 0)),), ("torso", *_HEAD),
+        (("head horn", "cradle"), ("head idler", "cradle")),
+        "With the head bowed as far as it goes, the notch shows in the slot.", (215.0, -15.0),
     ),
     BuildStep(
-        "Chest, after the cables", (("chest", (60.0, 0, 0)),),
-        (*_FOOT, *_TORSO, "left_yoke", "right_yoke"), "4 M2x8 from the front", (150.0, -15.0),
+        "The jaw behind the cradle", (("jaw", (0.0, -25.0, 0)),), ("cradle", *_HEAD),
+        (("jaw", "jaw"),), "Slide it to the phone, then tighten.", (330.0, -15.0),
+    ),
+    BuildStep(
+        "Chest, after the cables", (("chest", (50.0, 0, 0)),),
+        (*_FOOT, *_TORSO, "left_yoke", "right_yoke"), (("chest", "chest"),), "", (150.0, -15.0),
     ),
 )  # fmt: skip
 
@@ -166,8 +195,16 @@ def draw_step(robot: Robot, fit: float, number: int) -> Picture:
         elif thing.name in step.shows or step.shows == ("*",):
             kind = "phone" if thing.name == "phone" else "printed" if thing.printed else "servo"
             shown.append((moved(thing.solid, frames[thing.link]), kind))
-    words = [f"{number}. {step.title}" if number else step.title, step.screws]
-    return _captioned(_draw(shown, step.view), [word for word in words if word])
+    groups, kinds = screws(robot), Counter[str]()
+    for name, carrier in step.groups:
+        for screw in groups[name]:
+            kinds[screw.kind] += 1
+            solid = drawn_screw(screw, step.pulled).translate(adds.get(carrier, (0.0, 0.0, 0.0)))
+            shown.append((moved(solid, frames[screw.link]), "screw"))
+    counted = ", ".join(f"{count} {kind}" for kind, count in kinds.items())
+    words = " ".join(part for part in (counted and f"{counted}.", step.words) if part)
+    title = f"{number}. {step.title}" if number else step.title
+    return _captioned(_draw(shown, step.view), [title, words])
 
 
 def _straight(robot: Robot) -> Array:
@@ -211,7 +248,7 @@ def _draw(shown: Sequence[tuple[Manifold, str]], view: tuple[float, float]) -> P
     low, high = boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)
     camera = mujoco.MjvCamera()
     camera.lookat[:] = (low + high) / 2
-    camera.distance = 2.9 * float(np.linalg.norm(high - low))
+    camera.distance = 2.7 * float(np.linalg.norm(high - low))
     camera.azimuth, camera.elevation = view
     renderer = mujoco.Renderer(model, height, width)
     try:
@@ -246,7 +283,8 @@ def _lines(depth: Array, which: NDArray[np.int32]) -> NDArray[np.bool_]:
 
 
 def _captioned(picture: Picture, words: Sequence[str]) -> Picture:
-    image = Image.fromarray(picture)
+    image = Image.new("RGB", (_WIDTH, _HEIGHT + _CAPTION), "white")
+    image.paste(Image.fromarray(picture), (0, _CAPTION))
     pen = ImageDraw.Draw(image)
     for row, (text, size) in enumerate(zip(words, (30, 22), strict=False)):
         pen.text((24, 18 + 42 * row), text, fill=(40, 40, 40), font=ImageFont.load_default(size))

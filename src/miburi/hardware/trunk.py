@@ -23,7 +23,20 @@ from miburi.hardware.solids import (
 )
 from miburi.robot import Robot
 
-__all__ = ["NECK_SCREWS", "chest", "column", "foot", "lid", "lid_height", "torso"]
+__all__ = [
+    "NECK_SCREWS",
+    "card_screws",
+    "chest",
+    "chest_face",
+    "chest_screws",
+    "column",
+    "column_screws",
+    "foot",
+    "lid",
+    "lid_height",
+    "lid_screws",
+    "torso",
+]
 
 #: x and y of the four screws between torso and neck, mm.
 NECK_SCREWS = [(x, y) for x in (-19.0, -5.0) for y in (-9.5, 9.5)]
@@ -40,18 +53,24 @@ def lid_height(robot: Robot) -> float:
     return table + w.shell + m.post + 1.6 + m.height + _LID
 
 
-def _lid_screws(robot: Robot) -> list[tuple[float, float]]:
+def lid_screws(robot: Robot) -> list[tuple[float, float]]:
     """Return the places of the screws between lid and foot: beside the Mega."""
     far = 1000 * robot.shape.pedestal_radius - dimensions().wall.shell - 3.5
     return [(far * cos(turn), far * sin(turn)) for turn in (0.9, pi - 0.9, pi + 0.9, -0.9)]
 
 
-def _column_screws(robot: Robot) -> list[tuple[float, float]]:
+def column_screws(robot: Robot) -> list[tuple[float, float]]:
     """Return the places of the screws between column and lid: on the diagonals."""
     far = 1000 * robot.shape.torso_radius + 6.5
     return [
         (far * cos(turn), far * sin(turn)) for turn in (pi / 4, 3 * pi / 4, -pi / 4, -3 * pi / 4)
     ]
+
+
+def card_screws() -> list[tuple[float, float]]:
+    """Return the places of the four screws of the Mega, whose USB socket looks backwards."""
+    m = dimensions().mega
+    return [(x - m.length / 2, y - m.width / 2) for x, y in m.holes]
 
 
 def foot(robot: Robot) -> Manifold:
@@ -73,16 +92,16 @@ def foot(robot: Robot) -> Manifold:
             for side in (-1, 1)
         ]
     ) ^ disc("z", (0, 0), (floor - 0.1, top), inner + 0.5)
-    corner = (-m.length / 2, -m.width / 2)
-    places = [(corner[0] + x, corner[1] + y) for x, y in m.holes]
+    places = card_screws()
     posts = [disc("z", place, (floor - 0.1, floor + m.post), 3.2) for place in places]
     pilots = [disc("z", place, (floor - 1.0, floor + 20), holes.m3_pilot / 2) for place in places]
-    screws = _lid_screws(robot)
+    screws = lid_screws(robot)
     lid_posts = [disc("z", place, (floor - 0.1, top), 3.6) for place in screws]
     lid_pilots = [disc("z", place, (top - 12, top + 1), holes.m25_pilot / 2) for place in screws]
     y, wide, high = m.usb
     above = floor + m.post + 1.6
-    usb = (corner[1] + y - wide / 2, corner[1] + y + wide / 2)
+    y -= m.width / 2
+    usb = (y - wide / 2, y + wide / 2)
     openings = [
         box((-radius - 1, -m.length / 2 + 1), usb, (above - 0.5, above + high)),
         # The supply's wires, and a gap in each rib for what goes on to the card.
@@ -103,7 +122,7 @@ def lid(robot: Robot) -> Manifold:
         disc("z", (0, 0), (low, top - 1.0), radius),
         disc("z", (0, 0), (top - 1.0, top), radius - 1.0),
     )
-    screws, rib = _lid_screws(robot), dimensions().mega.width / 2 + 5.0
+    screws, rib = lid_screws(robot), dimensions().mega.width / 2 + 5.0
     rim = cut(
         disc("z", (0, 0), (low - 3.0, low + 0.1), radius - w.shell - 0.4),
         [
@@ -118,7 +137,7 @@ def lid(robot: Robot) -> Manifold:
         *(disc("z", place, (top - 1.6, top + 1), holes.m25_head / 2) for place in screws),
         *(
             disc("z", place, (low - 1, top + 1), holes.m25_clearance / 2)
-            for place in _column_screws(robot)
+            for place in column_screws(robot)
         ),
     ]
     return cut(join([plate, rim]), tools)
@@ -153,7 +172,7 @@ def column(robot: Robot, fit: float) -> Manifold:
             ),
         ]
     )
-    bosses = [disc("z", place, (low, low + 14.0), 4.6) ^ outside for place in _column_screws(robot)]
+    bosses = [disc("z", place, (low, low + 14.0), 4.6) ^ outside for place in column_screws(robot)]
     inside = grown(w.shell, -_LID) ^ box((-99, 99), (-99, 99), (low - 1, -_LID))
     hollow = join([cut(outside, [inside.translate((0, 0, -0.01))]), *bosses])
     # Walls around the case, down to its sockets.
@@ -169,7 +188,7 @@ def column(robot: Robot, fit: float) -> Manifold:
         # Its screws come from below, through the lid.
         *(
             disc("z", place, (low - 1, low + 12), holes.m25_pilot / 2)
-            for place in _column_screws(robot)
+            for place in column_screws(robot)
         ),
         rod((0.0, 21.0, -10), (0.0, 21.0, 10), 4.5),  # the torso's cable
     ]
@@ -233,7 +252,7 @@ def torso(robot: Robot, fit: float) -> Manifold:
     tools += [
         disc("z", (-10.0, 0.0), (roof - 10, roof + 10), 4.0),  # the head's cable
         disc("z", (0.0, 21.0), (-1, 8), 5.0),  # the cable to the foot
-        *(disc("x", place, (-40, 40), holes.m2_pilot / 2) for place in _chest_screws(robot)),
+        *(disc("x", place, (-40, 40), holes.m2_pilot / 2) for place in chest_screws(robot)),
     ]
     # The shoulders' cables leave at the back of each shoulder.
     tools += [
@@ -256,7 +275,12 @@ def _split(robot: Robot) -> Manifold:
     )
 
 
-def _chest_screws(robot: Robot) -> list[tuple[float, float]]:
+def chest_face() -> float:
+    """Return how far in front of the robot's middle the chest begins, mm."""
+    return dimensions().servo.half_width + 3.0
+
+
+def chest_screws(robot: Robot) -> list[tuple[float, float]]:
     """Return y and z of the screws that hold the chest."""
     roof = neck_floor(robot)
     return [(side * 15.0, z) for side in (-1, 1) for z in (_GAP + _FLOOR + 8.0, roof - 3.2 - 5.0)]
@@ -264,10 +288,10 @@ def _chest_screws(robot: Robot) -> list[tuple[float, float]]:
 
 def _ears(robot: Robot) -> list[Manifold]:
     """Return the blocks in the torso that the chest's screws go into."""
-    x = dimensions().servo.half_width + 3.0
+    x = chest_face()
     low, high = _GAP + _FLOOR, neck_floor(robot) - 3.2
     blocks = []
-    for y, z in _chest_screws(robot):
+    for y, z in chest_screws(robot):
         down = z < (low + high) / 2
         ends = (low - 0.1, z + 4.0) if down else (z - 4.0, high + 0.1)
         blocks.append(box((x - 9.0 if down else x - 2.5, x - 0.2), (y - 4.0, y + 4.0), ends))
@@ -287,12 +311,12 @@ def chest(robot: Robot, fit: float) -> Manifold:
     lugs = [
         box((x, radius), (y - 4.0, y + 4.0), (z - 4.0, z + 4.0))
         ^ disc("z", (0, 0), (low, high), radius)
-        for y, z in _chest_screws(robot)
+        for y, z in chest_screws(robot)
     ]
     inside = box((x + gap, 60), (-60, 60), (low + gap, high - gap))
     tools = [
-        *(disc("x", place, (0, 60), holes.m2_clearance / 2) for place in _chest_screws(robot)),
-        *(disc("x", place, (x + 3.0, 60), holes.m2_head / 2) for place in _chest_screws(robot)),
+        *(disc("x", place, (0, 60), holes.m2_clearance / 2) for place in chest_screws(robot)),
+        *(disc("x", place, (x + 3.0, 60), holes.m2_head / 2) for place in chest_screws(robot)),
     ]
     return cut(join([front, *lugs]) ^ inside, tools)
 
