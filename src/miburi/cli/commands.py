@@ -73,6 +73,8 @@ _NEGATIVE_NUMBERS = {"ignore_unknown_options": True}
 _LIVE, _MAKE, _MEASURE = "Live with it", "Make it yours", "Measure"
 _BUILD, _DOCUMENTS = "Build and calibrate", "For Miburi's own documents"
 
+#: mm that drawn shapes may be off.
+_FINE = 0.1
 #: m by which a hand or the head may be away from its place (ours).
 _MISSED = 1e-3
 
@@ -368,6 +370,10 @@ def day(
 def export(
     form: Annotated[str, typer.Argument(help="mjcf or urdf.")],
     robot: RobotFile = None,
+    meshes: Annotated[
+        Path | None,
+        typer.Option(help="Write the printed parts there, and draw them.", show_default=False),
+    ] = None,
 ) -> None:
     """Print the robot as MJCF (MuJoCo) or URDF, made from its description."""
     from miburi.robot.mjcf import to_mjcf
@@ -376,7 +382,25 @@ def export(
     forms = {"mjcf": to_mjcf, "urdf": to_urdf}
     if form not in forms:
         raise InputError(f"the form must be one of {', '.join(forms)}, got {form!r}.")
-    print(forms[form](robot_of(robot)), end="")
+    body = robot_of(robot)
+    print(forms[form](body, None if meshes is None else _write_meshes(body, meshes)), end="")
+
+
+def _write_meshes(robot: "Robot", folder: Path) -> dict[str, str]:
+    """Write the real shape of each link, and return the files by link."""
+    need("manifold3d", "hardware")
+    from miburi.ground.files import whole_files
+    from miburi.hardware.build import bodies, printed_parts
+    from miburi.hardware.files import stl
+    from miburi.hardware.meetings import by_link
+    from miburi.hardware.solids import join
+
+    table = by_link(bodies(robot, printed_parts(robot)))
+    with whole_files(folder) as draft:
+        for link, things in table.items():
+            whole = join(thing.solid for thing in things).simplify(_FINE)
+            (draft / f"{link}.stl").write_bytes(stl(whole))
+    return {link: str((folder / f"{link}.stl").absolute()) for link in table}
 
 
 for panel, commands in (

@@ -1,6 +1,7 @@
 """Make the physical model: in goes the description, out comes MJCF for MuJoCo."""
 
 import xml.etree.ElementTree as ET
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -24,7 +25,13 @@ HAND_MASS = 0.6
 _WALL = (0.93, 0.90, 0.86, 1.0)
 
 
-def to_mjcf(robot: Robot, *, face: bool = False, sprung_hand: bool = False) -> str:
+def to_mjcf(
+    robot: Robot,
+    meshes: Mapping[str, str] | None = None,
+    *,
+    face: bool = False,
+    sprung_hand: bool = False,
+) -> str:
     """Return the robot on a table, with position servos and a movable human hand, as MJCF.
 
     Joints and actuators have the names in ``JOINTS``; the sites ``right``, ``left`` and ``head``
@@ -33,7 +40,8 @@ def to_mjcf(robot: Robot, *, face: bool = False, sprung_hand: bool = False) -> s
     The mocap body ``hand`` collides with the robot only. A ``sprung_hand`` has mass, hangs on a
     spring along each axis (joints ``hand_x``, ``hand_y``, ``hand_z``) and can grasp, by the
     equality ``grasp``. With ``face`` the screen carries a square of the material ``face``, whose
-    texture can be drawn on.
+    texture can be drawn on. With ``meshes``, the file of each link's real shape in mm, these are
+    drawn; what collides is in group 3, which viewers hide.
     """
     root = ET.Element("mujoco", model=robot.name)
     ET.SubElement(root, "compiler", angle="radian", autolimits="true")
@@ -80,7 +88,14 @@ def to_mjcf(robot: Robot, *, face: bool = False, sprung_hand: bool = False) -> s
     for link in links(robot):
         bodies[link.name] = _body(bodies[link.parent], link, robot)
     for part in parts(robot):
-        _geom(bodies[part.link], part)
+        if meshes is None or part.mass or part.colour == "screen":
+            _geom(bodies[part.link], part, hidden=meshes is not None and part.colour != "screen")
+    for name, file in (meshes or {}).items():
+        ET.SubElement(asset, "mesh", name=name, file=file, scale="0.001 0.001 0.001")
+        ET.SubElement(
+            bodies[name], "geom", type="mesh", mesh=name, material="cream", mass="0",
+            contype="0", conaffinity="0",
+        )  # fmt: skip
     for name, (link_name, point) in extremities(robot).items():
         ET.SubElement(
             bodies[link_name], "site", name=name, pos=_text(point), size="0.002", group="4"
@@ -119,8 +134,10 @@ def _body(parent: ET.Element, link: Link, robot: Robot) -> ET.Element:
     return body
 
 
-def _geom(body: ET.Element, part: Part) -> None:
+def _geom(body: ET.Element, part: Part, *, hidden: bool = False) -> None:
     geom = ET.SubElement(body, "geom", name=part.name, type=part.kind, material=part.colour)
+    if hidden:
+        geom.set("group", "3")
     if part.end is not None:
         geom.set("fromto", _text((*part.position, *part.end)))
     else:
