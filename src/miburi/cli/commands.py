@@ -7,6 +7,7 @@ import signal
 import sys
 import threading
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from types import FrameType
@@ -219,7 +220,6 @@ def experiment(
 
         firmware_file("miburi.elf")  # refused now, not after the gestures are checked
     from miburi.studies.experiment import Setup
-    from miburi.studies.experiment.files import write_experiment
 
     description, rule = calibrated(robot_of(robot, servo), calibration)
     setup = Setup(
@@ -230,10 +230,11 @@ def experiment(
         period=period,
         temperament=temperament_of(temperament),
         settings=settings_of(description, solver),
-        repertoire=repertoire_of(description, gestures),
         hand=hand,
         heal=heal,
     )
+    # After what is quickly refused: this looks whether the robot reaches every pose.
+    setup = replace(setup, repertoire=repertoire_of(description, gestures))
     simulation: Body
     if body == "emulated-card":
         from miburi.emulation.body import EmulatedBody
@@ -243,6 +244,8 @@ def experiment(
         from miburi.bodies.simulated import Simulated
 
         simulation = Simulated(description, rule)
+    from miburi.studies.experiment.files import write_experiment
+
     for line in write_experiment(simulation, setup, out, film=film, face=face):
         print(line)
 
