@@ -14,7 +14,7 @@ from miburi.errors import InputError
 from miburi.hardware import arms, engraving, head, servo, trunk
 from miburi.hardware.dimensions import dimensions
 from miburi.hardware.files import triangles
-from miburi.hardware.places import misfits, mounts
+from miburi.hardware.places import misfits, mount_of, mounts
 from miburi.hardware.solids import Manifold, cut, mirror_y, moved
 from miburi.robot import Robot
 from miburi.robot.description import JOINTS, Array
@@ -139,7 +139,12 @@ def printed_parts(robot: Robot, fit: float = FIT, *, engraved: bool = True) -> l
         PrintedPart("neck", "torso", head.neck(robot, fit), _turn("x", 90.0)),
         PrintedPart("cradle", "head", head.cradle(robot), _turn("y", 90.0 - _level(robot))),
         PrintedPart("jaw", "head", head.jaw(robot), _turn("y", 90.0 - _level(robot))),
-        PrintedPart("idler", "head", _idler(robot, fit), _turn("x", 90.0)),
+        PrintedPart(
+            "idler",
+            "torso",
+            moved(servo.idler(fit), mount_of(robot, "head").frame),
+            _turn("x", 90.0),
+        ),
     ]
     for side in ("left", "right"):
         for name, link, made, lying in (
@@ -171,13 +176,6 @@ def printed_parts(robot: Robot, fit: float = FIT, *, engraved: bool = True) -> l
 
 def _level(robot: Robot) -> float:
     return float(np.degrees(robot.shape.phone_level))
-
-
-def _idler(robot: Robot, fit: float) -> Manifold:
-    frame = next(mount.frame for mount in mounts(robot) if mount.joint == "head")
-    # Shown where it turns: on the back of the head's servo, in the head's frame at angle 0.
-    origin = frame[:, 3] - np.array([0.0, 0.0, 1000 * (robot.lengths.L01 + robot.lengths.LH1)])
-    return moved(servo.idler(fit), np.column_stack([frame[:, :3], origin]))
 
 
 def printed_mass(part: PrintedPart) -> float:

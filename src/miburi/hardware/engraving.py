@@ -46,8 +46,12 @@ def texts(robot: Robot, depth: float) -> dict[str, list[Manifold]]:
     table: dict[str, list[Manifold]] = {
         "foot": [_on("5 V ONLY", (-20.0, 0.0, _floor(robot)), up, left, depth, 5.0)],
         "lid": [_on("FRONT", (53.0, 0.0, lid_height(robot)), up, left, depth, 5.0)],
-        "column": [_on(_name(robot, "waist"), (0.0, -21.0, 0.0), up, ahead, depth, 5.0)],
+        "column": [
+            _on(_name(robot, "waist"), (0.0, -21.0, 0.0), up, ahead, depth, 5.0),
+            _on("FRONT", (28.2, 0.0, 0.0), up, left, depth, 3.2),
+        ],
         "torso": [
+            _on("FRONT", (21.0, 0.0, neck_floor(robot)), up, left, depth, 4.5),
             _on(_name(robot, "left_shoulder"), (0, side, high - 27.5), left, (-1, 0, 0), depth),
             _on(_name(robot, "right_shoulder"), (0, -side, high - 27.5), (0, -1, 0), ahead, depth),
             _notch_slot(robot, "waist", (0, 0, 0)),

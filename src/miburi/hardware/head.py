@@ -17,10 +17,12 @@ from miburi.hardware.trunk import NECK_SCREWS
 from miburi.robot import Robot
 from miburi.robot.description import Array
 
-__all__ = ["Clamp", "clamp", "cradle", "jaw", "jaw_rows", "neck", "phone"]
+__all__ = ["NECK_FLANGE", "Clamp", "clamp", "cradle", "jaw", "jaw_rows", "neck", "phone"]
 
 #: mm: the cradle's plate, the foam behind the phone, how far the narrowest phone is narrower.
 _PLATE, _FOAM, _TRAVEL = 3.0, 1.0, 7.5
+#: Thickness of the neck's flange, mm.
+NECK_FLANGE = 3.0
 
 
 @dataclass(frozen=True)
@@ -84,17 +86,24 @@ def neck(robot: Robot, fit: float) -> Manifold:
     grip = moved(join([servo.holder(fit), servo.stops(*span, fit)]), frame)
     floor = neck_floor(robot)
     wide = s.half_width + fit + w.shell
-    base = box((-24.0, 3.0), (-13.5, 13.5), (floor, floor + 5.0))
+    base = hull(
+        *(
+            disc("z", (x, y), (floor, floor + NECK_FLANGE), 4.0)
+            for x in (-20.5, -1.0)
+            for y in (-17.0, 17.0)
+        )
+    )
     end = s.long_end + fit
     # The column begins at the sleeve's end; it leans with the servo.
     foot_of_sleeve = moved(box((-wide, wide), (s.back, s.front), (end, end + w.shell)), frame)
     column = hull(foot_of_sleeve, box((-24.0, 3.0), (-13.5, 13.5), (floor, floor + 1.0)))
     tip = frame @ np.array([0.0, -8.0, end - 1.0, 1.0])
-    channel = rod((-10.0, 0.0, floor - 1.0), (float(tip[0]), 0.0, float(tip[2])), 4.5)
-    pilots = [
-        disc("z", place, (floor - 1.0, floor + 8.0), holes.m25_pilot / 2) for place in NECK_SCREWS
+    channel = rod((-3.5, 0.0, floor - 6.0), (float(tip[0]), 0.0, float(tip[2])), 4.5)
+    flange = [
+        disc("z", place, (floor - 1.0, floor + 9.0), holes.m25_clearance / 2)
+        for place in NECK_SCREWS
     ]
-    return cut(join([grip, base, column]), [moved(servo.pocket(fit), frame), channel, *pilots])
+    return cut(join([grip, base, column]), [moved(servo.pocket(fit), frame), channel, *flange])
 
 
 def cradle(robot: Robot) -> Manifold:

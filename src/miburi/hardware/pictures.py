@@ -6,21 +6,24 @@ robot's description; out come pictures, (height, width, 3) uint8.
 
 import xml.etree.ElementTree as ET
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from math import pi
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
+from miburi.hardware import servo
 from miburi.hardware.build import Solid, bodies, link_frames, printed_parts
 from miburi.hardware.files import stl
+from miburi.hardware.places import mounts
 from miburi.hardware.screws import drawn_screw, screws
 from miburi.hardware.solids import Manifold, moved
 from miburi.robot import Robot
-from miburi.robot.description import Array
+from miburi.robot.description import JOINTS, Array
 from miburi.robot.physics import mujoco
 
 __all__ = ["STEPS", "BuildStep", "draw_step", "write_png"]
@@ -61,6 +64,8 @@ class BuildStep:
         The camera's azimuth and elevation, degrees.
     pulled
         How far the screws are shown out of their holes, mm.
+    pose
+        The joints that are not straight, rad.
     """
 
     title: str
@@ -70,108 +75,131 @@ class BuildStep:
     words: str = ""
     view: tuple[float, float] = (150.0, -20.0)
     pulled: float = 14.0
+    pose: Mapping[str, float] = field(default_factory=dict)
 
 
 _FOOT = ("foot", "lid", "column", "waist servo")
+_SHOULDERS = ("right_shoulder servo", "left_shoulder servo")
 _HEAD = ("neck", "head servo", "idler")
-_TORSO = ("torso", *_HEAD, "right_shoulder servo", "left_shoulder servo")
+_ALL = (*_FOOT, "torso", *_SHOULDERS, *_HEAD)
+#: A left arm that points forwards, and a bowed head.
+_FORWARDS, _BOWED = {"left_shoulder": pi / 2}, {"head": 0.18}
 
 #: The steps in their order; the right arm is built as the left one.
 STEPS: tuple[BuildStep, ...] = (
     BuildStep("The whole robot", (), ("*",), view=(150.0, -15.0)),
     BuildStep(
-        "Servo 1 into the column, its long side backwards", (("waist servo", (0, 0, -45.0)),),
-        ("column",), (("waist case", ""),), "Heads sunk; the horn shows in the round window.",
-        (130.0, -50.0),
+        "A servo: horn, notch, long and short end", (), ("left_fingertip servo",),
+        words="The notch points to the short end, near the axle: there it counts 2048.",
+        view=(165.0, -15.0),
+    ),
+    BuildStep(
+        "Servo 1 into the column, from below", (("waist servo", (0, 0, -50.0)),), ("column",),
+        (("waist case", ""),),
+        "From above, until the heads are below the surface. Short end to the peg and FRONT.",
+        (120.0, -12.0),
     ),
     BuildStep(
         "Column onto the lid", (("lid", (0, 0, -40.0)),), ("column", "waist servo"),
-        (("column", "lid"),), "From below, through the lid. FRONT looks where the chest will.",
+        (("column", "lid"),), "From below. The lid's FRONT is on the column's FRONT side.",
         (130.0, 30.0),
     ),
     BuildStep(
         "The Mega into the foot, then the ballast", (), ("foot",), (("card", ""),),
-        "USB to the hole in the wall. Bags of steel into both chambers.", (130.0, -50.0),
+        "USB socket to the square hole. Bags of steel into both side chambers.", (130.0, -50.0),
     ),
     BuildStep(
-        "Lid onto the foot", (("foot", (0, 0, -70.0)),), ("lid", "column", "waist servo"),
-        (("lid", ""),), "The waist's cable and the feed go up through the hole in the column.",
-        (130.0, -35.0),
+        "Lid onto the foot",
+        tuple((name, (0.0, 0.0, 60.0)) for name in ("lid", "column", "waist servo")), ("foot",),
+        (("lid", "lid"),), "From above. FRONT is opposite the square hole.", (130.0, -30.0),
     ),
     BuildStep(
-        "Servo 8 into the neck, horn to the robot's left", (("head servo", (0, 45.0, 0)),),
-        ("neck",), (("head case", ""),), "From the other side, heads sunk.", (290.0, -15.0),
+        "Torso onto the horn of servo 1", (("torso", (0.0, 0.0, 50.0)),), _FOOT,
+        (("waist horn", "torso"),),
+        "Through the hole in the roof. FRONT over FRONT; the notch shows in the slot.",
+        (150.0, -25.0), 165.0,
     ),
     BuildStep(
-        "The printed idler onto the back of servo 8", (("idler", (0, -30.0, 0)),),
-        ("neck", "head servo"), (("head axle", "idler"),), "It must turn freely.", (215.0, -15.0),
-    ),
-    BuildStep(
-        "Neck onto the torso", tuple((name, (0.0, 0.0, 40.0)) for name in _HEAD), ("torso",),
-        (("neck", ""),), "From inside, through the roof, before servos 2 and 5 are there.",
-        (150.0, 20.0),
-    ),
-    BuildStep(
-        "Servos 2 and 5 into the torso, long sides down",
-        (("left_shoulder servo", (60.0, 0, 0)), ("right_shoulder servo", (60.0, 0, 0))),
-        ("torso", *_HEAD), (("left_shoulder case", ""), ("right_shoulder case", "")),
-        "Each from the front, then outwards until its horn is in the window; the right one alike.",
+        "Servos 2 and 5 into the torso, long ends down",
+        tuple((name, (60.0, 0.0, -20.0)) for name in _SHOULDERS), (*_FOOT, "torso"),
+        tuple((f"{side}_shoulder case", "") for side in ("left", "right")),
+        "Cables first. In under the blocks, up, then outwards into the window; from outside.",
         (120.0, -15.0),
     ),
     BuildStep(
-        "Torso onto the horn of servo 1", tuple((name, (0.0, 0.0, 60.0)) for name in _TORSO),
-        _FOOT, (("waist horn", "torso"),),
-        "From inside, downwards. The notch shows in the slot when the chest is in front.",
-        (150.0, -25.0),
+        "The printed idler onto the back of servo 8", (("idler", (0, -16.0, 0)),),
+        ("head servo",), (("head axle", "idler"),), "Not tight: it must turn freely.",
+        (215.0, -15.0),
     ),
     BuildStep(
-        "Left yoke onto the horn of servo 5", (("left_yoke", (0, 45.0, 0)),), _TORSO,
+        "Servo 8 into the neck, horn to the robot's left",
+        (("head servo", (0, 45.0, 0)), ("idler", (0, 45.0, 0))), ("neck",), (("head case", ""),),
+        "From the other side. H 8 is on the back.", (290.0, -15.0),
+    ),
+    BuildStep(
+        "Neck onto the torso", tuple((name, (0.0, 0.0, 40.0)) for name in _HEAD),
+        (*_FOOT, "torso", *_SHOULDERS), (("neck", "neck"),),
+        "From above. H 8 backwards; its cable goes down through the roof.", (150.0, -20.0),
+    ),
+    BuildStep(
+        "Left yoke onto the horn of servo 5", (("left_yoke", (0, 45.0, 0)),), _ALL,
         (("left_shoulder horn", "left_yoke"),),
-        "Through the holder. The notch shows in the slot when LE 6 looks backwards.",
-        (130.0, -20.0), 70.0,
+        "Through the holes in its side. LE 6 backwards, as shown: the notch is in the slot.",
+        (130.0, -20.0), 70.0, _FORWARDS,
     ),
     BuildStep(
         "Servo 6 into the yoke, horn forwards", (("left_elbow servo", (45.0, 0, 0)),),
-        ("left_yoke",), (("left_elbow case", ""), ("left_elbow axle", "")),
-        "The two smaller ones from behind; the idler of the set goes on its back.", (50.0, -25.0),
+        ("left_yoke",), (("left_elbow case", ""),),
+        "Idler of the set on its back first. From behind; long end to LE 6.", (50.0, -25.0),
     ),
     BuildStep(
         "Servo 7 into the upper arm, horn forwards", (("left_fingertip servo", (45.0, 0, 0)),),
-        ("left_upper_arm",), (("left_fingertip case", ""), ("left_fingertip axle", "")),
-        "As in the yoke.", (50.0, -25.0),
+        ("left_upper_arm",), (("left_fingertip case", ""),),
+        "Idler first. From behind; long end to the fork.", (50.0, -25.0),
     ),
     BuildStep(
         "Upper arm onto servo 6",
         (("left_upper_arm", (0, 45.0, 0)), ("left_fingertip servo", (0, 45.0, 0))),
-        ("torso", "left_yoke", "left_elbow servo", "left_shoulder servo"),
+        (*_ALL, "left_yoke", "left_elbow servo"),
         (("left_elbow horn", "left_upper_arm"), ("left_elbow idler", "left_upper_arm")),
-        "Arm straight out: the notch shows in the slot.", (130.0, -20.0),
+        "Cable first. Arm straight out: the notch shows in the slot of the front cheek.",
+        (130.0, -20.0),
     ),
     BuildStep(
         "Forearm onto servo 7", (("left_forearm", (0, 45.0, 0)),),
         ("left_yoke", "left_elbow servo", "left_upper_arm", "left_fingertip servo"),
         (("left_fingertip horn", "left_forearm"), ("left_fingertip idler", "left_forearm")),
-        "Arm straight out: the notch shows in the slot.", (130.0, -20.0),
+        "Cable first. Arm straight out: the notch shows in the slot of the front cheek.",
+        (130.0, -20.0),
     ),
     BuildStep(
-        "Cradle onto servo 8", (("cradle", (45.0, 0, 0)),), ("torso", *_HEAD),
+        "Cradle onto servo 8", (("cradle", (30.0, 0, 0)),), ("torso", *_HEAD),
         (("head horn", "cradle"), ("head idler", "cradle")),
-        "With the head bowed as far as it goes, the notch shows in the slot.", (215.0, -15.0),
+        "Bowed, until it meets its stop: the notch shows in the slot of the left cheek.",
+        (235.0, -10.0), 14.0, _BOWED,
     ),
     BuildStep(
         "The jaw behind the cradle", (("jaw", (0.0, -25.0, 0)),), ("cradle", *_HEAD),
-        (("jaw", "jaw"),), "Slide it to the phone, then tighten.", (330.0, -15.0),
+        (("jaw", "jaw"),), "With washers. Slide it to the phone, then tighten.", (330.0, -15.0),
     ),
     BuildStep(
-        "Chest, after the cables", (("chest", (50.0, 0, 0)),),
-        (*_FOOT, *_TORSO, "left_yoke", "right_yoke"), (("chest", "chest"),), "", (150.0, -15.0),
+        "Chest, last of all", (("chest", (50.0, 0, 0)),), ("*",), (("chest", "chest"),),
+        "The end with the flat sides up. From the front.", (150.0, -15.0),
     ),
 )  # fmt: skip
 
 
 @lru_cache(maxsize=4)
 def _things(robot: Robot, fit: float) -> tuple[Solid, ...]:
-    return tuple(bodies(robot, printed_parts(robot, fit)))
+    """Return the robot's things, with servos as a builder sees them."""
+    seen = {
+        f"{mount.joint} servo": moved(
+            servo.portrait(idler_too=mount.idler and mount.joint != "head"), mount.frame
+        )
+        for mount in mounts(robot)
+    }
+    things = bodies(robot, printed_parts(robot, fit))
+    return tuple(replace(one, solid=seen.get(one.name, one.solid)) for one in things)
 
 
 def draw_step(robot: Robot, fit: float, number: int) -> Picture:
@@ -185,6 +213,8 @@ def draw_step(robot: Robot, fit: float, number: int) -> Picture:
     step = STEPS[number]
     # The assembly is shown with straight arms; the whole robot at neutral.
     pose = np.array(robot.neutral) if step.shows == ("*",) else _straight(robot)
+    for joint, angle in step.pose.items():
+        pose[JOINTS.index(joint)] = angle
     frames = link_frames(robot, pose)
     adds = dict(step.adds)
     shown: list[tuple[Manifold, str]] = []

@@ -76,7 +76,7 @@ def shoulder_face() -> float:
 
 def neck_floor(robot: Robot) -> float:
     """Return the height of the torso's roof, on which the neck stands, mm."""
-    return 1000 * robot.lengths.L01 - dimensions().servo.short_end + 6.5
+    return 1000 * robot.lengths.L01 - dimensions().servo.short_end + 9.0
 
 
 def mounts(robot: Robot) -> list[Mount]:

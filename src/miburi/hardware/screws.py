@@ -11,7 +11,7 @@ import numpy as np
 
 from miburi.hardware import servo
 from miburi.hardware.dimensions import dimensions
-from miburi.hardware.head import clamp, jaw_rows
+from miburi.hardware.head import NECK_FLANGE, clamp, jaw_rows
 from miburi.hardware.places import mounts, neck_floor
 from miburi.hardware.solids import Manifold, join, rod
 from miburi.hardware.trunk import (
@@ -93,11 +93,12 @@ def screws(robot: Robot) -> dict[str, list[Screw]]:
     high = lid_height(robot)
     floor = -1000 * robot.shape.pedestal_height + w.shell
     board = floor + dimensions().mega.post + 1.6
+    flange = neck_floor(robot) + NECK_FLANGE
     flat = {
         "card": ("M3x6", BASE, [(*place, board) for place in card_screws()], 2, 1),
         "column": ("M2.5x8", BASE, [(*place, high - 3.0) for place in column_screws(robot)], 2, -1),
         "lid": ("M2.5x8", BASE, [(*place, high) for place in lid_screws(robot)], 2, 1),
-        "neck": ("M2.5x8", "torso", [(*p, neck_floor(robot) - 3.2) for p in NECK_SCREWS], 2, -1),
+        "neck": ("M2.5x8", "torso", [(*place, flange) for place in NECK_SCREWS], 2, 1),
         "chest": ("M2x8", "torso", [(chest_face() + 3.0, *p) for p in chest_screws(robot)], 0, 1),
     }
     for name, (kind, link, places, axis, sign) in flat.items():

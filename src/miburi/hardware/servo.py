@@ -38,6 +38,7 @@ __all__ = [
     "outline",
     "plugs",
     "pocket",
+    "portrait",
     "shoulder_pin",
     "shoulder_tab",
     "stops",
@@ -66,6 +67,23 @@ def outline(*, idler_too: bool) -> Manifold:
     horn = disc("y", (0, 0), (s.front, s.horn_face), s.horn_diameter / 2)
     behind = [_idler_outline()] if idler_too else []
     return join([case(), horn, *behind])
+
+
+def portrait(*, idler_too: bool) -> Manifold:
+    """Return the servo as a picture shows it: with the horn's holes and its notch, and sockets.
+
+    The notch is a millimetre deep here, so that it is seen; it is 0.2.
+    """
+    s = dimensions().servo
+    holes = [rod((x, s.front, z), (x, 20, z), 0.8) for x, z in circle()]
+    rim = s.horn_diameter / 2
+    notch = box((-0.7, 0.7), (s.front - 1, 20), (-rim - 1, -rim + 1.0))
+    sockets = [
+        box(sorted((side * s.socket_x[0], side * 20.0)), s.socket_y, s.socket_z) for side in (-1, 1)
+    ]
+    horn = disc("y", (0, 0), (s.front, s.horn_face), rim)
+    behind = [_idler_outline()] if idler_too else []
+    return join([cut(case(), sockets), cut(horn, [*holes, notch]), *behind])
 
 
 def _idler_outline() -> Manifold:
@@ -106,7 +124,8 @@ def horn_screws(face: float, away: float) -> list[Manifold]:
             rod((x, face + away * plate, z), (x, far, z), holes.m2_head / 2)
             for x, z in circle()
         ),
-        disc("y", (0, 0), sorted((face - away, face + away * 1.6)), 3.2),
+        # The screw in the middle can be reached.
+        disc("y", (0, 0), sorted((face - away, far)), 2.7),
     ]  # fmt: skip
 
 

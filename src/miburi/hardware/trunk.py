@@ -39,9 +39,11 @@ __all__ = [
 ]
 
 #: x and y of the four screws between torso and neck, mm.
-NECK_SCREWS = [(x, y) for x in (-19.0, -5.0) for y in (-9.5, 9.5)]
-#: Thickness of the lid at the waist, of the torso's floor, and the gap between them.
-_LID, _FLOOR, _GAP = 3.0, 4.4, 1.2
+NECK_SCREWS = [(x, y) for x in (-20.0, -3.0) for y in (-17.0, 17.0)]
+#: Thickness of the lid at the waist, of the torso's floor and roof, and the gap at the waist.
+_LID, _FLOOR, _ROOF, _GAP = 3.0, 4.4, 5.7, 1.2
+#: Radius of the hole in the roof, through which a slim driver reaches the waist's horn.
+_DRIVER = 9.5
 #: Radius at which the waist's stops stand, and their radius.
 _STOP_CIRCLE, _STOP_RADIUS = 22.0, 2.2
 
@@ -223,7 +225,7 @@ def _shell(robot: Robot) -> Manifold:
     bay = join(
         [
             disc("z", (0, 0), (low + _FLOOR, begin - 2.0), inner),
-            _outline(inner, begin - 2.1, roof - 3.2, side - 2.8),
+            _outline(inner, begin - 2.1, roof - _ROOF, side - 2.8),
         ]
     )
     return cut(whole, [bay])
@@ -247,10 +249,10 @@ def torso(robot: Robot, fit: float) -> Manifold:
             disc("y", (0, high), sorted((sign * 20.0, sign * 40.0)), s.horn_diameter / 2 + 0.4)
         )
     tools += [
-        disc("z", place, (roof - 10, roof + 10), holes.m25_clearance / 2) for place in NECK_SCREWS
+        disc("z", place, (roof - 10, roof + 10), holes.m25_pilot / 2) for place in NECK_SCREWS
     ]
     tools += [
-        disc("z", (-10.0, 0.0), (roof - 10, roof + 10), 4.0),  # the head's cable
+        disc("z", (0.0, 0.0), (roof - 10, roof + 10), _DRIVER),  # a driver, then the head's cable
         disc("z", (0.0, 21.0), (-1, 8), 5.0),  # the cable to the foot
         *(disc("x", place, (-40, 40), holes.m2_pilot / 2) for place in chest_screws(robot)),
     ]
@@ -271,7 +273,7 @@ def _split(robot: Robot) -> Manifold:
     return box(
         (dimensions().servo.half_width + 3.0, 60),
         (-radius - 1, radius + 1),
-        (_GAP + _FLOOR + 3.0, roof - 3.2),
+        (_GAP + _FLOOR + 3.0, roof - _ROOF),
     )
 
 
@@ -283,13 +285,13 @@ def chest_face() -> float:
 def chest_screws(robot: Robot) -> list[tuple[float, float]]:
     """Return y and z of the screws that hold the chest."""
     roof = neck_floor(robot)
-    return [(side * 15.0, z) for side in (-1, 1) for z in (_GAP + _FLOOR + 8.0, roof - 3.2 - 5.0)]
+    return [(side * 15.0, z) for side in (-1, 1) for z in (_GAP + _FLOOR + 8.0, roof - _ROOF - 5.0)]
 
 
 def _ears(robot: Robot) -> list[Manifold]:
     """Return the blocks in the torso that the chest's screws go into."""
     x = chest_face()
-    low, high = _GAP + _FLOOR, neck_floor(robot) - 3.2
+    low, high = _GAP + _FLOOR, neck_floor(robot) - _ROOF
     blocks = []
     for y, z in chest_screws(robot):
         down = z < (low + high) / 2
@@ -305,7 +307,7 @@ def chest(robot: Robot, fit: float) -> Manifold:
     room = _split(robot)
     radius = 1000 * robot.shape.torso_radius
     front = _shell(robot) ^ room
-    low, high = _GAP + _FLOOR + 3.0, neck_floor(robot) - 3.2
+    low, high = _GAP + _FLOOR + 3.0, neck_floor(robot) - _ROOF
     x = dimensions().servo.half_width + 3.0
     # Lugs for the screws, and the gap all round.
     lugs = [
