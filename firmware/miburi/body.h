@@ -55,6 +55,9 @@ class Body {
     memory_.work(table_);
   }
 
+  // The host has said something that could be understood.
+  void host_spoke() { heard_ = now(); }
+
   int64_t time() const { return readings_.time(); }  // of the latest reading
   const Table& table() const { return table_; }
   Stored stored() { return memory_.has(table_); }
@@ -339,6 +342,7 @@ class Body {
 
  private:
   static const int32_t POLL = 20000;  // µs between two readings of the servos
+  static const int32_t HOST_SILENT = 30000000;  // µs of which a host at rest says something
   static const int32_t APART = 19000;  // and at least: bytes for the host cost bytes of servos
   // Steps outside its limits that a joint may be at a release: limp, its servo may have lost count
   // of the turns; held, it hangs from a goal inside.
@@ -384,6 +388,10 @@ class Body {
       if (fault == Reason::astray) {
         controller_.yields = false;
       }
+    }
+    // A host that has gone leaves no body under full torque behind.
+    if (controller_.phase == Phase::idle && time() - heard_ > HOST_SILENT) {
+      give_up(Reason::alone, NO_MOTOR);
     }
     if (controller_.phase == Phase::stopped) {
       hold_.stay(table_, orders_);
@@ -540,6 +548,7 @@ class Body {
   uint32_t ticks_ = 0;
   int64_t clock_ = 0;
   int64_t next_poll_ = 0;
+  int64_t heard_ = 0;  // when the host last spoke
 
   bool loaded_ = false;          // loads_ are those of the next move
   bool eased_ = false;           // the motors have been told their ceilings after the ramp

@@ -77,6 +77,7 @@ class Card {
            result == Result::version ? frame.sequence : 0, payload, sizeof payload);
       return;
     }
+    body_.host_spoke();
     // A frame that is repeated because its answer was lost is answered again, not done again.
     const uint16_t crc = crc16(frame.payload, frame.count);
     const bool again = answered_ && frame.sequence == last_sequence_ && frame.kind == last_kind_ &&

@@ -23,7 +23,8 @@ enum class Reason : uint8_t {
   astray,      // a servo reports a place where it cannot be: motor
   misnamed,    // a servo answers with another's id: motor
   restarted,   // a servo has restarted, and has no torque: motor
-  outside      // at a release, a joint is outside its limits: motor
+  outside,     // at a release, a joint is outside its limits: motor
+  alone        // idle, and the host has said nothing for long
 };
 
 const uint8_t NO_MOTOR = 0xff;

@@ -11,6 +11,7 @@ from tests.firmware.endings import raise_arms, recovers
 from tests.firmware.rig import Rig, calibrated
 
 from miburi.bodies import Motor
+from miburi.card.link import FrameKind
 from miburi.errors import BodyError
 from miburi.robot import JOINTS
 from miburi.safety.move import Move
@@ -59,6 +60,33 @@ def test_host_killed_in_mid_move_lets_the_move_end(rig: Rig) -> None:
     joint = rig.settings.joints[1]
     aim = rig.robot.neutral[1] + 1.2
     assert abs(rig.servos[1].shaft.place - joint.zero - aim / rig.robot.servo.step) < 5
+
+
+def test_a_host_that_has_gone_leaves_no_body_under_full_torque(firmware: Path) -> None:
+    """At rest, after half a minute without a word from it: stopped, and held softly."""
+    rig = Rig(firmware, twin=False)
+    assert rig.settle() is Phase.IDLE
+    rig.body.ask(FrameKind.STATUS, struct.pack("<H", 0))  # the emulation is quicker without reports
+    rig.line.run(rig.line.mega.time + 29e6)
+    assert rig.body.ask(FrameKind.STATUS, struct.pack("<H", 0)) == b""  # half a minute begins anew
+    before = rig.line.mega.time
+    rig.line.run(before + 29e6)
+    limits = [servo.get("goal_pwm") for servo in rig.servos]
+    rig.line.run(before + 31e6)
+    hold = rig.settings.general.hold_pwm
+    assert [servo.get("goal_pwm") for servo in rig.servos] == [hold] * 8 != limits
+    assert [servo.get("torque_enable") for servo in rig.servos] == [1] * 8
+    state = rig.body.look()
+    assert (state.phase, state.stop.reason) == (Phase.STOPPED, StopReason.LINE_LOST)
+    recovers(rig)
+
+
+def test_a_host_at_rest_shows_the_card_that_it_lives(firmware: Path) -> None:
+    rig = Rig(firmware, twin=False)
+    asked: list[FrameKind] = []
+    rig.body.on_answer = lambda kind, *_: asked.append(kind)
+    rig.run(5.5)
+    assert asked == [FrameKind.STATUS]
 
 
 def test_a_card_tells_how_its_servos_are_until_it_is_lost(firmware: Path) -> None:

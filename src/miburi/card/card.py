@@ -58,6 +58,8 @@ _START_UP = 4.0
 _SILENCE = 1.0
 #: Seconds between two attempts to reach a lost card.
 _RETRY = 1.0
+#: Seconds at rest after which a card is told that its host lives.
+_LIFE = 5.0
 #: Least time between two reports, ms; shorter than that between readings, so that all are sent.
 _REPORT_PERIOD = 10
 #: Seconds within which several reports arrive.
@@ -102,6 +104,7 @@ class Card:
         self._requested_settings = settings
         self._receiver = Receiver()
         self._sequence = 0
+        self._asked = -_LIFE
         self._answers: list[Frame] = []
         self._history: deque[Report] = deque(maxlen=_VELOCITY_REPORTS)
         self._own_stop: Stop | None = None
@@ -314,6 +317,7 @@ class Card:
         self._due = (self._due if now - self._due < _SILENCE else now) + dt
         if self._connected:
             self._hear(self._line.now())
+            self._show_life()
         while self._line.now() < self._due:
             if self._connected:
                 self._hear(self._due)
@@ -346,6 +350,7 @@ class Card:
         """
         self._sequence = self._sequence % 255 + 1
         data = encode(Frame(kind, self._sequence, payload))
+        self._asked = self._line.now()
         for _ in range(_TRIES):
             self._answers.clear()
             try:
@@ -409,6 +414,15 @@ class Card:
         self._fresh = self._connected = True
         self._heard = self._line.now()
         self._await_phase()
+
+    def _show_life(self) -> None:
+        """Ask for reports again, so that a card at rest knows that somebody is there.
+
+        A card that hears nothing for 30 s stops, and holds softly.
+        """
+        if self.report.phase == PHASES.index(Phase.IDLE) and self._line.now() - self._asked > _LIFE:
+            with suppress(NoAnswerError):  # the card is lost then, and looked for
+                self.ask(FrameKind.STATUS, struct.pack("<H", _REPORT_PERIOD))
 
     def _default_settings(self, complete: bool) -> CardSettings:
         of_robot = CardSettings.of(self._robot)

@@ -82,6 +82,7 @@ class Reason(IntEnum):
     MISNAMED = 10
     RESTARTED = 11
     OUTSIDE = 12
+    ALONE = 13
 
 
 class FrameError(MiburiError):

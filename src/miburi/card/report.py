@@ -38,6 +38,8 @@ _REASONS = {
     Reason.ASTRAY: StopReason.SERVO_ASTRAY,
     Reason.MISNAMED: StopReason.SERVO_MISNAMED,
     Reason.RESTARTED: StopReason.SERVO_RESTARTED,
+    # Seen from the card's end: it has heard nothing for half a minute.
+    Reason.ALONE: StopReason.LINE_LOST,
 }
 _SIGNS = (Sign.SPEED, Sign.TRACKING, Sign.ARRIVAL)
 
