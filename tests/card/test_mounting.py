@@ -53,6 +53,8 @@ def test_each_fault_of_each_servo_is_named(motor: int, kind: str) -> None:
             offsets[motor] = -2048
         case "limp":
             signs[motor] = 0
+    for missed in (-MISSED, 0):
+        assert len(mounting_faults(BUILT, turn_all(order, signs, offsets, missed))) in {1, 2}
     lines = mounting_faults(BUILT, turn_all(order, signs, offsets, MISSED))
     wrong = {motor, other} if kind == "swapped" else {motor}
     assert [line.partition(":")[0] for line in lines] == [
@@ -70,3 +72,18 @@ def test_a_joint_that_is_far_from_its_zero_is_no_horn_that_is_off() -> None:
     offsets[2] = 400
     (line,) = mounting_faults(BUILT, turn_all(RIGHT[0], RIGHT[1], offsets))
     assert "35° from where" in line
+
+
+def test_a_head_that_sags_meanwhile_is_not_what_was_turned() -> None:
+    turns = turn_all(*RIGHT)
+    turns[0].after[7] -= 400
+    assert mounting_faults(BUILT, turns) == []
+
+
+def test_counts_that_pass_their_end_are_no_turn() -> None:
+    """One servo rests where it counts 4095 and 0 in turn."""
+    turns = turn_all(*RIGHT)
+    for number, turned in enumerate(turns):
+        if number != 7:
+            turned.before[7], turned.after[7] = 4095, 0
+    assert mounting_faults(BUILT, turns) == []

@@ -96,7 +96,7 @@ def test_a_card_tells_how_its_servos_are_until_it_is_lost(firmware: Path) -> Non
     # It looks at their health every half second; until then that is not known.
     assert rig.body.motors().each == tuple(Motor(i + 1, True) for i in range(8))
     rig.servos[4].dead = True
-    rig.run(1.0)
+    rig.run(1.5)  # a dead servo is waited for at each reading, so their health comes later
     told = rig.body.motors()
     assert (told.hottest, told.lowest) == (65, 4.2)
     assert told.settings == f"{rig.settings.crc:04x}"
@@ -294,10 +294,16 @@ def test_clock_that_wraps_in_mid_move_is_not_noticed(rig: Rig, firmware: Path) -
     """After 71 minutes micros() begins anew: here in the middle of a move."""
     overflows = symbol(firmware, "timer0_overflow_count") & 0xFFFF  # in data memory
     before = rig.body.report.time
-    # A tick of timer 0 is 4 µs and it overflows after 256: 300 ms before the wrap.
-    rig.line.mega.poke(overflows, struct.pack("<I", (1 << 22) - 293))
+    # A tick of timer 0 is 4 µs and it overflows after 256: 8 s before the wrap.
+    rig.line.mega.poke(overflows, struct.pack("<I", (1 << 22) - 7813))
+    wraps = rig.line.mega.time + 8e6
     rig.run(0.1)
+    # For the card an hour has passed, and nobody has said a word.
+    assert rig.body.state.stop.reason == StopReason.LINE_LOST
+    rig.body.wake()
+    rig.run((wraps - rig.line.mega.time) / 1e6 - 0.2)
     raise_arms(rig)
+    assert rig.line.mega.time > wraps
     assert rig.settle() is Phase.IDLE
     assert rig.body.report.time > before
 

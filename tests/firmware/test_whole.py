@@ -220,12 +220,12 @@ def test_servos_that_sit_wrongly_are_found_before_torque(
     built = mounting(rig.robot)
 
     def faults(*, swap: int = 0, way: int = 1, off: int = 0) -> list[str]:
-        asked: list[str] = []
+        names = [name.replace("_", " ") for name in JOINTS]
 
         def turn(what: str) -> None:
             assert not any(servo.get("torque_enable") for servo in rig.servos)
-            motor, onwards = divmod(len(asked), 2)
-            asked.append(what)
+            motor = names.index(what.partition(",")[0])
+            onwards = "by about" in what
             rig.line.run(rig.line.mega.time + 5e4)
             moves = motor ^ swap
             turned = onwards * 120 * way * built.direction[motor]

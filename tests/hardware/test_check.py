@@ -72,7 +72,7 @@ def thrown() -> np.ndarray:
         (changed("lengths", LH1=0.10), None, "cables", "longest to the head"),
         (ROBOT, thrown(), "tipping", "zero-moment"),
         (with_range("head", min=-0.6), None, "joints", "head at"),
-        (with_range("waist", min=-3.1, max=3.1), None, "stops", "waist at"),
+        (with_range("right_shoulder", min=-3.1, max=3.1), None, "stops", "right_shoulder at"),
         (ROBOT, folded(), "gestures", "right_forearm"),
     ],
     ids=lambda value: value.replace(" ", "-") if isinstance(value, str) else "",

@@ -46,40 +46,41 @@ def mounting_faults(built: Mounting, turns: list[Turned]) -> list[str]:
     lines = []
     for turned in turns:
         name = JOINTS[turned.motor].replace("_", " ")
-        ways = turned.after - turned.before
-        most = int(np.argmax(np.abs(ways)))
+        ways = _wrapped(turned.after - turned.before)
+        # Limp joints sag meanwhile: the asked one counts first.
+        asked, most = turned.motor, int(np.argmax(np.abs(ways)))
         if abs(ways[most]) < _TURN:
             lines.append(f"{name}: no servo turned by 6° or more; look at its horn's screws.")
             continue
-        if most != turned.motor:
+        if abs(ways[asked]) < _TURN:
             other = JOINTS[most].replace("_", " ")
             lines.append(
-                f"{name}: servo {built.id[most]} turned, which belongs to the {other}: the two are "
-                "swapped. Exchange them, or give both their ids anew (--ids)."
+                f"{name}: servo {built.id[most]} turned, which belongs to the {other}. If the "
+                f"{other} turned this one's, the two are swapped: exchange them (--ids)."
             )
             continue
-        if np.sign(ways[most]) != built.direction[most]:
+        if np.sign(ways[asked]) != built.direction[asked]:
             lines.append(
-                f"{name}: servo {built.id[most]} turned the other way: its horn looks to the wrong "
-                "side, or the joint was turned the wrong way. Take the servo out and turn it round."
+                f"{name}: servo {built.id[asked]} turned the other way: its horn looks to the "
+                "wrong side, or the joint was turned the wrong way."
             )
             continue
-        off = _wrapped(int(turned.before[most]) - built.zero[most])
+        off = int(_wrapped(turned.before[asked] - built.zero[asked]))
         quarters = round(off / _QUARTER)
         if abs(off - quarters * _QUARTER) > _BY_HAND:
             lines.append(
-                f"{name}: servo {built.id[most]} is {off * 360 / STEPS_PER_TURN:.0f}° from where "
+                f"{name}: servo {built.id[asked]} is {off * 360 / STEPS_PER_TURN:.0f}° from where "
                 "its zero should be: put the joint to its zero, and look at the horn's screws."
             )
         elif quarters % 4:
             lines.append(
-                f"{name}: the horn of servo {built.id[most]} sits {90 * abs(quarters)}° off: take "
+                f"{name}: the horn of servo {built.id[asked]} sits {90 * abs(quarters)}° off: take "
                 "its four screws out, and turn it until its notch shows in the slot."
             )
     return lines
 
 
-def _wrapped(steps: int) -> int:
-    """Return a difference of positions, from minus half a turn to half a turn."""
+def _wrapped(steps: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return differences of positions, from minus half a turn to half a turn."""
     half = STEPS_PER_TURN // 2
     return (steps + half) % STEPS_PER_TURN - half

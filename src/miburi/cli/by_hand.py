@@ -34,6 +34,17 @@ _BY_HAND = {
     "left_fingertip": (_STRAIGHT, "the hand goes up"),
     "head": ("its link lies level, forwards", "the head goes up"),
 }
+#: The same for a printed body, by its parts: what to turn, its zero, and its positive direction.
+_BUILT = {
+    "waist": ("the torso", "FRONT over FRONT", "to the robot's own left"),
+    "shoulder": (
+        "the SIDE yoke", "its flat top looks up", "its top goes backwards, its underside forwards"
+    ),
+    "elbow": ("the SIDE upper arm, at the yoke,", "straight out to the side", "OUT"),
+    "fingertip": ("the SIDE forearm", "in line with the upper arm", "OUT"),
+    "head": ("the cradle", "bowed until it meets its stop", "upwards"),
+}  # fmt: skip
+_OUT = {"right": "downwards", "left": "upwards"}
 
 
 def wait_for_enter(what: str) -> None:
@@ -87,26 +98,39 @@ def find_zeros(card: "Card", wait: Callable[[str], None]) -> None:
 def find_faults(card: "Card", built: "Mounting", wait: Callable[[str], None]) -> None:
     """Look for servos that sit wrongly in a built robot, while a person turns the limp joints.
 
+    Each joint is asked for a second time where something seems wrong.
+
     Raises
     ------
     BodyError
-        Some do; the message has a line for each. Nothing has moved.
+        Some sit wrongly; the message has a line for each. Nothing has moved, and the card has the
+        settings that it had.
     """
     from miburi.card.mounting import Turned, mounting_faults
     from miburi.robot import JOINTS
 
-    card.configure(card.settings.with_mounting(built))
+    before = card.settings
+    card.configure(before.with_mounting(built))
     card.relax()
     print("The joints are limp. Turn each gently, by hand; nothing moves by itself.")
-    turns = []
+    lines = []
     for motor, name in enumerate(JOINTS):
-        zero, onwards = _BY_HAND[name]
-        places = []
-        for what in (f"to its zero: {zero}", f"by about 10°: {onwards}"):
-            wait(f"Turn the {_in_words(name)} {what}")
-            places.append(_positions(card))
-        turns.append(Turned(motor, *places))
-    if lines := mounting_faults(built, turns):
+        what, zero, onwards = _BUILT[name.partition("_")[2] or name]
+        side = name.partition("_")[0]
+        for tries in (1, 2):
+            places = []
+            for way in (f"to its zero: {zero}", f"by about 10°: {onwards}"):
+                order = f"{_in_words(name)}, servo {built.id[motor]}: turn {what} {way}"
+                wait(order.replace("SIDE", side).replace("OUT", _OUT.get(side, "")))
+                places.append(_positions(card))
+            faults = mounting_faults(built, [Turned(motor, places[0], places[1])])
+            if not faults:
+                break
+            if tries == 1:
+                print(f"{faults[0]} Once more, please.")
+        lines += faults
+    if lines:
+        card.configure(before)
         raise BodyError("this robot is not put together as its parts say:\n  " + "\n  ".join(lines))
     print("Every servo is where it belongs.")
 

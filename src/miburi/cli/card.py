@@ -13,7 +13,7 @@ import typer
 
 from miburi.cli.by_hand import find_faults, find_zeros, give_ids, wait_for_enter
 from miburi.cli.options import RobotFile, robot_of
-from miburi.errors import BodyError
+from miburi.errors import BodyError, InputError
 
 if TYPE_CHECKING:
     from miburi.bodies import BodyState
@@ -137,7 +137,15 @@ def calibrate(
     from miburi.calibration.file import write_calibration
     from miburi.card.calibration import describe, measure
     from miburi.ground.files import whole_files
+    from miburi.hardware.places import misfits
 
+    if built and zeros:
+        raise InputError("--built and --zeros both say where the zeros are; give one of them.")
+    if built and misfits(robot_of(robot)):
+        raise InputError(
+            "--built is for a printed body, and this robot cannot be printed: name its file with "
+            "--robot (miburi template robot buildable)."
+        )
     with _open_card(port, robot_of(robot)) as card, whole_files(out.parent) as draft:
         if ids:
             give_ids(card, wait_for_enter)

@@ -59,10 +59,9 @@ def upper_arm(robot: Robot, side: str, fit: float) -> Manifold:
         box((-wide, wide), (w.web, w.web + w.shell), (-_HALF, _HALF)),
         box((-11.0, 11.0), (begin, begin + w.shell), (-_HALF, _HALF)),
     )
-    channel = rod((0, w.web - 1, 0), (0, begin + w.shell + 1, 0), 4.5)
     frame = mount_of(robot, "left_fingertip").frame
     whole = join([_fork(w.web + w.shell - 0.4), bridge, _holder(robot, side, "fingertip", fit)])
-    return cut(whole, [moved(servo.pocket(fit), frame), channel])
+    return cut(whole, [moved(servo.pocket(fit), frame)])
 
 
 def forearm(robot: Robot) -> Manifold:

@@ -146,7 +146,8 @@ def zero_moment_radius(
 def push_that_tips(robot: Robot, table: Sequence[Weight], height: float) -> float:
     """Return the level push, N, at ``height`` mm above the table, that tips the robot at rest."""
     mass = sum(weight.mass for weight in table)
-    return float(mass * GRAVITY * 1000 * robot.shape.pedestal_radius / height)
+    foot = 1000 * robot.shape.pedestal_radius - 1.5  # its edge is cut off
+    return float(mass * GRAVITY * foot / height)
 
 
 def torques(robot: Robot, poses: Array) -> tuple[Array, Array]:

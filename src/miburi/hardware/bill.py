@@ -16,6 +16,7 @@ from functools import cache
 from importlib import resources
 from pathlib import Path
 
+from miburi.errors import MiburiError
 from miburi.ground.tables import Table, load_table
 from miburi.hardware.balance import ballast
 from miburi.hardware.build import PrintedPart, printed_mass
@@ -103,7 +104,7 @@ def slice_part(program: str, part: PrintedPart, *, supports: bool = True) -> Sli
         model, code = Path(folder) / f"{part.name}.stl", Path(folder) / "part.gcode"
         model.write_bytes(stl(part.on_the_bed))
         # The program was looked up by its name.
-        subprocess.run(  # noqa: S603
+        done = subprocess.run(  # noqa: S603
             [
                 program, "--export-gcode", "--layer-height", f"{settings.layer}",
                 "--perimeters", f"{settings.perimeters}", "--fill-density", f"{settings.infill}%",
@@ -111,8 +112,10 @@ def slice_part(program: str, part: PrintedPart, *, supports: bool = True) -> Sli
                 *(["--support-material"] if supports else []),
                 "--output", str(code), str(model),
             ],
-            check=True, capture_output=True,
+            check=False, capture_output=True, text=True,
         )  # fmt: skip
+        if done.returncode:
+            raise MiburiError(f"PrusaSlicer could not slice {part.name}: {done.stderr.strip()}")
         said = code.read_text(encoding="utf-8", errors="replace")
     grams = re.search(r"filament used \[g\] = ([\d.]+)", said)
     time = re.search(r"estimated printing time \(normal mode\) = (.+)", said)

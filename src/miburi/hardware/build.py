@@ -154,14 +154,19 @@ def printed_parts(robot: Robot, fit: float = FIT, *, engraved: bool = True) -> l
         ):
             solid = made if side == "left" else mirror_y(made)
             table.append(PrintedPart(f"{side}_{name}", f"{side}_{link}", solid, lying))
-    letters = engraving.texts(robot, _ENGRAVED) if engraved else {}
-    finished = [
-        replace(
-            part,
-            solid=cut(part.solid, letters.get(part.name, [])).as_original().simplify(_SMALLEST),
-        )
-        for part in table
-    ]
+    slots = engraving.notch_slots(robot)
+    letters = engraving.texts(robot, _ENGRAVED, fit) if engraved else {}
+    finished = []
+    for part in table:
+        tools = [*letters.get(part.name, []), *([slots[part.name]] if part.name in slots else [])]
+        solid = cut(part.solid, tools).as_original().simplify(_SMALLEST)
+        if len(solid.decompose()) != 1:
+            raise InputError(
+                f"this robot cannot be built: its {part.name} would fall apart. Look at "
+                f"{_LENGTH.get(part.name, 'its lengths')}, the phone's size, phone_below and "
+                "phone_level."
+            )
+        finished.append(replace(part, solid=solid))
     for part in finished:
         box = np.reshape(part.on_the_bed.bounding_box(), (2, 3))
         largest = float(np.max(box[1] - box[0]))

@@ -149,7 +149,9 @@ def _joints(robot: Robot, table: dict[str, list[Solid]]) -> Iterator[Finding]:
         f"{joint} at {np.degrees(angle):.0f}°"
         for joint, angle in meetings.over_the_range(robot, table, float(np.radians(5.0)))
     ]
-    words = "; ".join(met) if met else "free over each joint's range and 5° beyond"
+    words = (
+        "; ".join(met) if met else "free of what carries it over each joint's range and 5° beyond"
+    )
     yield Finding("joints", not met, words)
     loose = [
         f"{joint} at {np.degrees(angle):.0f}°" for joint, angle in meetings.stops_hold(robot, table)
@@ -260,7 +262,7 @@ def _drivers(robot: Robot, things: Iterable[Solid]) -> Finding:
                 if thing.name not in {"chest", "neck"} and (way ^ here).volume() > 1.0:
                     blocked.append(f"{mount.joint} ({thing.name})")
     words = f"none reaches: {', '.join(sorted(set(blocked)))}" if blocked else (
-        "a driver of 3.8 mm reaches all horns' screws"
+        "a driver of 3.8 mm reaches the screws of all horns"
     )  # fmt: skip
     return Finding("drivers", not blocked, words)
 
@@ -294,5 +296,6 @@ def _cables(robot: Robot, motions: Mapping[str, Array]) -> Finding:
     worst = max(longest, key=lambda joint: longest[joint])
     return Finding(
         "cables", longest[worst] <= _CABLE,
-        f"longest to the {worst.replace('_', ' ')}: {longest[worst]:.0f} mm of {_CABLE:.0f} mm",
+        f"longest to the {worst.replace('_', ' ')}, by the straight way: {longest[worst]:.0f} mm "
+        f"of {_CABLE:.0f} mm",
     )  # fmt: skip

@@ -9,17 +9,17 @@ import numpy as np
 
 from miburi.hardware import head
 from miburi.hardware.dimensions import dimensions
-from miburi.hardware.places import mount_of, neck_floor, shoulder_face
+from miburi.hardware.places import SIDE_GAP, mount_of, neck_floor, shoulder_face
 from miburi.hardware.solids import Manifold, hull, letters, moved, rod
 from miburi.hardware.trunk import lid_height
 from miburi.robot import Robot
 from miburi.robot.description import JOINTS, Array
 from miburi.robot.shape import links
 
-__all__ = ["texts"]
+__all__ = ["notch_slots", "texts"]
 
-#: Height of the letters, and the radii between which a notch in the horn's rim is seen, mm.
-_HIGH, _NOTCH = 3.6, (7.6, 10.6)
+#: Height of the letters, and the radius from which a notch in the horn's rim is seen, mm.
+_HIGH, _NOTCH = 3.6, 7.6
 
 
 def _name(robot: Robot, joint: str) -> str:
@@ -36,12 +36,12 @@ def _on(
     return moved(letters(text, high, depth + 2.0), frame)
 
 
-def texts(robot: Robot, depth: float) -> dict[str, list[Manifold]]:
-    """Return what is cut out of each part, in its link's frame, mm; ``depth`` of the letters."""
+def texts(robot: Robot, depth: float, fit: float) -> dict[str, list[Manifold]]:
+    """Return the letters that are cut out of each part, ``depth`` deep, in its link's frame, mm."""
     s, w = dimensions().servo, dimensions().wall
     size = robot.lengths
     up, left, ahead = (0, 0, 1), (0, 1, 0), (1, 0, 0)
-    side = shoulder_face() - 0.2
+    side = shoulder_face() - SIDE_GAP
     high = 1000 * size.L01
     table: dict[str, list[Manifold]] = {
         "foot": [_on("5 V ONLY", (-20.0, 0.0, _floor(robot)), up, left, depth, 5.0)],
@@ -54,7 +54,6 @@ def texts(robot: Robot, depth: float) -> dict[str, list[Manifold]]:
             _on("FRONT", (21.0, 0.0, neck_floor(robot)), up, left, depth, 4.5),
             _on(_name(robot, "left_shoulder"), (0, side, high - 27.5), left, (-1, 0, 0), depth),
             _on(_name(robot, "right_shoulder"), (0, -side, high - 27.5), (0, -1, 0), ahead, depth),
-            _notch_slot(robot, "waist", (0, 0, 0)),
         ],
         "neck": [
             _on(
@@ -62,27 +61,40 @@ def texts(robot: Robot, depth: float) -> dict[str, list[Manifold]]:
                 (-1, 0, 0), (0, -1, 0), depth,
             )
         ],
-        "cradle": [_on("HEAD", *_cradle_back(robot), depth), _notch_slot(robot, "head", (0, 0, 0))],
+        "cradle": [_on("HEAD", *_cradle_back(robot), depth)],
     }  # fmt: skip
-    wide = s.half_width + 0.25 + w.shell
-    top = s.long_end + 0.25 + w.shell
+    wide = s.half_width + fit + w.shell
+    top = s.long_end + fit + w.shell
     for name, sign in (("left", 1.0), ("right", -1.0)):
         mid = sign * (1000 * size.L23 - 12.0)
         reading = (-sign, 0.0, 0.0)
-        face = sign * (shoulder_face() - 1000 * size.L12)
         table |= {
             f"{name}_yoke": [
                 _on(_name(robot, f"{name}_elbow"), (0, 0, top), up, (0, -1, 0), depth, 4.5),
-                _notch_slot(robot, f"{name}_shoulder", (0, face, 0)),
             ],
             f"{name}_upper_arm": [
                 _on(_name(robot, f"{name}_fingertip"), (-5.0, mid, wide), up, reading, depth),
-                _notch_slot(robot, f"{name}_elbow", (0, 0, 0)),
             ],
             f"{name}_forearm": [
                 _on(name[0].upper(), (0, sign * 30.0, 8.75), up, reading, depth, 6.0),
-                _notch_slot(robot, f"{name}_fingertip", (0, 0, 0)),
             ],
+        }
+    return table
+
+
+def notch_slots(robot: Robot) -> dict[str, Manifold]:
+    """Return the slot that is cut out of each part that lies on a horn, in its link's frame, mm."""
+    rim = 13.0  # a cheek's is cut through, so that no thin rest stays
+    table = {
+        "torso": _notch_slot(robot, "waist", (0, 0, 0), 9.8),
+        "cradle": _notch_slot(robot, "head", (0, 0, 0), rim),
+    }
+    for name, sign in (("left", 1.0), ("right", -1.0)):
+        face = sign * (shoulder_face() - 1000 * robot.lengths.L12)
+        table |= {
+            f"{name}_yoke": _notch_slot(robot, f"{name}_shoulder", (0, face, 0), 9.0),
+            f"{name}_upper_arm": _notch_slot(robot, f"{name}_elbow", (0, 0, 0), rim),
+            f"{name}_forearm": _notch_slot(robot, f"{name}_fingertip", (0, 0, 0), 10.6),
         }
     return table
 
@@ -106,11 +118,13 @@ def _triple(values: Array) -> tuple[float, float, float]:
     return x, y, z
 
 
-def _notch_slot(robot: Robot, joint: str, origin: tuple[float, float, float]) -> Manifold:
+def _notch_slot(
+    robot: Robot, joint: str, origin: tuple[float, float, float], outside: float
+) -> Manifold:
     """Return the slot through which the horn's notch is seen when the servo counts 2048.
 
     The notch then points to the servo's short end. At joint angle 0, links have their parents'
-    axes; ``origin`` is the joint on the link that it turns.
+    axes; ``origin`` is the joint on the link that it turns, ``outside`` where the slot ends.
     """
     mount = mount_of(robot, joint)
     axle, notch = mount.frame[:, 1], -mount.frame[:, 2]
@@ -119,7 +133,7 @@ def _notch_slot(robot: Robot, joint: str, origin: tuple[float, float, float]) ->
     turn, aside = -mount.centred, np.cross(axis, notch)
     way = np.cos(turn) * notch + np.sin(turn) * aside
     ends = []
-    for radius in _NOTCH:
+    for radius in (_NOTCH, outside):
         begin = np.array(origin, dtype=float) + radius * way
         near = begin if not mount.idler else begin + 10.0 * axle
         ends.append(rod((near - axle).tolist(), (near + 12.0 * axle).tolist(), 0.8))

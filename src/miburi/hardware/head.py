@@ -12,7 +12,7 @@ import numpy as np
 from miburi.hardware import servo
 from miburi.hardware.dimensions import dimensions
 from miburi.hardware.places import mount_of, neck_floor, range_of
-from miburi.hardware.solids import Manifold, box, cut, disc, hull, join, moved, rod
+from miburi.hardware.solids import Manifold, ball, box, cut, disc, hull, join, moved, rod
 from miburi.hardware.trunk import NECK_SCREWS
 from miburi.robot import Robot
 from miburi.robot.description import Array
@@ -90,20 +90,25 @@ def neck(robot: Robot, fit: float) -> Manifold:
         *(
             disc("z", (x, y), (floor, floor + NECK_FLANGE), 4.0)
             for x in (-20.5, -1.0)
-            for y in (-17.0, 17.0)
+            for y in (-20.0, 20.0)
         )
     )
     end = s.long_end + fit
     # The column begins at the sleeve's end; it leans with the servo.
     foot_of_sleeve = moved(box((-wide, wide), (s.back, s.front), (end, end + w.shell)), frame)
     column = hull(foot_of_sleeve, box((-24.0, 3.0), (-13.5, 13.5), (floor, floor + 1.0)))
-    tip = frame @ np.array([0.0, -8.0, end - 1.0, 1.0])
-    channel = rod((-3.5, 0.0, floor - 6.0), (float(tip[0]), 0.0, float(tip[2])), 4.5)
+    # The head's cable comes up through the roof and leaves at the robot's right.
+    bend = (-10.5, 0.0, floor + 9.0)
+    channel = [
+        rod((-8.0, 0.0, floor - 6.0), bend, 5.0),
+        rod(bend, (-10.5, -30.0, floor + 9.0), 5.0),
+    ]
+    channel.append(ball(bend, 5.0))
     flange = [
         disc("z", place, (floor - 1.0, floor + 9.0), holes.m25_clearance / 2)
         for place in NECK_SCREWS
     ]
-    return cut(join([grip, base, column]), [moved(servo.pocket(fit), frame), channel, *flange])
+    return cut(join([grip, base, column]), [moved(servo.pocket(fit), frame), *channel, *flange])
 
 
 def cradle(robot: Robot) -> Manifold:
@@ -152,7 +157,8 @@ def jaw(robot: Robot) -> Manifold:
         hull(
             *(
                 disc("x", (middle + way, z), (back - 1, c.plate + 1), wide)
-                for way in (-_TRAVEL / 2, _TRAVEL / 2)
+                # The screws stay in the cradle: a narrower phone takes the jaw inwards.
+                for way in (-_TRAVEL, 0.0)
             )
         )
         for _, z in jaw_rows(robot)

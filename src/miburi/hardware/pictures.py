@@ -7,7 +7,7 @@ robot's description; out come pictures, (height, width, 3) uint8.
 import xml.etree.ElementTree as ET
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import lru_cache
 from math import pi
 from pathlib import Path
@@ -80,10 +80,14 @@ class BuildStep:
 
 _FOOT = ("foot", "lid", "column", "waist servo")
 _SHOULDERS = ("right_shoulder servo", "left_shoulder servo")
-_HEAD = ("neck", "head servo", "idler")
+_HEAD = ("neck", "head servo")
 _ALL = (*_FOOT, "torso", *_SHOULDERS, *_HEAD)
+_ARM = ("left_upper_arm", "left_fingertip servo")
+_WHOLE_ARM = ("left_yoke", "left_elbow servo", "left_elbow idler", *_ARM, "left_fingertip idler")
 #: A left arm that points forwards, and a bowed head.
-_FORWARDS, _BOWED = {"left_shoulder": pi / 2}, {"head": 0.18}
+_FORWARDS, _BOWED = {"left_shoulder": pi / 2}, {"head": 0.2}
+#: How far what comes is away, mm: outwards, upwards, forwards.
+_OUT, _UP, _AHEAD = (0.0, 45.0, 0.0), (0.0, 0.0, 50.0), (45.0, 0.0, 0.0)
 
 #: The steps in their order; the right arm is built as the left one.
 STEPS: tuple[BuildStep, ...] = (
@@ -96,26 +100,27 @@ STEPS: tuple[BuildStep, ...] = (
     BuildStep(
         "Servo 1 into the column, from below", (("waist servo", (0, 0, -50.0)),), ("column",),
         (("waist case", ""),),
-        "From above, until the heads are below the surface. Short end to the peg and FRONT.",
+        "Its cable first. From above, heads below the surface. Short end to the peg.",
         (120.0, -12.0),
     ),
     BuildStep(
         "Column onto the lid", (("lid", (0, 0, -40.0)),), ("column", "waist servo"),
-        (("column", "lid"),), "From below. The lid's FRONT is on the column's FRONT side.",
+        (("column", "lid"),), "From below. The lid's FRONT lies under the column's FRONT.",
         (130.0, 30.0),
     ),
     BuildStep(
         "The Mega into the foot, then the ballast", (), ("foot",), (("card", ""),),
-        "USB socket to the square hole. Bags of steel into both side chambers.", (130.0, -50.0),
+        "Its USB socket to the square hole. Bags of steel into both side chambers.",
+        (130.0, -50.0),
     ),
     BuildStep(
-        "Lid onto the foot",
-        tuple((name, (0.0, 0.0, 60.0)) for name in ("lid", "column", "waist servo")), ("foot",),
-        (("lid", "lid"),), "From above. FRONT is opposite the square hole.", (130.0, -30.0),
+        "Lid onto the foot", tuple((name, _UP) for name in ("lid", "column", "waist servo")),
+        ("foot",), (("lid", "lid"),),
+        "From above. FRONT is opposite the square hole. Feed and DATA up beside the peg.",
+        (130.0, -30.0),
     ),
     BuildStep(
-        "Torso onto the horn of servo 1", (("torso", (0.0, 0.0, 50.0)),), _FOOT,
-        (("waist horn", "torso"),),
+        "Torso onto the horn of servo 1", (("torso", _UP),), _FOOT, (("waist horn", "torso"),),
         "Through the hole in the roof. FRONT over FRONT; the notch shows in the slot.",
         (150.0, -25.0), 165.0,
     ),
@@ -123,83 +128,89 @@ STEPS: tuple[BuildStep, ...] = (
         "Servos 2 and 5 into the torso, long ends down",
         tuple((name, (60.0, 0.0, -20.0)) for name in _SHOULDERS), (*_FOOT, "torso"),
         tuple((f"{side}_shoulder case", "") for side in ("left", "right")),
-        "Cables first. In under the blocks, up, then outwards into the window; from outside.",
+        "Two cables into each first. In, up, then outwards into the window. From outside.",
         (120.0, -15.0),
     ),
     BuildStep(
-        "The printed idler onto the back of servo 8", (("idler", (0, -16.0, 0)),),
-        ("head servo",), (("head axle", "idler"),), "Not tight: it must turn freely.",
-        (215.0, -15.0),
+        "Servo 8 into the neck, long end down", (("head servo", _OUT),), ("neck",),
+        (("head case", ""),),
+        "Its cable first. Horn to the robot's left, screws from its right; H 8 is the back.",
+        (290.0, -15.0),
     ),
     BuildStep(
-        "Servo 8 into the neck, horn to the robot's left",
-        (("head servo", (0, 45.0, 0)), ("idler", (0, 45.0, 0))), ("neck",), (("head case", ""),),
-        "From the other side. H 8 is on the back.", (290.0, -15.0),
-    ),
-    BuildStep(
-        "Neck onto the torso", tuple((name, (0.0, 0.0, 40.0)) for name in _HEAD),
+        "Neck onto the torso", tuple((name, _UP) for name in _HEAD),
         (*_FOOT, "torso", *_SHOULDERS), (("neck", "neck"),),
-        "From above. H 8 backwards; its cable goes down through the roof.", (150.0, -20.0),
+        "From above. H 8 backwards; the cable goes in at its right, down through the roof.",
+        (150.0, -20.0),
     ),
     BuildStep(
-        "Left yoke onto the horn of servo 5", (("left_yoke", (0, 45.0, 0)),), _ALL,
+        "Left yoke onto the horn of servo 5", (("left_yoke", _OUT),), _ALL,
         (("left_shoulder horn", "left_yoke"),),
         "Through the holes in its side. LE 6 backwards, as shown: the notch is in the slot.",
         (130.0, -20.0), 70.0, _FORWARDS,
     ),
     BuildStep(
-        "Servo 6 into the yoke, horn forwards", (("left_elbow servo", (45.0, 0, 0)),),
+        "Turn the yoke until LE 6 is up; servo 6 into it", (("left_elbow servo", _AHEAD),),
         ("left_yoke",), (("left_elbow case", ""),),
-        "Idler of the set on its back first. From behind; long end to LE 6.", (50.0, -25.0),
+        "Two cables first. Horn forwards, long end up. From behind.", (50.0, -25.0),
     ),
     BuildStep(
-        "Servo 7 into the upper arm, horn forwards", (("left_fingertip servo", (45.0, 0, 0)),),
+        "Servo 7 into the upper arm", (("left_fingertip servo", _AHEAD),),
         ("left_upper_arm",), (("left_fingertip case", ""),),
-        "Idler first. From behind; long end to the fork.", (50.0, -25.0),
+        "Horn to the side of the cheek with the slot; long end to the fork. From behind.",
+        (50.0, -25.0),
+    ),
+    BuildStep(
+        "Idlers onto the rear cheeks, from inside: here the cradle's", (("idler", (0, 10.0, 0)),),
+        ("cradle",), (("head idler", ""),),
+        "The set's idlers onto the rear cheeks of upper arms and forearms alike.",
+        (300.0, -15.0),
+    ),
+    BuildStep(
+        "Forearm onto servo 7", (("left_forearm", _OUT), ("left_fingertip idler", _OUT)), _ARM,
+        (("left_fingertip horn", "left_forearm"), ("left_fingertip axle", "left_forearm")),
+        "4 in front; 1 through the rear cheek, not tight. Straight: notch in the slot.",
+        (130.0, -20.0),
     ),
     BuildStep(
         "Upper arm onto servo 6",
-        (("left_upper_arm", (0, 45.0, 0)), ("left_fingertip servo", (0, 45.0, 0))),
+        tuple(
+            (name, _OUT)
+            for name in (*_ARM, "left_forearm", "left_fingertip idler", "left_elbow idler")
+        ),
         (*_ALL, "left_yoke", "left_elbow servo"),
-        (("left_elbow horn", "left_upper_arm"), ("left_elbow idler", "left_upper_arm")),
-        "Cable first. Arm straight out: the notch shows in the slot of the front cheek.",
+        (("left_elbow horn", "left_upper_arm"), ("left_elbow axle", "left_upper_arm")),
+        "Servo 6's free cable into servo 7 first. 4 in front, 1 behind. Notch in the slot.",
         (130.0, -20.0),
     ),
     BuildStep(
-        "Forearm onto servo 7", (("left_forearm", (0, 45.0, 0)),),
-        ("left_yoke", "left_elbow servo", "left_upper_arm", "left_fingertip servo"),
-        (("left_fingertip horn", "left_forearm"), ("left_fingertip idler", "left_forearm")),
-        "Cable first. Arm straight out: the notch shows in the slot of the front cheek.",
-        (130.0, -20.0),
+        "Cradle onto servo 8", (("cradle", _AHEAD), ("idler", (0.0, 0.0, 0.0))),
+        (*_ALL, *_WHOLE_ARM, "left_forearm"), (("head horn", "cradle"), ("head axle", "")),
+        "4 at its left, 1 at its right. Nearly bowed: the notch is in the left cheek's slot.",
+        (235.0, -12.0), 14.0, _BOWED,
     ),
     BuildStep(
-        "Cradle onto servo 8", (("cradle", (30.0, 0, 0)),), ("torso", *_HEAD),
-        (("head horn", "cradle"), ("head idler", "cradle")),
-        "Bowed, until it meets its stop: the notch shows in the slot of the left cheek.",
-        (235.0, -10.0), 14.0, _BOWED,
+        "The jaw behind the cradle", (("jaw", (0.0, -25.0, 0)),), ("cradle", *_HEAD, "idler"),
+        (("jaw", "jaw"),), "With washers; loose, until there is a phone.", (330.0, -15.0),
     ),
     BuildStep(
-        "The jaw behind the cradle", (("jaw", (0.0, -25.0, 0)),), ("cradle", *_HEAD),
-        (("jaw", "jaw"),), "With washers. Slide it to the phone, then tighten.", (330.0, -15.0),
-    ),
-    BuildStep(
-        "Chest, last of all", (("chest", (50.0, 0, 0)),), ("*",), (("chest", "chest"),),
-        "The end with the flat sides up. From the front.", (150.0, -15.0),
+        "Chest, when the first power-on is passed", (("chest", _UP[::-1]),), ("*",),
+        (("chest", "chest"),), "The end with the flat sides up. From the front.", (150.0, -15.0),
     ),
 )  # fmt: skip
 
 
 @lru_cache(maxsize=4)
 def _things(robot: Robot, fit: float) -> tuple[Solid, ...]:
-    """Return the robot's things, with servos as a builder sees them."""
-    seen = {
-        f"{mount.joint} servo": moved(
-            servo.portrait(idler_too=mount.idler and mount.joint != "head"), mount.frame
-        )
-        for mount in mounts(robot)
-    }
-    things = bodies(robot, printed_parts(robot, fit))
-    return tuple(replace(one, solid=seen.get(one.name, one.solid)) for one in things)
+    """Return the robot's things, with servos as a builder sees them, and idlers apart."""
+    things = [one for one in bodies(robot, printed_parts(robot, fit)) if "servo" not in one.name]
+    for mount in mounts(robot):
+        solid = moved(servo.portrait(), mount.frame)
+        things.append(Solid(f"{mount.joint} servo", mount.link, solid, False))
+        if mount.idler and mount.joint != "head":
+            idler = moved(servo.idler(0.0), mount.frame)
+            things.append(Solid(f"{mount.joint} idler", mount.link, idler, False))
+    return tuple(things)
 
 
 def draw_step(robot: Robot, fit: float, number: int) -> Picture:

@@ -18,6 +18,7 @@ from miburi.robot.shape import BASE, links
 
 __all__ = [
     "HEAD_LEAN",
+    "SIDE_GAP",
     "Mount",
     "Room",
     "misfits",
@@ -32,8 +33,10 @@ __all__ = [
 
 #: rad by which the head's servo leans back, so that a bowed phone's lower edge passes it.
 HEAD_LEAN = 0.65
+#: mm between a yoke's plate and the torso's side.
+SIDE_GAP = 0.5
 #: mm from the robot's middle to the back of each shoulder's servo: room for plugs and wires.
-_BACK_TO_BACK = 3.0
+_BACK_TO_BACK = 4.5
 
 
 @dataclass(frozen=True)
@@ -103,7 +106,10 @@ def mounts(robot: Robot) -> list[Mount]:
             ),
         ]  # fmt: skip
     down = (-sin(HEAD_LEAN), 0.0, -cos(HEAD_LEAN))
-    return [*table, Mount("head", "torso", _frame((0, 1, 0), down, (0, -middle, head)), True)]
+    # The horn's holes then lie along the fork, and the notch beside it.
+    centred = robot.shape.phone_level - HEAD_LEAN
+    frame = _frame((0, 1, 0), down, (0, -middle, head))
+    return [*table, Mount("head", "torso", frame, True, centred)]
 
 
 def mounting(robot: Robot) -> Mounting:
@@ -207,7 +213,7 @@ def room(robot: Robot) -> list[Room]:
         ),
         Room(
             "shape.torso_radius", mm * shape.torso_radius,
-            float(np.hypot(s.half_width + 4.0, shoulder_face() - 0.2)),
+            float(np.hypot(s.half_width + 4.0, shoulder_face() - SIDE_GAP)),
             "the shoulders' servos lie in the torso",
         ),
     ]  # fmt: skip

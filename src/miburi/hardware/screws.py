@@ -15,6 +15,7 @@ from miburi.hardware.head import NECK_FLANGE, clamp, jaw_rows
 from miburi.hardware.places import mounts, neck_floor
 from miburi.hardware.solids import Manifold, join, rod
 from miburi.hardware.trunk import (
+    CHEST_SEAT,
     NECK_SCREWS,
     card_screws,
     chest_face,
@@ -34,6 +35,7 @@ _KINDS = {
     "M2x6": (1.0, 6.0, 1.75, 1.3),
     "M2x8": (1.0, 8.0, 1.75, 1.3),
     "M2.5x8": (1.25, 8.0, 2.25, 1.7),
+    "M2.6x6": (1.3, 6.0, 2.6, 1.5),
     "M2.6x8": (1.3, 8.0, 2.6, 1.5),
     "M3x6": (1.5, 6.0, 2.75, 1.9),
 }
@@ -85,7 +87,9 @@ def screws(robot: Robot) -> dict[str, list[Screw]]:
             cheek = s.idler_face - w.plate
             far = s.case_holes_z[1]
             group("idler", "M2x6", [(x, cheek, z) for x, z in servo.circle()], -1)
-            group("axle", "M2.6x8", [(0.0, s.idler_face, 0.0)], -1)
+            # The set's idlers have their own; the printed one is for the head.
+            axle = "M2.6x6" if mount.joint == "head" else "M2.6x8"
+            group("axle", axle, [(0.0, s.idler_face, 0.0)], -1)
             group("case", "M2x8", [(x, s.back - _UNDER, far) for x in sides], -1)
         else:
             front = s.front + _UNDER
@@ -99,7 +103,13 @@ def screws(robot: Robot) -> dict[str, list[Screw]]:
         "column": ("M2.5x8", BASE, [(*place, high - 3.0) for place in column_screws(robot)], 2, -1),
         "lid": ("M2.5x8", BASE, [(*place, high) for place in lid_screws(robot)], 2, 1),
         "neck": ("M2.5x8", "torso", [(*place, flange) for place in NECK_SCREWS], 2, 1),
-        "chest": ("M2x8", "torso", [(chest_face() + 3.0, *p) for p in chest_screws(robot)], 0, 1),
+        "chest": (
+            "M2x8",
+            "torso",
+            [(chest_face() + CHEST_SEAT, *p) for p in chest_screws(robot)],
+            0,
+            1,
+        ),
     }
     for name, (kind, link, places, axis, sign) in flat.items():
         way = sign * np.eye(3)[axis]

@@ -69,7 +69,7 @@ def outline(*, idler_too: bool) -> Manifold:
     return join([case(), horn, *behind])
 
 
-def portrait(*, idler_too: bool) -> Manifold:
+def portrait() -> Manifold:
     """Return the servo as a picture shows it: with the horn's holes and its notch, and sockets.
 
     The notch is a millimetre deep here, so that it is seen; it is 0.2.
@@ -82,8 +82,7 @@ def portrait(*, idler_too: bool) -> Manifold:
         box(sorted((side * s.socket_x[0], side * 20.0)), s.socket_y, s.socket_z) for side in (-1, 1)
     ]
     horn = disc("y", (0, 0), (s.front, s.horn_face), rim)
-    behind = [_idler_outline()] if idler_too else []
-    return join([cut(case(), sockets), cut(horn, [*holes, notch]), *behind])
+    return join([cut(case(), sockets), cut(horn, [*holes, notch])])
 
 
 def _idler_outline() -> Manifold:
@@ -216,7 +215,10 @@ def cheeks(reach: float) -> Manifold:
         _along_y(flat, s.horn_face, s.horn_face + w.plate),
         _along_y(flat, s.idler_face - _PLAY - w.plate, s.idler_face - _PLAY),
     ]
-    return cut(join(sides), [*horn_screws(s.horn_face, 1), *horn_screws(s.idler_face - _PLAY, -1)])
+    # The axle's screw comes last, through the rear cheek.
+    axle = disc("y", (0, 0), (s.idler_face - 20.0, s.idler_face), 3.1)
+    horn, idler_too = horn_screws(s.horn_face, 1), horn_screws(s.idler_face - _PLAY, -1)
+    return cut(join(sides), [*horn, *idler_too, axle])
 
 
 def cheek_span(
@@ -267,7 +269,7 @@ def shoulder_tab(low: float, high: float, thick: float) -> Manifold:
     The shoulder turns about -y; seen from the yoke the pin goes the other way.
     """
     beyond = dimensions().wall.stop * pi / 180
-    pin = CrossSection.circle(_PIN + 0.1, 24).translate((0, -_PIN_CIRCLE))
+    pin = CrossSection.circle(_PIN + 0.4, 24).translate((0, -_PIN_CIRCLE))
     # In x and z a turn about -y goes from x to z.
     swept = around(-high - beyond, -low + beyond, lambda turn: pin.rotate(turn * 180 / pi))
     return _along_y(_blunt(CrossSection.circle(_PIN_CIRCLE + _PIN, 96) - swept), 0.0, thick)

@@ -8,7 +8,7 @@ from math import cos, pi, sin
 
 from miburi.hardware import servo
 from miburi.hardware.dimensions import dimensions
-from miburi.hardware.places import mount_of, neck_floor, range_of, shoulder_face
+from miburi.hardware.places import SIDE_GAP, mount_of, neck_floor, range_of, shoulder_face
 from miburi.hardware.solids import (
     CrossSection,
     Manifold,
@@ -19,11 +19,11 @@ from miburi.hardware.solids import (
     hull,
     join,
     moved,
-    rod,
 )
 from miburi.robot import Robot
 
 __all__ = [
+    "CHEST_SEAT",
     "NECK_SCREWS",
     "card_screws",
     "chest",
@@ -39,11 +39,15 @@ __all__ = [
 ]
 
 #: x and y of the four screws between torso and neck, mm.
-NECK_SCREWS = [(x, y) for x in (-20.0, -3.0) for y in (-17.0, 17.0)]
+NECK_SCREWS = [(x, y) for x in (-20.0, -3.0) for y in (-20.5, 20.5)]
 #: Thickness of the lid at the waist, of the torso's floor and roof, and the gap at the waist.
 _LID, _FLOOR, _ROOF, _GAP = 3.0, 4.4, 5.7, 1.2
 #: Radius of the hole in the roof, through which a slim driver reaches the waist's horn.
 _DRIVER = 9.5
+#: How far in front of the chest's edge its screws' heads lie: their tips end before the servos.
+CHEST_SEAT = 5.5
+#: Radius at which the feed's wires pass the waist, and half their room.
+_CABLE_CIRCLE, _CABLE = 14.9, 2.6
 #: Radius at which the waist's stops stand, and their radius.
 _STOP_CIRCLE, _STOP_RADIUS = 22.0, 2.2
 
@@ -70,9 +74,12 @@ def column_screws(robot: Robot) -> list[tuple[float, float]]:
 
 
 def card_screws() -> list[tuple[float, float]]:
-    """Return the places of the four screws of the Mega, whose USB socket looks backwards."""
+    """Return the places of the four screws of the Mega, whose USB socket looks backwards.
+
+    The components look up, so the edge beside the USB socket is on the robot's left.
+    """
     m = dimensions().mega
-    return [(x - m.length / 2, y - m.width / 2) for x, y in m.holes]
+    return [(x - m.length / 2, m.width / 2 - y) for x, y in m.holes]
 
 
 def foot(robot: Robot) -> Manifold:
@@ -102,12 +109,12 @@ def foot(robot: Robot) -> Manifold:
     lid_pilots = [disc("z", place, (top - 12, top + 1), holes.m25_pilot / 2) for place in screws]
     y, wide, high = m.usb
     above = floor + m.post + 1.6
-    y -= m.width / 2
+    y = m.width / 2 - y
     usb = (y - wide / 2, y + wide / 2)
     openings = [
         box((-radius - 1, -m.length / 2 + 1), usb, (above - 0.5, above + high)),
         # The supply's wires, and a gap in each rib for what goes on to the card.
-        disc("x", (18.0, floor + 10.0), (-radius - 1, -m.length / 2 + 1), 4.1),
+        disc("x", (-18.0, floor + 10.0), (-radius - 1, -m.length / 2 + 1), 4.1),
         box((-46.0, -36.0), (-rib - 5, rib + 5), (floor + 6.0, top)),
     ]
     return cut(
@@ -185,14 +192,14 @@ def column(robot: Robot, fit: float) -> Manifold:
     ) ^ disc("z", (0, 0), (-30, 0), radius - 0.5)  # fmt: skip
     tools = [
         moved(servo.case(fit), frame),
-        disc("z", (0, 0), (-_LID - 1, 1), s.horn_diameter / 2 + 0.4),
+        disc("z", (0, 0), (-_LID - 1, 1), s.horn_diameter / 2 + 0.5),
         *(moved(hole, frame) for hole in servo.case_screws(s.case_holes_z, s.front, 1)),
         # Its screws come from below, through the lid.
         *(
             disc("z", place, (low - 1, low + 12), holes.m25_pilot / 2)
             for place in column_screws(robot)
         ),
-        rod((0.0, 21.0, -10), (0.0, 21.0, 10), 4.5),  # the torso's cable
+        hull(*(disc("z", (_CABLE_CIRCLE, y), (-10, 1), _CABLE) for y in (-3.0, 3.0))),  # the feed
     ]
     pin = disc("z", (_STOP_CIRCLE, 0), (-0.1, _GAP + 2.0), _STOP_RADIUS)
     return join([cut(join([hollow, sleeve]), tools), pin])
@@ -209,7 +216,7 @@ def _shell(robot: Robot) -> Manifold:
     s, w = dimensions().servo, dimensions().wall
     radius = 1000 * robot.shape.torso_radius
     high, roof = 1000 * robot.lengths.L01, neck_floor(robot)
-    side = shoulder_face() - 0.2
+    side = shoulder_face() - SIDE_GAP
     begin = high - s.long_end - 6.0  # the flats for the shoulders begin here
     low = _GAP
     whole = join(
@@ -225,7 +232,7 @@ def _shell(robot: Robot) -> Manifold:
     bay = join(
         [
             disc("z", (0, 0), (low + _FLOOR, begin - 2.0), inner),
-            _outline(inner, begin - 2.1, roof - _ROOF, side - 2.8),
+            _outline(inner, begin - 2.1, roof - _ROOF, side - (2.8 - SIDE_GAP + 0.2)),
         ]
     )
     return cut(whole, [bay])
@@ -236,7 +243,7 @@ def torso(robot: Robot, fit: float) -> Manifold:
     s, holes = dimensions().servo, dimensions().screws
     high, roof = 1000 * robot.lengths.L01, neck_floor(robot)
     front = _split(robot)
-    boss = disc("z", (0, 0), (0.0, _GAP + 0.1), 9.0)
+    boss = disc("z", (0, 0), (0.0, _GAP + 0.1), 8.4)
     waist = mount_of(robot, "waist").frame
     body = join([cut(_shell(robot), [front]), boss, *_ears(robot)])
     tools = [moved(hole, waist) for hole in servo.horn_screws(s.horn_face, 1)]
@@ -246,14 +253,13 @@ def torso(robot: Robot, fit: float) -> Manifold:
         tools.append(moved(servo.case(fit), frame))
         sign = 1 if side == "left" else -1
         tools.append(
-            disc("y", (0, high), sorted((sign * 20.0, sign * 40.0)), s.horn_diameter / 2 + 0.4)
+            disc("y", (0, high), sorted((sign * 20.0, sign * 40.0)), s.horn_diameter / 2 + 0.5)
         )
     tools += [
         disc("z", place, (roof - 10, roof + 10), holes.m25_pilot / 2) for place in NECK_SCREWS
     ]
     tools += [
         disc("z", (0.0, 0.0), (roof - 10, roof + 10), _DRIVER),  # a driver, then the head's cable
-        disc("z", (0.0, 21.0), (-1, 8), 5.0),  # the cable to the foot
         *(disc("x", place, (-40, 40), holes.m2_pilot / 2) for place in chest_screws(robot)),
     ]
     # The shoulders' cables leave at the back of each shoulder.
@@ -261,10 +267,12 @@ def torso(robot: Robot, fit: float) -> Manifold:
         disc("y", (-22.0, high - 8.0), sorted((sign * 15.0, sign * 40.0)), 4.5) for sign in (-1, 1)
     ]
     pins = [
-        servo.shoulder_pin(sign * 3.4).translate((0, sign * (shoulder_face() - 0.3), high))
+        servo.shoulder_pin(sign * 3.4).translate(
+            (0, sign * (shoulder_face() - SIDE_GAP - 0.1), high)
+        )
         for sign in (-1, 1)
     ]
-    return join([cut(body, [*tools, _stop_track(robot)]), *pins])
+    return join([cut(body, [*tools, _stop_track(robot), _cable_arc(robot)]), *pins])
 
 
 def _split(robot: Robot) -> Manifold:
@@ -285,7 +293,7 @@ def chest_face() -> float:
 def chest_screws(robot: Robot) -> list[tuple[float, float]]:
     """Return y and z of the screws that hold the chest."""
     roof = neck_floor(robot)
-    return [(side * 15.0, z) for side in (-1, 1) for z in (_GAP + _FLOOR + 8.0, roof - _ROOF - 5.0)]
+    return [(side * 20.0, z) for side in (-1, 1) for z in (_GAP + _FLOOR + 8.0, roof - _ROOF - 5.0)]
 
 
 def _ears(robot: Robot) -> list[Manifold]:
@@ -296,7 +304,7 @@ def _ears(robot: Robot) -> list[Manifold]:
     for y, z in chest_screws(robot):
         down = z < (low + high) / 2
         ends = (low - 0.1, z + 4.0) if down else (z - 4.0, high + 0.1)
-        blocks.append(box((x - 9.0 if down else x - 2.5, x - 0.2), (y - 4.0, y + 4.0), ends))
+        blocks.append(box((x - 2.5, x - 0.2), (y - 4.0, y + 4.0), ends))
     return blocks
 
 
@@ -318,9 +326,21 @@ def chest(robot: Robot, fit: float) -> Manifold:
     inside = box((x + gap, 60), (-60, 60), (low + gap, high - gap))
     tools = [
         *(disc("x", place, (0, 60), holes.m2_clearance / 2) for place in chest_screws(robot)),
-        *(disc("x", place, (x + 3.0, 60), holes.m2_head / 2) for place in chest_screws(robot)),
+        *(
+            disc("x", place, (x + CHEST_SEAT, 60), holes.m2_head / 2)
+            for place in chest_screws(robot)
+        ),
     ]
     return cut(join([front, *lugs]) ^ inside, tools)
+
+
+def _cable_arc(robot: Robot) -> Manifold:
+    """Return the opening in the torso's floor in which the feed's wires stay while it turns."""
+    low, high = range_of(robot, "waist")
+    beyond = (dimensions().wall.stop + 12.0) * pi / 180
+    hole = CrossSection.circle(_CABLE + 0.3, 32).translate((_CABLE_CIRCLE, 0))
+    swept = around(-high - beyond, -low + beyond, lambda turn: hole.rotate(turn * 180 / pi))
+    return swept.extrude(_GAP + _FLOOR + 1.5).translate((0, 0, -1.0))
 
 
 def _stop_track(robot: Robot) -> Manifold:
