@@ -50,15 +50,13 @@ from miburi.safety.stop import Phase, Stop, StopReason
 
 __all__ = ["Card"]
 
-#: Seconds to wait for an answer, and number of attempts.
-_PATIENCE, _TRIES = 0.25, 3
-#: Opening the line resets a card; it answers within this time, s.
-_START_UP = 4.0
+#: Seconds to wait for an answer, and number of attempts; seconds that a card needs to start.
+_PATIENCE, _TRIES, _START_UP = 0.25, 3, 4.0
 #: Seconds without a report after which the card is lost; a busy computer may pause for nearly 1 s.
 _SILENCE = 1.0
 #: Seconds between two attempts to reach a lost card.
 _RETRY = 1.0
-#: Seconds at rest after which a card is told that its host lives.
+#: Seconds at rest after which a card is told that its host lives; it waits for 30.
 _LIFE = 5.0
 #: Least time between two reports, ms; shorter than that between readings, so that all are sent.
 _REPORT_PERIOD = 10
@@ -103,8 +101,7 @@ class Card:
         check_encoder(robot)
         self._requested_settings = settings
         self._receiver = Receiver()
-        self._sequence = 0
-        self._asked = -_LIFE
+        self._sequence, self._asked = 0, -_LIFE
         self._answers: list[Frame] = []
         self._history: deque[Report] = deque(maxlen=_VELOCITY_REPORTS)
         self._own_stop: Stop | None = None
@@ -317,7 +314,9 @@ class Card:
         self._due = (self._due if now - self._due < _SILENCE else now) + dt
         if self._connected:
             self._hear(self._line.now())
-            self._show_life()
+            if self.state.phase is Phase.IDLE and self._line.now() - self._asked > _LIFE:
+                with suppress(NoAnswerError):
+                    self.ask(FrameKind.STATUS, struct.pack("<H", _REPORT_PERIOD))
         while self._line.now() < self._due:
             if self._connected:
                 self._hear(self._due)
@@ -414,15 +413,6 @@ class Card:
         self._fresh = self._connected = True
         self._heard = self._line.now()
         self._await_phase()
-
-    def _show_life(self) -> None:
-        """Ask for reports again, so that a card at rest knows that somebody is there.
-
-        A card that hears nothing for 30 s stops, and holds softly.
-        """
-        if self.report.phase == PHASES.index(Phase.IDLE) and self._line.now() - self._asked > _LIFE:
-            with suppress(NoAnswerError):  # the card is lost then, and looked for
-                self.ask(FrameKind.STATUS, struct.pack("<H", _REPORT_PERIOD))
 
     def _default_settings(self, complete: bool) -> CardSettings:
         of_robot = CardSettings.of(self._robot)
