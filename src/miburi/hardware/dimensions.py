@@ -72,7 +72,6 @@ class ScrewHoles(Table):
     standing: str
     m2_clearance: float
     m2_head: float
-    m2_head_depth: float
     m2_pilot: float
     m25_clearance: float
     m25_head: float
@@ -89,7 +88,6 @@ class MegaBoard(Table):
     length: float
     width: float
     holes: list[Pair]
-    hole: float
     post: float
     height: float
     usb: Annotated[list[float], Field(min_length=3, max_length=3)]
