@@ -155,6 +155,7 @@ def calibrate(
             from miburi.hardware.places import mounting
 
             find_faults(card, mounting(card.robot), wait_for_enter)
+            wait_for_enter("Put the phone into the cradle and tighten the jaw; close the chest")
         typer.confirm("The robot will move now. Is the space around it free?", abort=True)
         measured = measure(card, lambda what: print(f"{what} …"))
         lines = describe(measured)

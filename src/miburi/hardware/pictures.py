@@ -116,19 +116,19 @@ STEPS: tuple[BuildStep, ...] = (
     BuildStep(
         "Lid onto the foot", tuple((name, _UP) for name in ("lid", "column", "waist servo")),
         ("foot",), (("lid", "lid"),),
-        "From above. FRONT is opposite the square hole. Feed and DATA up beside the peg.",
+        "Servo 1 and the hub's wires to the buffer's board first. FRONT opposite the square hole.",
         (130.0, -30.0),
     ),
     BuildStep(
         "Torso onto the horn of servo 1", (("torso", _UP),), _FOOT, (("waist horn", "torso"),),
-        "Through the hole in the roof. FRONT over FRONT; the notch shows in the slot.",
+        "Wires through the curved slot first. From above; FRONT over FRONT; notch in its slot.",
         (150.0, -25.0), 165.0,
     ),
     BuildStep(
         "Servos 2 and 5 into the torso, long ends down",
         tuple((name, (60.0, 0.0, -20.0)) for name in _SHOULDERS), (*_FOOT, "torso"),
         tuple((f"{side}_shoulder case", "") for side in ("left", "right")),
-        "Two cables into each first. In, up, then outwards into the window. From outside.",
+        "Two cables into each first: to the hub, and out at the back. Screws from outside.",
         (120.0, -15.0),
     ),
     BuildStep(
@@ -146,28 +146,30 @@ STEPS: tuple[BuildStep, ...] = (
     BuildStep(
         "Left yoke onto the horn of servo 5", (("left_yoke", _OUT),), _ALL,
         (("left_shoulder horn", "left_yoke"),),
-        "Through the holes in its side. LE 6 backwards, as shown: the notch is in the slot.",
+        "Through the holes in its side. LE 6 backwards, slot up: the notch is in it.",
         (130.0, -20.0), 70.0, _FORWARDS,
     ),
     BuildStep(
         "Turn the yoke until LE 6 is up; servo 6 into it", (("left_elbow servo", _AHEAD),),
         ("left_yoke",), (("left_elbow case", ""),),
-        "Two cables first. Horn forwards, long end up. From behind.", (50.0, -25.0),
+        "Servo 5's free cable and a new one first. Horn forwards, long end up. From behind.",
+        (50.0, -25.0),
     ),
     BuildStep(
-        "Servo 7 into the upper arm", (("left_fingertip servo", _AHEAD),),
+        "Servo 7 into the left upper arm", (("left_fingertip servo", _AHEAD),),
         ("left_upper_arm",), (("left_fingertip case", ""),),
-        "Horn to the side of the cheek with the slot; long end to the fork. From behind.",
+        "Servo 6's free cable first. Horn to the slotted cheek's side, long end to the fork.",
         (50.0, -25.0),
     ),
     BuildStep(
         "Idlers onto the rear cheeks, from inside: here the cradle's", (("idler", (0, 10.0, 0)),),
         ("cradle",), (("head idler", ""),),
-        "The set's idlers onto the rear cheeks of upper arms and forearms alike.",
+        "Five times, onto the cheek without a slot: the set's on upper arms and forearms.",
         (300.0, -15.0),
     ),
     BuildStep(
-        "Forearm onto servo 7", (("left_forearm", _OUT), ("left_fingertip idler", _OUT)), _ARM,
+        "Forearm onto servo 7", (("left_forearm", _OUT), ("left_fingertip idler", _OUT)),
+        (*_ARM, "left_elbow idler"),
         (("left_fingertip horn", "left_forearm"), ("left_fingertip axle", "left_forearm")),
         "4 in front; 1 through the rear cheek, not tight. Straight: notch in the slot.",
         (130.0, -20.0),
@@ -180,7 +182,7 @@ STEPS: tuple[BuildStep, ...] = (
         ),
         (*_ALL, "left_yoke", "left_elbow servo"),
         (("left_elbow horn", "left_upper_arm"), ("left_elbow axle", "left_upper_arm")),
-        "Servo 6's free cable into servo 7 first. 4 in front, 1 behind. Notch in the slot.",
+        "4 in front, 1 through the rear cheek, not tight. Straight out: notch in the slot.",
         (130.0, -20.0),
     ),
     BuildStep(
