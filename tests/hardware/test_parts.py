@@ -141,7 +141,7 @@ def test_of_drawn_robots_each_is_built_or_told_which_length() -> None:
 
 
 def test_the_papers_body_cannot_be_built_and_its_lengths_are_named() -> None:
-    with pytest.raises(InputError, match=r"lengths\.LH1 is 50\.0 mm and must be 50\.9") as caught:
+    with pytest.raises(InputError, match=r"lengths\.LH1 is 50\.0 mm and must be 57\.4") as caught:
         printed_parts(iphonoid())
     assert "shape.pedestal_radius" in str(caught.value)
 

@@ -98,10 +98,10 @@ def neck(robot: Robot, fit: float) -> Manifold:
     foot_of_sleeve = moved(box((-wide, wide), (s.back, s.front), (end, end + w.shell)), frame)
     column = hull(foot_of_sleeve, box((-24.0, 3.0), (-13.5, 13.5), (floor, floor + 1.0)))
     # The head's cable comes up through the roof and leaves at the robot's right.
-    bend = (-10.5, 0.0, floor + 9.0)
+    bend = (-10.5, 0.0, floor + 7.0)
     channel = [
         rod((-8.0, 0.0, floor - 6.0), bend, 5.0),
-        rod(bend, (-10.5, -30.0, floor + 9.0), 5.0),
+        rod(bend, (-10.5, -30.0, floor + 7.0), 5.0),
     ]
     channel.append(ball(bend, 5.0))
     flange = [

@@ -176,7 +176,7 @@ def room(robot: Robot) -> list[Room]:
     return [
         Room(
             "lengths.L12", mm * size.L12,
-            shoulder_face() + w.plate + 3.0 + w.shell + s.half_width,
+            shoulder_face() + w.plate + 8.5 + w.shell + s.half_width,
             "the shoulder's horn, a plate with its screws, and the elbow's servo lie side by side",
         ),
         Room(
@@ -192,7 +192,8 @@ def room(robot: Robot) -> list[Room]:
             "the cables' hub stands between the waist and the shoulders' servos",
         ),
         Room(
-            "lengths.LH1", mm * size.LH1, 15.0 + 14.0 + s.long_end * cos(HEAD_LEAN) + w.shell,
+            "lengths.LH1", mm * size.LH1,
+            neck_floor(robot) - mm * size.L01 + 14.0 + s.long_end * cos(HEAD_LEAN) + w.shell + 3.0,
             "the head's servo stands above those of the shoulders",
         ),
         Room(
