@@ -9,6 +9,8 @@ const LIGHT = { wall: 0xf3ebe0, table: 0xe6dccf, sky: 0xffffff, ground: 0xd9c7b4
 const DARK = { wall: 0x1d1b1e, table: 0x2b2729, sky: 0x9fb2d6, ground: 0x30241e, strength: 0.75 };
 const STEERED = 1500; // ms
 const EYE = [0.62, -0.27, 0.2], LOOK_AT = [0, 0, 0.1];
+// From the table to a phone's upper edge, m: a taller robot is seen from further away.
+const TALL = 0.32;
 
 export default {
   template: `<div class="robot-view" style="position:absolute;inset:0">
@@ -291,8 +293,13 @@ export default {
 
     reset() {
       if (this.blind) return;
-      this.camera.position.set(...EYE);
-      this.controls.target.set(...LOOK_AT);
+      const { links, parts, floor } = this.robot;
+      const screen = parts.find((part) => part.name === "screen");
+      const neck = links.find((link) => link.joint === "head")?.position[2] ?? 0;
+      const tall = screen ? neck + Math.hypot(...screen.position) + screen.size[2] - floor : 0;
+      const away = Math.max(1, tall / TALL);
+      this.camera.position.set(...EYE.map((value) => value * away));
+      this.controls.target.set(...LOOK_AT.map((value) => value * away));
       this.controls.update();
       this.fit?.();
     },
