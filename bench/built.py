@@ -20,9 +20,9 @@ from miburi.hardware.build import printed_parts
 from miburi.hardware.check import check
 from miburi.robot import Robot, buildable
 
-#: What is printed of a robot that passes.
+#: Findings that are printed even if they are good.
 SHOWN = {"torque standing", "torque moving", "tipping", "gestures", "joints", "stops"}
-#: One pose of so many is looked at.
+#: Every third pose is checked.
 EACH = 3
 
 

@@ -357,3 +357,18 @@ def test_an_interruption_leaves_no_half_file(tmp_path: Path, number: signal.Sign
     assert process.returncode == 128 + number
     assert "interrupted" in words
     assert list(out.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--built", "--zeros"], "give one of them"),
+        (["--built"], "this robot cannot be printed"),  # the paper's body
+    ],
+)
+def test_what_does_not_go_with_a_printed_body_is_refused_before_the_card(
+    words: list[str], said: str
+) -> None:
+    done = miburi("card", "calibrate", "/dev/none", *words)
+    assert done.returncode == 2
+    assert said in done.stderr

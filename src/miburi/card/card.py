@@ -56,7 +56,7 @@ _PATIENCE, _TRIES, _START_UP = 0.25, 3, 4.0
 _SILENCE = 1.0
 #: Seconds between two attempts to reach a lost card.
 _RETRY = 1.0
-#: Seconds at rest after which a card is told that its host lives; it waits for 30.
+#: Seconds between heartbeats to an idle card; it stops after 30 s without one.
 _LIFE = 5.0
 #: Least time between two reports, ms; shorter than that between readings, so that all are sent.
 _REPORT_PERIOD = 10

@@ -24,7 +24,7 @@ _QUARTER = STEPS_PER_TURN // 4
 
 @dataclass(frozen=True)
 class Turned:
-    """What the servos say while a person turns one joint; positions are in encoder steps.
+    """Servo positions before and after a person turns one joint, in encoder steps.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What the built robot weighs, whether it tips, and what its servos must hold.
+"""Weight, balance and servo torques of the built robot.
 
 In go the robot's solids with their masses and a motion, (n, 8) rad; out come kg, mm and N·m.
 """
@@ -44,7 +44,7 @@ class Weight:
     Attributes
     ----------
     name, link
-        What it is, and the robot's link that it moves with.
+        Its name, and the robot's link that carries it.
     mass
         kg.
     centre

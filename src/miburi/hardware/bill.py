@@ -57,7 +57,7 @@ class BillRow:
     grams, time
         Of a printed part; ``time`` as the slicer says it.
     remark
-        What to know about it.
+        A note for the buyer.
     """
 
     name: str
@@ -72,7 +72,7 @@ class BillRow:
 
 @dataclass(frozen=True)
 class Sliced:
-    """What a slicer says of a part.
+    """A slicer's estimate for a part.
 
     Attributes
     ----------

@@ -26,7 +26,7 @@ __all__ = ["FIT", "PrintedPart", "Solid", "bodies", "link_frames", "printed_mass
 FIT = 0.25
 #: By how much a text is cut in, mm.
 _ENGRAVED = 0.6
-#: What is smaller than this is left out, mm: slicers read single-precision corners.
+#: Edges shorter than this are dropped, mm: slicers store corners in single precision.
 _SMALLEST = 0.005
 #: mm of a part's surface that are printed solid, level and upright, and the share of what lies
 #: within: fitted, see :func:`printed_mass`.
@@ -84,7 +84,7 @@ class Solid:
     Attributes
     ----------
     name, link
-        What it is, and the link that it moves with.
+        Its name, and the link that carries it.
     solid
         In the base frame, mm.
     printed
@@ -128,7 +128,7 @@ def printed_parts(robot: Robot, fit: float = FIT, *, engraved: bool = True) -> l
         raise InputError(f"fit must be from 0 to 0.6 mm, got {fit}.")
     if lines := misfits(robot):
         raise InputError("this robot cannot be built:\n  " + "\n  ".join(lines))
-    # Those of some tries that need the least support, and whose forks do not lie across layers.
+    # Of the poses tried, these need the least support and keep the forks along the layers.
     flat, upside_down, on_its_back = np.eye(3), _turn("x", 180.0), _turn("y", -90.0)
     table = [
         PrintedPart("foot", BASE, trunk.foot(robot), flat),

@@ -1,7 +1,8 @@
 """Check that a robot can be built from its parts, before anybody prints one.
 
 In goes a robot's description, and the poses of its gestures; out come findings, each with a
-measured figure. What no computer can check, such as a screw's grip in plastic, is not claimed here.
+measured figure. Screws and finger gaps compare sizes that are the same for every robot, cables are
+straight lines, and none of this replaces a print.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -33,7 +34,7 @@ _CABLE, _BENDS, _WAY = 180.0, 30.0, 1.25
 _MASS = 0.10
 #: Points on a part at which its wall is measured.
 _POINTS = 1500
-#: The share of the foot's radius up to which the robot is said to stand (ours).
+#: Largest zero-moment radius that counts as stable, as a share of the foot's radius (ours).
 _EDGE = 0.9
 #: Poses drawn from the joints' ranges, in which torque is looked at.
 _POSES = 5000
@@ -43,7 +44,7 @@ _GRIP = 2.0
 
 @dataclass(frozen=True)
 class Finding:
-    """What one check found.
+    """The result of one check.
 
     Attributes
     ----------
