@@ -72,7 +72,7 @@ def make_app(
         dark=None,
         binding_refresh_interval=None,
         show_welcome_message=False,
-        reconnect_timeout=10.0,
+        reconnect_timeout=30.0,  # a page that was too busy to answer is not loaded anew
         tailwind=False,
     )
     return app

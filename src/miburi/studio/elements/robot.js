@@ -7,7 +7,7 @@ import { Blinker, drawOn, Easer, enliven, lips, mix, tintOf } from "/static/face
 
 const LIGHT = { wall: 0xf3ebe0, table: 0xe6dccf, sky: 0xffffff, ground: 0xd9c7b4, strength: 1.5 };
 const DARK = { wall: 0x1d1b1e, table: 0x2b2729, sky: 0x9fb2d6, ground: 0x30241e, strength: 0.75 };
-const STEERED = 1500; // ms
+const STEERED = 1500, AGAIN = 300; // ms
 const EYE = [0.62, -0.27, 0.2], LOOK_AT = [0, 0, 0.1];
 // From the table to a phone's upper edge, m: a taller robot is seen from further away.
 const TALL = 0.32;
@@ -98,6 +98,8 @@ export default {
       const pose = state.hand;
       this.hand.visible = state.hand_out;
       if (!state.hand_out) this.held = false;
+      // A held hand's way is told again and again: a connection that broke may have lost it.
+      if (this.held && performance.now() > this.told + AGAIN) this.tell();
       if (state.hand_out && !this.held) {
         // One takes hold of the hand where one sees it, on its way to a wish as well.
         this.handle.position.set(...pose.position);
@@ -329,6 +331,7 @@ export default {
       const limit = (x) => Math.max(-0.6, Math.min(0.6, x));
       const position = this.wish.toArray().map(limit);
       position[2] = Math.max(this.robot.floor + 0.02, position[2]);
+      this.told = performance.now();
       send({ do: "hand", position: position.map((x) => Number(x.toFixed(4))), along: along.toArray() });
     },
 
@@ -362,6 +365,7 @@ export default {
         this.handle.updateMatrixWorld();
         if (!caster.intersectObject(this.handle).length) return;
         this.held = true;
+        this.told = Infinity; // until it is moved
         this.nearer = 0;
         this.controls.enabled = false;
         canvas.setPointerCapture(event.pointerId);
