@@ -1,5 +1,6 @@
 """Every check passes on the buildable robot, and fails on one that breaks it."""
 
+from collections.abc import Callable, Iterator
 from functools import cache
 
 import numpy as np
@@ -8,9 +9,12 @@ import pytest
 from miburi.bodies.rehearsal import PERIOD, rehearse
 from miburi.gestures import key_poses, load
 from miburi.hardware import meetings
-from miburi.hardware.build import bodies, printed_parts
+from miburi.hardware.build import Solid, bodies, printed_parts
 from miburi.hardware.check import Finding, check
+from miburi.hardware.dimensions import dimensions
+from miburi.hardware.wiring import buffer_board, card, hub_board
 from miburi.robot import JOINTS, Robot, buildable
+from miburi.robot.shape import BASE
 
 ROBOT = buildable()
 
@@ -66,7 +70,8 @@ def thrown() -> np.ndarray:
 @pytest.mark.parametrize(
     ("robot", "poses", "name", "words"),
     [
-        (changed("masses", torso=0.30), None, "masses", "torso = 0.18"),
+        (changed("lengths", L12=0.05), None, "parts", "L12 is 50.0 mm and must be 54.6 mm"),
+        (changed("masses", torso=0.30), None, "masses", "torso = 0.19"),
         (changed("masses", phone=0.40), None, "torque standing", "most at the head"),
         (changed("servo", acceleration=90.0), None, "torque moving", "most at the"),
         (changed("lengths", LH1=0.10), None, "cables", "longest to the head"),
@@ -83,6 +88,62 @@ def test_a_check_fails_on_what_breaks_it(
     found = finding(name, robot, still(robot) if poses is None else poses)
     assert not found.ok, found.words
     assert words in found.words
+
+
+@pytest.fixture
+def with_sizes(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., None]]:
+    """Lets a size of ``dimensions.toml`` be another one: no robot's file changes those."""
+    shipped = dimensions()
+
+    def change(table: str, **values: float) -> None:
+        part = getattr(shipped, table).model_copy(update=values)
+        other = shipped.model_copy(update={table: part})
+        monkeypatch.setattr("miburi.hardware.dimensions.load_table", lambda *_: other)
+        dimensions.cache_clear()
+
+    yield change
+    dimensions.cache_clear()
+
+
+@pytest.mark.parametrize(
+    ("table", "size", "value", "name", "words"),
+    [
+        ("wall", "shell", 1.0, "walls", "thinnest 0."),
+        ("wall", "cheek", 14.0, "fit", "cradle and jaw"),
+        ("wall", "web", 21.0, "finger gaps", "elbows and fingertips 5.5 mm"),
+        ("wall", "plate", 4.5, "screws", "horn (M2x6) 1.5 mm"),
+        ("servo", "horn_circle", 14.5, "drivers", "left_shoulder (left_yoke)"),
+    ],
+)
+def test_a_check_fails_on_a_size_that_breaks_it(
+    with_sizes: Callable[..., None], table: str, size: str, value: float, name: str, words: str
+) -> None:
+    with_sizes(table, **{size: value})
+    found = finding(name, ROBOT, still(ROBOT))
+    assert not found.ok, found.words
+    assert words in found.words
+
+
+def test_a_robot_that_a_push_tips_is_to_be_screwed_to_the_table() -> None:
+    """It can be built all the same."""
+    narrow = finding("push", changed("shape", pedestal_radius=0.063), still(ROBOT))
+    wide = finding("push", changed("shape", pedestal_radius=0.08), still(ROBOT))
+    assert narrow.ok
+    assert narrow.words.endswith("screw the foot to the table")
+    assert wide.words.endswith("a contact gives up to 2.4 N")
+
+
+@pytest.mark.parametrize("robot", [ROBOT, changed("shape", torso_radius=0.045)])
+def test_the_boards_share_no_room_with_parts_and_servos(robot: Robot) -> None:
+    table = meetings.by_link(
+        [
+            *bodies(robot, printed_parts(robot)),
+            Solid("card", BASE, card(robot), False),
+            Solid("buffer", BASE, buffer_board(robot), False),
+            Solid("hub", "torso", hub_board(robot), False),
+        ]
+    )
+    assert list(meetings.in_one_link(table)) == []
 
 
 def test_each_arm_has_the_stops_of_its_own_range() -> None:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from miburi.errors import InputError
 from miburi.hardware import balance, meetings, servo
 from miburi.hardware.build import FIT, PrintedPart, Solid, bodies, link_frames, printed_parts
 from miburi.hardware.dimensions import dimensions
@@ -17,6 +18,7 @@ from miburi.hardware.files import triangles
 from miburi.hardware.head import clamp
 from miburi.hardware.places import mounts
 from miburi.hardware.solids import Manifold, moved, rod
+from miburi.hardware.wiring import cables
 from miburi.robot import Robot
 from miburi.robot.description import JOINTS, Array
 from miburi.robot.geometry import arm_reach
@@ -28,8 +30,8 @@ __all__ = ["Finding", "check"]
 _PUSH = 2.4
 #: Shares of the servo's stall torque that a joint may hold, standing and moving.
 _STANDING, _MOVING = 1 / 3, 1 / 2
-#: A cable of the servo's maker, what its bends take, and how much longer than straight it lies, mm.
-_CABLE, _BENDS, _WAY = 180.0, 30.0, 1.25
+#: A cable of the servo's maker, what its plugs take, mm, and how much longer than drawn it lies.
+_CABLE, _BENDS, _WAY = 180.0, 15.0, 1.15
 #: By which share a mass may differ from the description's.
 _MASS = 0.10
 #: Points on a part at which its wall is measured.
@@ -77,16 +79,17 @@ def check(
     fit
         The gap on each side of a pocket, mm.
 
-    Raises
-    ------
-    InputError
-        Lengths are too short for any parts; the message names them.
+    Where no parts can be made of these lengths, the first finding says why, and is the only one.
     """
-    parts = printed_parts(robot, fit)
+    try:
+        parts = printed_parts(robot, fit)
+    except InputError as error:
+        yield Finding("parts", False, str(error).rstrip("."))
+        return
     things = bodies(robot, parts)
     table = meetings.by_link(things)
     # The quick ones first.
-    yield _closed(parts)
+    yield Finding("parts", True, f"{len(parts)} parts, each one closed solid")
     yield _walls(printed_parts(robot, fit, engraved=False))
     yield _shared(table)
     yield _fingers(robot)
@@ -96,18 +99,6 @@ def check(
     yield _drivers(robot, things)
     yield from _joints(robot, table)
     yield _gestures(robot, table, motions)
-
-
-def _closed(parts: Sequence[PrintedPart]) -> Finding:
-    wrong = [
-        part.name
-        for part in parts
-        if part.solid.status().name != "NoError" or len(part.solid.decompose()) != 1
-    ]
-    bad = f"not one closed solid: {', '.join(wrong)}"
-    return Finding(
-        "parts", not wrong, bad if wrong else f"{len(parts)} parts, each one closed solid"
-    )
 
 
 def _walls(parts: Sequence[PrintedPart]) -> Finding:
@@ -269,34 +260,19 @@ def _drivers(robot: Robot, things: Iterable[Solid]) -> Finding:
 
 
 def _cables(robot: Robot, motions: Mapping[str, Array]) -> Finding:
-    """Check each cable's way from socket to socket at its longest, over all gestures."""
-    s = dimensions().servo
-    by_joint = {mount.joint: mount for mount in mounts(robot)}
-    hub = np.array([8.0, 0.0, 600 * robot.lengths.L01])
+    """Check each servo's cable at its longest, over all gestures."""
+    ways = {name: way for name, way in cables(robot).items() if name in JOINTS}
     poses = np.concatenate([np.array([robot.neutral]), *motions.values()])[::5]
     longest: dict[str, float] = {}
     for pose in poses:
         frames = link_frames(robot, pose)
-
-        def socket(joint: str, frames: dict[str, Array] = frames) -> Array:
-            mount = by_joint[joint]
-            middle = mount.frame @ np.array([0.0, s.socket_y[0], 9.0, 1.0])
-            frame = frames[mount.link]
-            place: Array = frame[:, :3] @ middle + frame[:, 3]
-            return place
-
-        centre = frames["torso"][:, :3] @ hub + frames["torso"][:, 3]
-        ends = {"waist": centre, "head": centre}
-        for side in ("right", "left"):
-            ends[f"{side}_shoulder"] = centre
-            ends[f"{side}_elbow"] = socket(f"{side}_shoulder")
-            ends[f"{side}_fingertip"] = socket(f"{side}_elbow")
-        for joint, begin in ends.items():
-            length = _WAY * float(np.linalg.norm(socket(joint) - begin)) + _BENDS
-            longest[joint] = max(longest.get(joint, 0.0), length)
+        for joint, way in ways.items():
+            points = [frames[link][:, :3] @ place + frames[link][:, 3] for _, link, place in way]
+            legs = np.linalg.norm(np.diff(points, axis=0), axis=1)
+            longest[joint] = max(longest.get(joint, 0.0), _WAY * float(legs.sum()) + _BENDS)
     worst = max(longest, key=lambda joint: longest[joint])
     return Finding(
         "cables", longest[worst] <= _CABLE,
-        f"longest to the {worst.replace('_', ' ')}, by the straight way: {longest[worst]:.0f} mm "
-        f"of {_CABLE:.0f} mm",
+        f"longest to the {worst.replace('_', ' ')}, by the way in the pictures: "
+        f"{longest[worst]:.0f} mm of {_CABLE:.0f} mm",
     )  # fmt: skip

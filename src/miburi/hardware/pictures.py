@@ -22,9 +22,11 @@ from miburi.hardware.files import stl
 from miburi.hardware.places import mounts
 from miburi.hardware.screws import drawn_screw, screws
 from miburi.hardware.solids import Manifold, moved
+from miburi.hardware.wiring import ballast, buffer_board, cables, card, hub_board, wire
 from miburi.robot import Robot
 from miburi.robot.description import JOINTS, Array
 from miburi.robot.physics import mujoco
+from miburi.robot.shape import BASE
 
 __all__ = ["STEPS", "BuildStep", "draw_step", "write_png"]
 
@@ -41,6 +43,7 @@ _COLOURS = {
     "servo": (0.45, 0.47, 0.50),
     "phone": (0.30, 0.33, 0.36),
     "screw": (0.20, 0.42, 0.62),
+    "wire": (0.98, 0.78, 0.10),
 }
 
 
@@ -66,6 +69,8 @@ class BuildStep:
         How far the screws are shown out of their holes, mm.
     pose
         The joints that are not straight, rad.
+    cables
+        What is seen of which cables: name, first and last point of its way.
     """
 
     title: str
@@ -76,12 +81,13 @@ class BuildStep:
     view: tuple[float, float] = (150.0, -20.0)
     pulled: float = 14.0
     pose: Mapping[str, float] = field(default_factory=dict)
+    cables: tuple[tuple[str, int, int], ...] = ()
 
 
 _FOOT = ("foot", "lid", "column", "waist servo")
 _SHOULDERS = ("right_shoulder servo", "left_shoulder servo")
 _HEAD = ("neck", "head servo")
-_ALL = (*_FOOT, "torso", *_SHOULDERS, *_HEAD)
+_TRUNK = ("torso", "hub_board", *_SHOULDERS, *_HEAD)
 _ARM = ("left_upper_arm", "left_fingertip servo")
 _WHOLE_ARM = ("left_yoke", "left_elbow servo", "left_elbow idler", *_ARM, "left_fingertip idler")
 #: A left arm that points forwards, and a bowed head.
@@ -101,7 +107,7 @@ STEPS: tuple[BuildStep, ...] = (
         "Servo 1 into the column, from below", (("waist servo", (0, 0, -50.0)),), ("column",),
         (("waist case", ""),),
         "Its cable first. From above, heads below the surface. Short end to the peg.",
-        (120.0, -12.0),
+        (120.0, -12.0), cables=(("waist", 0, 3),),
     ),
     BuildStep(
         "Column onto the lid", (("lid", (0, 0, -40.0)),), ("column", "waist servo"),
@@ -109,57 +115,63 @@ STEPS: tuple[BuildStep, ...] = (
         (130.0, 30.0),
     ),
     BuildStep(
-        "The Mega into the foot, then the ballast", (), ("foot",), (("card", ""),),
-        "Its USB socket to the square hole. Bags of steel into both side chambers.",
-        (130.0, -50.0),
+        "Mega and buffer's board into the foot, then the ballast",
+        (("card", (0.0, 0.0, 45.0)), ("buffer_board", _UP), ("ballast", (0.0, 0.0, 45.0))),
+        ("foot",), (("card", "card"),),
+        "USB socket to the square hole. The board into its grooves. Bags of steel at both sides.",
+        (130.0, -40.0),
     ),
     BuildStep(
         "Lid onto the foot", tuple((name, _UP) for name in ("lid", "column", "waist servo")),
-        ("foot",), (("lid", "lid"),),
+        ("foot", "card", "buffer_board", "ballast"), (("lid", "lid"),),
         "Servo 1 and the hub's wires to the buffer's board first. FRONT opposite the square hole.",
-        (130.0, -30.0),
+        (150.0, -20.0), cables=(("waist", 0, 5), ("feed", 0, 4)),
     ),
     BuildStep(
-        "Torso onto the horn of servo 1", (("torso", _UP),), _FOOT, (("waist horn", "torso"),),
-        "Wires through the curved slot first. From above; FRONT over FRONT; notch in its slot.",
-        (150.0, -25.0), 165.0,
+        "Torso onto the horn of servo 1", (("torso", _UP), ("hub_board", _UP)), _FOOT,
+        (("waist horn", "torso"),),
+        "Wires through the curved slot to the hub first. FRONT over FRONT; notch in its slot.",
+        (150.0, -25.0), 165.0, cables=(("feed", 2, 6),),
     ),
     BuildStep(
         "Servos 2 and 5 into the torso, long ends down",
-        tuple((name, (60.0, 0.0, -20.0)) for name in _SHOULDERS), (*_FOOT, "torso"),
+        tuple((name, (60.0, 0.0, -20.0)) for name in _SHOULDERS),
+        ("torso", "hub_board"),
         tuple((f"{side}_shoulder case", "") for side in ("left", "right")),
         "Two cables into each first: to the hub, and out at the back. Screws from outside.",
-        (120.0, -15.0),
+        (148.0, -15.0),
+        cables=tuple((f"{side}_{joint}", 0, 5 if joint == "shoulder" else 4)
+            for side in ("left", "right") for joint in ("shoulder", "elbow")),
     ),
     BuildStep(
         "Servo 8 into the neck, long end down", (("head servo", _OUT),), ("neck",),
         (("head case", ""),),
         "Its cable first. Horn to the robot's left, screws from its right; H 8 is the back.",
-        (290.0, -15.0),
+        (290.0, -15.0), cables=(("head", 0, 5),),
     ),
     BuildStep(
         "Neck onto the torso", tuple((name, _UP) for name in _HEAD),
-        (*_FOOT, "torso", *_SHOULDERS), (("neck", "neck"),),
+        ("torso", "hub_board", *_SHOULDERS), (("neck", "neck"),),
         "From above. H 8 backwards; the cable goes in at its right, down through the roof.",
-        (150.0, -20.0),
+        (130.0, -15.0), cables=(("head", 0, 7),),
     ),
     BuildStep(
-        "Left yoke onto the horn of servo 5", (("left_yoke", _OUT),), _ALL,
+        "Left yoke onto the horn of servo 5", (("left_yoke", _OUT),), _TRUNK,
         (("left_shoulder horn", "left_yoke"),),
         "Through the holes in its side. LE 6 backwards, slot up: the notch is in it.",
-        (130.0, -20.0), 70.0, _FORWARDS,
+        (130.0, -20.0), 70.0, _FORWARDS, (("left_elbow", 2, 5),),
     ),
     BuildStep(
         "Turn the yoke until LE 6 is up; servo 6 into it", (("left_elbow servo", _AHEAD),),
         ("left_yoke",), (("left_elbow case", ""),),
         "Servo 5's free cable and a new one first. Horn forwards, long end up. From behind.",
-        (50.0, -25.0),
+        (50.0, -25.0), cables=(("left_elbow", 4, 8), ("left_fingertip", 0, 3)),
     ),
     BuildStep(
         "Servo 7 into the left upper arm", (("left_fingertip servo", _AHEAD),),
         ("left_upper_arm",), (("left_fingertip case", ""),),
         "Servo 6's free cable first. Horn to the slotted cheek's side, long end to the fork.",
-        (50.0, -25.0),
+        (50.0, -25.0), cables=(("left_fingertip", 3, 6),),
     ),
     BuildStep(
         "Idlers onto the rear cheeks, from inside: here the cradle's", (("idler", (0, 10.0, 0)),),
@@ -180,14 +192,14 @@ STEPS: tuple[BuildStep, ...] = (
             (name, _OUT)
             for name in (*_ARM, "left_forearm", "left_fingertip idler", "left_elbow idler")
         ),
-        (*_ALL, "left_yoke", "left_elbow servo"),
+        (*_TRUNK, "left_yoke", "left_elbow servo"),
         (("left_elbow horn", "left_upper_arm"), ("left_elbow axle", "left_upper_arm")),
         "4 in front, 1 through the rear cheek, not tight. Straight out: notch in the slot.",
-        (130.0, -20.0),
+        (130.0, -20.0), cables=(("left_fingertip", 0, 6), ("left_elbow", 2, 8)),
     ),
     BuildStep(
         "Cradle onto servo 8", (("cradle", _AHEAD), ("idler", (0.0, 0.0, 0.0))),
-        (*_ALL, *_WHOLE_ARM, "left_forearm"), (("head horn", "cradle"), ("head axle", "")),
+        (*_TRUNK, *_WHOLE_ARM, "left_forearm"), (("head horn", "cradle"), ("head axle", "")),
         "4 at its left, 1 at its right. Nearly bowed: the notch is in the left cheek's slot.",
         (235.0, -12.0), 14.0, _BOWED,
     ),
@@ -212,6 +224,8 @@ def _things(robot: Robot, fit: float) -> tuple[Solid, ...]:
         if mount.idler and mount.joint != "head":
             idler = moved(servo.idler(0.0), mount.frame)
             things.append(Solid(f"{mount.joint} idler", mount.link, idler, False))
+    boards = ((card, BASE), (ballast, BASE), (buffer_board, BASE), (hub_board, "torso"))
+    things += [Solid(made.__name__, link, made(robot), False) for made, link in boards]
     return tuple(things)
 
 
@@ -238,6 +252,11 @@ def draw_step(robot: Robot, fit: float, number: int) -> Picture:
         elif thing.name in step.shows or step.shows == ("*",):
             kind = "phone" if thing.name == "phone" else "printed" if thing.printed else "servo"
             shown.append((moved(thing.solid, frames[thing.link]), kind))
+    ways = cables(robot)
+    for name, first, last in step.cables:
+        shown.append(
+            (wire([_place(*point, adds, frames) for point in ways[name][first:last]]), "wire")
+        )
     groups, kinds = screws(robot), Counter[str]()
     for name, carrier in step.groups:
         for screw in groups[name]:
@@ -248,6 +267,19 @@ def draw_step(robot: Robot, fit: float, number: int) -> Picture:
     words = " ".join(part for part in (counted and f"{counted}.", step.words) if part)
     title = f"{number}. {step.title}" if number else step.title
     return _captioned(_draw(shown, step.view), [title, words])
+
+
+def _place(
+    thing: str,
+    link: str,
+    place: tuple[float, ...],
+    adds: Mapping[str, tuple[float, ...]],
+    frames: Mapping[str, Array],
+) -> tuple[float, float, float]:
+    """Return where a point of a cable's way is drawn, in the base frame."""
+    frame = frames[link]
+    x, y, z = frame[:, :3] @ (np.array(place) + adds.get(thing, (0.0, 0.0, 0.0))) + frame[:, 3]
+    return float(x), float(y), float(z)
 
 
 def _straight(robot: Robot) -> Array:

@@ -32,6 +32,8 @@ __all__ = [
     "column",
     "column_screws",
     "foot",
+    "foot_floor",
+    "hub_floor",
     "lid",
     "lid_height",
     "lid_screws",
@@ -50,6 +52,42 @@ CHEST_SEAT = 5.5
 _CABLE_CIRCLE, _CABLE = 14.9, 2.6
 #: Radius at which the waist's stops stand, and their radius.
 _STOP_CIRCLE, _STOP_RADIUS = 22.0, 2.2
+
+
+def foot_floor(robot: Robot) -> float:
+    """Return the height of the foot's floor, mm."""
+    return dimensions().wall.shell - 1000 * robot.shape.pedestal_height
+
+
+def hub_floor(robot: Robot) -> float:
+    """Return the height at which the hub's board stands in the torso, below the servos, mm."""
+    return 1000 * robot.lengths.L01 - dimensions().servo.long_end - 36.0
+
+
+def _grooves(
+    x: float, half: float, floor: float, high: float, behind: float = 0.0
+) -> list[Manifold]:
+    """Return two posts; a board of 1.6 mm slides down between them, from y = -half to half.
+
+    They reach ``behind`` mm further back, to a wall that carries them.
+    """
+    return [
+        cut(
+            box(
+                (x - 2.3 - behind, x + 2.3),
+                (side * (half - 1.5), side * (half + 2.0)),
+                (floor - 2.0, high),
+            ),
+            [
+                box(
+                    (x - 0.95, x + 0.95),
+                    (side * (half - 2.0), side * (half + 0.3)),
+                    (floor, high + 1),
+                )
+            ],
+        )
+        for side in (-1, 1)
+    ]
 
 
 def lid_height(robot: Robot) -> float:
@@ -105,6 +143,11 @@ def foot(robot: Robot) -> Manifold:
     posts = [disc("z", place, (floor - 0.1, floor + m.post), 3.2) for place in places]
     pilots = [disc("z", place, (floor - 1.0, floor + 20), holes.m3_pilot / 2) for place in places]
     screws = lid_screws(robot)
+    # The buffer's board stands between the Mega and FRONT.
+    seat = [
+        groove ^ disc("z", (0, 0), (table, top), inner + 0.5)
+        for groove in _grooves(m.length / 2 + 3.0, 18.9, floor, floor + 12.0)
+    ]
     lid_posts = [disc("z", place, (floor - 0.1, top), 3.6) for place in screws]
     lid_pilots = [disc("z", place, (top - 12, top + 1), holes.m25_pilot / 2) for place in screws]
     y, wide, high = m.usb
@@ -118,7 +161,8 @@ def foot(robot: Robot) -> Manifold:
         box((-46.0, -36.0), (-rib - 5, rib + 5), (floor + 6.0, top)),
     ]
     return cut(
-        join([cut(outside, [inside]), ribs, *posts, *lid_posts]), [*pilots, *lid_pilots, *openings]
+        join([cut(outside, [inside]), ribs, *posts, *lid_posts, *seat]),
+        [*pilots, *lid_pilots, *openings],
     )
 
 
@@ -245,7 +289,10 @@ def torso(robot: Robot, fit: float) -> Manifold:
     front = _split(robot)
     boss = disc("z", (0, 0), (0.0, _GAP + 0.1), 8.4)
     waist = mount_of(robot, "waist").frame
-    body = join([cut(_shell(robot), [front]), boss, *_ears(robot)])
+    radius, stands = 1000 * robot.shape.torso_radius, hub_floor(robot)
+    within = disc("z", (0, 0), (_GAP + _FLOOR, high), radius - dimensions().wall.shell + 0.5)
+    seat = [groove ^ within for groove in _grooves(-24.0, 17.4, stands, stands + 20.0, radius)]
+    body = join([cut(_shell(robot), [front]), boss, *_ears(robot), *seat])
     tools = [moved(hole, waist) for hole in servo.horn_screws(s.horn_face, 1)]
     for side in ("right", "left"):
         frame = mount_of(robot, f"{side}_shoulder").frame
