@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 
 from miburi.errors import OutputError
-from miburi.robot import Robot
+from miburi.robot import Robot, buildable
 from miburi.studies import film
 from miburi.studies.film import Scene, camera, contact_sheet, write_film
 
@@ -29,6 +29,19 @@ def test_pictures_show_pose_hand_and_caption(robot: Robot) -> None:
         for other in others:
             assert np.abs(other.astype(int) - plain).max() > 50
         assert np.array_equal(opened.picture(scenes[0]), plain)
+
+
+def test_a_robot_that_can_be_built_is_filmed_as_printed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Servos are seen; without the extra the description's solids are drawn, which have none."""
+    body = buildable()
+    dark = []
+    for kernel in (True, False):
+        if not kernel:
+            monkeypatch.setattr(film, "find_spec", lambda _: None)
+        with camera(body, 320, 240) as opened:
+            picture = opened.picture(Scene(np.array(body.neutral)))
+        dark.append(int((picture[100:].max(axis=2) < 60).sum()))  # below the phone
+    assert dark[0] > 20 * max(1, dark[1])
 
 
 def test_a_film_is_written(robot: Robot, tmp_path: Path) -> None:

@@ -74,8 +74,6 @@ _NEGATIVE_NUMBERS = {"ignore_unknown_options": True}
 _LIVE, _MAKE, _MEASURE = "Live with it", "Make it yours", "Measure"
 _BUILD, _DOCUMENTS = "Build and calibrate", "For Miburi's own documents"
 
-#: mm that drawn shapes may be off.
-_FINE = 0.1
 #: m by which a hand or the head may be away from its place (ours).
 _MISSED = 1e-3
 
@@ -389,21 +387,20 @@ def export(
     print(forms[form](body, None if meshes is None else _write_meshes(body, meshes)), end="")
 
 
-def _write_meshes(robot: "Robot", folder: Path) -> dict[str, str]:
-    """Write the real shape of each link, and return the files by link."""
+def _write_meshes(robot: "Robot", folder: Path) -> dict[tuple[str, str], str]:
+    """Write the real shapes of each link, and return the files by link and colour."""
     need("manifold3d", "hardware")
     from miburi.ground.files import whole_files
-    from miburi.hardware.build import bodies, printed_parts
     from miburi.hardware.files import stl
-    from miburi.hardware.meetings import by_link
-    from miburi.hardware.solids import join
+    from miburi.hardware.shapes import shapes
 
-    table = by_link(bodies(robot, printed_parts(robot)))
+    files = {}
     with whole_files(folder) as draft:
-        for link, things in table.items():
-            whole = join(thing.solid for thing in things).simplify(_FINE)
-            (draft / f"{link}.stl").write_bytes(stl(whole))
-    return {link: str((folder / f"{link}.stl").absolute()) for link in table}
+        for (link, colour), solid in shapes(robot).items():
+            name = f"{link}-{colour}.stl"
+            (draft / name).write_bytes(stl(solid))
+            files[link, colour] = str((folder / name).absolute())
+    return files
 
 
 for panel, commands in (

@@ -27,7 +27,7 @@ _WALL = (0.93, 0.90, 0.86, 1.0)
 
 def to_mjcf(
     robot: Robot,
-    meshes: Mapping[str, str] | None = None,
+    meshes: Mapping[tuple[str, str], str] | None = None,
     *,
     face: bool = False,
     sprung_hand: bool = False,
@@ -40,8 +40,8 @@ def to_mjcf(
     The mocap body ``hand`` collides with the robot only. A ``sprung_hand`` has mass, hangs on a
     spring along each axis (joints ``hand_x``, ``hand_y``, ``hand_z``) and can grasp, by the
     equality ``grasp``. With ``face`` the screen carries a square of the material ``face``, whose
-    texture can be drawn on. With ``meshes``, the file of each link's real shape in mm, these are
-    drawn; what collides is in group 3, which viewers hide.
+    texture can be drawn on. With ``meshes``, the files of the real shapes in mm by link and colour,
+    these and the phone are drawn; what else collides is in group 3, which viewers hide.
     """
     root = ET.Element("mujoco", model=robot.name)
     ET.SubElement(root, "compiler", angle="radian", autolimits="true")
@@ -88,12 +88,14 @@ def to_mjcf(
     for link in links(robot):
         bodies[link.name] = _body(bodies[link.parent], link, robot)
     for part in parts(robot):
-        if meshes is None or part.mass or part.colour == "screen":
-            _geom(bodies[part.link], part, hidden=meshes is not None and part.colour != "screen")
-    for name, file in (meshes or {}).items():
+        shown = meshes is None or part.of_the_phone
+        if shown or part.mass:
+            _geom(bodies[part.link], part, hidden=not shown)
+    for (link_name, material), file in (meshes or {}).items():
+        name = f"{link_name}_{material}"
         ET.SubElement(asset, "mesh", name=name, file=file, scale="0.001 0.001 0.001")
         ET.SubElement(
-            bodies[name], "geom", type="mesh", mesh=name, material="cream", mass="0",
+            bodies[link_name], "geom", type="mesh", mesh=name, material=material, mass="0",
             contype="0", conaffinity="0",
         )  # fmt: skip
     for name, (link_name, point) in extremities(robot).items():

@@ -109,6 +109,11 @@ class Part:
     tilt: float = 0.0
 
     @property
+    def of_the_phone(self) -> bool:
+        """Whether it is a part of the phone; the rest may be drawn as it is printed."""
+        return self.name.startswith(("phone", "screen"))
+
+    @property
     def middle(self) -> Point:
         """The centre of its mass, in the link's frame, m."""
         if self.end is None:

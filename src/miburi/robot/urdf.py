@@ -14,11 +14,11 @@ from miburi.robot.shape import BASE, COLOURS, Part, extremities, links, parts
 __all__ = ["to_urdf"]
 
 
-def to_urdf(robot: Robot, meshes: Mapping[str, str] | None = None) -> str:
+def to_urdf(robot: Robot, meshes: Mapping[tuple[str, str], str] | None = None) -> str:
     """Return the robot as URDF.
 
-    With ``meshes``, the file of each link's real shape in mm, these are drawn; what collides stays
-    simple.
+    With ``meshes``, the files of the real shapes in mm by link and colour, these and the phone are
+    drawn; what collides stays simple.
 
     Joints have the limits of Table 1 and the servo's speed and torque. Fixed links ``right``,
     ``left`` and ``head_centre`` mark the extremities. URDF has no capsules and no ellipsoids: a
@@ -47,15 +47,15 @@ def to_urdf(robot: Robot, meshes: Mapping[str, str] | None = None) -> str:
         _inertial(link_element, model, name)
     for part in parts(robot):
         for piece in _pieces(part):
-            if meshes is None:
+            if meshes is None or part.of_the_phone:
                 _shape(elements[part.link], "visual", piece)
             if part.mass:
                 _shape(elements[part.link], "collision", piece)
-    for name, file in (meshes or {}).items():
-        visual = ET.SubElement(elements[name], "visual", name=f"{name}_shape")
+    for (name, colour_name), file in (meshes or {}).items():
+        visual = ET.SubElement(elements[name], "visual", name=f"{name}_{colour_name}")
         shape = ET.SubElement(visual, "geometry")
         ET.SubElement(shape, "mesh", filename=file, scale="0.001 0.001 0.001")
-        ET.SubElement(visual, "material", name="cream")
+        ET.SubElement(visual, "material", name=colour_name)
     for name, (parent, point) in extremities(robot).items():
         child = "head_centre" if name == "head" else name
         ET.SubElement(root, "link", name=child)

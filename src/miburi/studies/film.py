@@ -11,6 +11,7 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 
 import matplotlib
@@ -79,7 +80,8 @@ class Camera:
     """Draw the robot from one viewpoint; open a camera with :func:`camera`."""
 
     def __init__(self, robot: Robot, width: int, height: int) -> None:
-        self._model = mujoco.MjModel.from_xml_string(to_mjcf(robot, face=True))
+        meshes, files = _real_shapes(robot)
+        self._model = mujoco.MjModel.from_xml_string(to_mjcf(robot, meshes, face=True), files)
         self._data = mujoco.MjData(self._model)
         self._qpos = np.array([self._model.joint(name).qposadr[0] for name in JOINTS])
         self._renderer = mujoco.Renderer(self._model, height, width)
@@ -125,6 +127,18 @@ class Camera:
         for name in ("face", "tint"):
             texture = self._model.tex(name).id
             mujoco.mjr_uploadTexture(self._model, self._renderer._mjr_context, texture)
+
+
+def _real_shapes(robot: Robot) -> tuple[dict[tuple[str, str], str] | None, dict[str, bytes]]:
+    """Return what is drawn of a robot that can be built: the shapes' files, and what is in them."""
+    if find_spec("manifold3d") is None:
+        return None, {}
+    from miburi.hardware.files import stl
+    from miburi.hardware.shapes import shapes_if_it_can_be_built
+
+    files = {key: stl(solid) for key, solid in shapes_if_it_can_be_built(robot).items()}
+    names = {key: f"{'-'.join(key)}.stl" for key in files}
+    return names or None, {names[key]: content for key, content in files.items()}
 
 
 @contextmanager

@@ -17,6 +17,7 @@ from miburi.interface.reach import Reach
 from miburi.interface.socket import live_router
 from miburi.interface.synthesizer import LANGUAGES
 from miburi.live.view import LivePartner
+from miburi.studio.body_shapes import shapes_router
 from miburi.studio.face_page import add_face_page
 from miburi.studio.missing_page import missing_page
 from miburi.studio.pairing_page import pairing_page
@@ -56,6 +57,7 @@ def make_app(
     doors.open(app, runner, next(iter(reach.addresses), None))
     sounded = () if doors.voice is None else LANGUAGES
     add_face_page(app, runner, sounded)
+    app.include_router(shapes_router(runner))
     app.include_router(_nothing(app))
     app.include_router(privacy_router(runner, reach, doors))
     app.include_router(people_router())

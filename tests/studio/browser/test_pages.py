@@ -4,12 +4,14 @@ import itertools
 import json
 import math
 import re
+from base64 import b64encode
 from collections.abc import Callable
 from importlib import resources
 from pathlib import Path
 from typing import Any
 from urllib.parse import urljoin
 
+import numpy as np
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, Route, expect
 from tests.fixtures.browser import (
@@ -127,6 +129,23 @@ def test_stop_acts_over_an_open_dialog_with_one_press(studio: Page) -> None:
 
 def _escape(page: Page) -> Callable[[], None]:
     return lambda: page.keyboard.press("Escape")
+
+
+def test_printed_shapes_take_the_place_of_simple_ones(page: Page, url: str) -> None:
+    corners = np.array([[0, 0, 0], [0.1, 0, 0], [0, 0, 0.1]], "<f4")
+    packed = [b64encode(one.tobytes()).decode() for one in (corners, np.array([0, 1, 2], "<u4"))]
+    shape = {"link": "torso", "colour": [1, 0, 0, 1], "points": packed[0], "faces": packed[1]}
+    page.route("**/api/page/shapes", lambda route: route.fulfill(json=[shape]))
+    open_studio(page, url + "/?quality=low")
+    page.wait_for_function("document.querySelector('.robot-view')?.view?.dressed")
+    drawn = page.evaluate(
+        "() => document.querySelector('.robot-view').view.meshes.filter((one) => one.visible)"
+        ".map((one) => [one.userData.link, one.userData.phone ?? false,"
+        " one.geometry.attributes.position.count])"
+    )
+    assert drawn[-1] == ["torso", False, 3]
+    assert len(drawn) > 1
+    assert all(phone for _, phone, _ in drawn[:-1])
 
 
 def test_a_dragged_hand_stops_the_robot_and_release_lets_it_go_on(scene: Page) -> None:

@@ -178,13 +178,14 @@ export default {
       this.meshes = [];
       for (const part of robot.parts) {
         const mesh = solid(part);
-        mesh.userData.link = part.link;
+        Object.assign(mesh.userData, { link: part.link, phone: part.name.startsWith("phone") });
         mesh.castShadow = mesh.receiveShadow = true;
         mesh.visible = !part.name.startsWith("screen"); // the face takes its place
         links[part.link].add(mesh);
         this.meshes.push(mesh);
       }
       this.face(links);
+      this.dress(links);
       const [radius, half] = robot.hand;
       this.skin = new THREE.MeshStandardMaterial({ color: 0xdba98a, roughness: 0.6, emissive: 0xff2a1a, emissiveIntensity: 0 });
       this.hand = new THREE.Group();
@@ -204,6 +205,28 @@ export default {
       this.arms = new ArmsWay(robot, links);
       this.marks = new DepthMarks(this.scene, robot.floor, radius);
       this.steered = 0; // until when the wish is somebody's, whatever the hand does
+    },
+
+    async dress(links) {
+      // A robot that can be built is drawn as it is printed; until its shapes come, simply.
+      const answer = await fetch("/api/page/shapes").catch(() => null);
+      const shapes = answer?.ok ? await answer.json() : [];
+      if (!shapes.length) return;
+      for (const mesh of this.meshes) mesh.visible &&= mesh.userData.phone;
+      for (const { link, colour, points, faces } of shapes) {
+        const geometry = new THREE.BufferGeometry();
+        geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(unpacked(points)), 3));
+        geometry.setIndex(new THREE.BufferAttribute(new Uint32Array(unpacked(faces)), 1));
+        const mesh = new THREE.Mesh(geometry, new THREE.MeshStandardMaterial({
+          color: new THREE.Color().setRGB(...colour.slice(0, 3), THREE.SRGBColorSpace),
+          roughness: 0.6, flatShading: true,
+        }));
+        mesh.userData.link = link;
+        mesh.castShadow = mesh.receiveShadow = true;
+        links[link].add(mesh);
+        this.meshes.push(mesh);
+      }
+      this.dressed = true; // for tests and pictures
     },
 
     face(links) {
@@ -456,6 +479,10 @@ function rounded(width, height, r) {
   s.lineTo(-x + r, y).absarc(-x + r, y - r, r, Math.PI / 2, Math.PI);
   s.lineTo(-x, -y + r).absarc(-x + r, -y + r, r, Math.PI, 1.5 * Math.PI);
   return s;
+}
+
+function unpacked(text) {
+  return Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer;
 }
 
 function solid(part) {

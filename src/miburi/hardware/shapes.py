@@ -1,0 +1,47 @@
+"""The real shapes of a robot's links, for whatever draws it.
+
+In goes a robot's description; out come solids in their links' frames, mm, by link and colour. The
+phone is left out: it is drawn as the description has it.
+"""
+
+from functools import lru_cache
+
+from miburi.errors import MiburiError
+from miburi.hardware.build import bodies, printed_parts
+from miburi.hardware.solids import Manifold, join
+from miburi.robot import Robot
+
+__all__ = ["shapes", "shapes_if_it_can_be_built"]
+
+#: mm that drawn shapes may be off.
+_FINE = 0.1
+#: The colours of :data:`miburi.robot.shape.COLOURS`; what is not named is cream, servos graphite.
+_COLOURED = {
+    "foot": "clay", "lid": "clay", "column": "clay", "cradle": "coral", "jaw": "coral",
+    "idler": "coral", "left_yoke": "coral", "right_yoke": "coral",
+}  # fmt: skip
+
+
+def shapes(robot: Robot) -> dict[tuple[str, str], Manifold]:
+    """Return what is drawn of each link, by the link's name and the colour.
+
+    Raises
+    ------
+    InputError
+        This robot cannot be built; the message says which length is too short, and by how much.
+    """
+    table: dict[tuple[str, str], list[Manifold]] = {}
+    for thing in bodies(robot, printed_parts(robot, engraved=False)):
+        if thing.name != "phone":
+            colour = _COLOURED.get(thing.name, "cream" if thing.printed else "graphite")
+            table.setdefault((thing.link, colour), []).append(thing.solid)
+    return {key: join(solids).simplify(_FINE) for key, solids in table.items()}
+
+
+@lru_cache(maxsize=2)
+def shapes_if_it_can_be_built(robot: Robot) -> dict[tuple[str, str], Manifold]:
+    """Return :func:`shapes`, or nothing for a robot whose lengths no parts fit."""
+    try:
+        return shapes(robot)
+    except MiburiError:
+        return {}

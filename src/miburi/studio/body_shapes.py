@@ -1,0 +1,39 @@
+"""What the studio draws of a robot that can be built: its printed parts and servos."""
+
+import asyncio
+from base64 import b64encode
+from importlib.util import find_spec
+
+from fastapi import APIRouter
+
+from miburi.live.view import LivePartner
+from miburi.robot import Robot
+from miburi.robot.shape import COLOURS
+
+__all__ = ["shapes_router"]
+
+
+def shapes_router(runner: LivePartner) -> APIRouter:
+    """Return the router with the shapes: a list, empty where the description is all there is."""
+    router = APIRouter(include_in_schema=False)
+
+    @router.get("/api/page/shapes")
+    async def shapes() -> list[dict[str, object]]:
+        return await asyncio.to_thread(_shapes, runner.robot)
+
+    return router
+
+
+def _shapes(robot: Robot) -> list[dict[str, object]]:
+    if find_spec("manifold3d") is None:
+        return []
+    from miburi.hardware.files import triangles
+    from miburi.hardware.shapes import shapes_if_it_can_be_built
+
+    table: list[dict[str, object]] = []
+    for (link, colour), solid in shapes_if_it_can_be_built(robot).items():
+        corners, faces = triangles(solid)
+        points = b64encode((corners / 1000).astype("<f4").tobytes()).decode()
+        indices = b64encode(faces.astype("<u4").tobytes()).decode()
+        table.append({"link": link, "colour": COLOURS[colour], "points": points, "faces": indices})
+    return table
