@@ -17,7 +17,8 @@ from miburi.hardware.files import triangles
 from miburi.hardware.places import misfits, mount_of, mounts
 from miburi.hardware.solids import Manifold, cut, mirror_y, moved
 from miburi.robot import Robot
-from miburi.robot.description import JOINTS, Array
+from miburi.robot.description import Array
+from miburi.robot.loads import link_poses
 from miburi.robot.shape import BASE, links
 
 __all__ = ["FIT", "PrintedPart", "Solid", "bodies", "link_frames", "printed_mass", "printed_parts"]
@@ -202,16 +203,10 @@ def printed_mass(part: PrintedPart) -> float:
 
 def link_frames(robot: Robot, angles: Array) -> dict[str, Array]:
     """Return where each link is in a pose, (3, 4) in mm in the base frame; ``angles`` (8,) rad."""
-    found = {BASE: np.hstack([np.eye(3), np.zeros((3, 1))])}
-    for link in links(robot):
-        above = found[link.parent]
-        x, y, z = link.axis
-        cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]], dtype=float)
-        angle = float(angles[JOINTS.index(link.joint)])
-        turn = np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
-        origin = above[:, :3] @ (1000 * np.array(link.position)) + above[:, 3]
-        found[link.name] = np.column_stack([above[:, :3] @ turn, origin])
-    return found
+    turns, joints = link_poses(robot, angles)
+    frames = np.concatenate([turns, 1000 * joints[..., None]], axis=-1)
+    found = {link.name: frame for link, frame in zip(links(robot), frames, strict=True)}
+    return found | {BASE: np.hstack([np.eye(3), np.zeros((3, 1))])}
 
 
 def bodies(robot: Robot, parts: Iterable[PrintedPart]) -> list[Solid]:

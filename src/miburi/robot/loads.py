@@ -12,7 +12,7 @@ import numpy as np
 from miburi.robot.description import JOINTS, Array, Lengths, Masses, Robot, Shape
 from miburi.robot.shape import Part, links, parts
 
-__all__ = ["GRAVITY", "Loads", "loads"]
+__all__ = ["GRAVITY", "Loads", "link_poses", "loads"]
 
 #: m/s².
 GRAVITY = 9.81
@@ -46,8 +46,11 @@ class _Solids(NamedTuple):
     masses: Array  # (8, n), kg, of the parts that each joint turns
 
 
-def loads(robot: Robot, angles: Array) -> Loads:
-    """Return what the parts load the motors with at ``angles`` (..., 8) rad."""
+def link_poses(robot: Robot, angles: Array) -> tuple[Array, Array]:
+    """Return how each link is turned, (..., 8, 3, 3), and where its joint is, (..., 8, 3) m.
+
+    In the base frame, in the order of :func:`~miburi.robot.shape.links`; ``angles`` (..., 8) rad.
+    """
     body = _solids(robot.lengths, robot.masses, robot.shape)
     turns = _turns(body.axes, angles[..., body.order])
     axles = np.zeros((*angles.shape[:-1], len(JOINTS), 3))
@@ -59,6 +62,13 @@ def loads(robot: Robot, angles: Array) -> Loads:
             turns[..., link, :, :] = above @ turns[..., link, :, :]
         else:
             axles[..., link, :] = body.offsets[link]
+    return turns, axles
+
+
+def loads(robot: Robot, angles: Array) -> Loads:
+    """Return what the parts load the motors with at ``angles`` (..., 8) rad."""
+    body = _solids(robot.lengths, robot.masses, robot.shape)
+    turns, axles = link_poses(robot, angles)
     # A joint's own turn leaves its axis as it is.
     axes = (turns @ body.axes[..., None])[..., 0]
     carried = (turns[..., body.links, :, :] @ body.middles[..., None])[..., 0]
