@@ -274,5 +274,6 @@ def _cables(robot: Robot, motions: Mapping[str, Array]) -> Finding:
     return Finding(
         "cables", longest[worst] <= _CABLE,
         f"longest to the {worst.replace('_', ' ')}, by the way in the pictures: "
-        f"{longest[worst]:.0f} mm of {_CABLE:.0f} mm",
+        f"{longest[worst]:.0f} mm of {_CABLE:.0f} mm"
+        + ("" if longest[worst] <= _CABLE else "; make a longer one"),
     )  # fmt: skip
