@@ -16,7 +16,7 @@ from miburi.studies.trials.figures import Point, rule_map
 from miburi.studies.trials.replay import record
 from miburi.studies.trials.report import in_words, rows
 from miburi.studies.trials.safety_page import write_page
-from miburi.studies.trials.summary import summarise, wilson
+from miburi.studies.trials.summary import quantile_interval, summarise, wilson
 from miburi.studies.trials.trial import Outcome, Run
 from miburi.studies.trials.tuning import BOX, Verdict, assess, tune
 
@@ -47,6 +47,14 @@ def test_the_interval_holds_the_share(trials: int, hits: int) -> None:
     hits = min(hits, trials)
     low, high = wilson(hits, trials)
     assert 0 <= low <= hits / trials <= high <= 1
+
+
+def test_the_interval_of_a_quantile_holds_it_in_95_of_100_samples() -> None:
+    rng = np.random.default_rng(1)
+    true = -np.log(0.01)
+    intervals = [quantile_interval(rng.exponential(size=600), 0.99) for _ in range(400)]
+    assert np.mean([low <= true <= high for low, high in filter(None, intervals)]) > 0.93
+    assert quantile_interval(np.array([]), 0.99) is None
 
 
 def test_each_trial_is_counted_as_what_it_was() -> None:

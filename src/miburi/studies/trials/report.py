@@ -21,7 +21,8 @@ _ROWS: tuple[tuple[str, str], ...] = (
     ("latency_from_1N_max", "latency from 1 N on, longest (s)"),
     ("peak_force_median", "peak force, median (N)"),
     ("peak_force_p95", "peak force, 95th percentile (N)"),
-    ("peak_force_max", "peak force, largest (N)"),
+    ("peak_force_p99", "peak force, 99th percentile (N)"),
+    ("peak_force_max", "peak force, largest of these (N)"),
     ("sustained_force_p95", "force over 0.1 s, 95th percentile (N)"),
     ("push_after_stop_max", "push 0.3 s after a stop, largest (N)"),
     ("right_motor", "share of stops that name a motor which carries what was met"),
@@ -49,6 +50,9 @@ def _cell(summary: Summary, name: str) -> str:
     if name in ("false_stops", "missed"):
         low, high = getattr(summary, f"{name}_interval")
         return f"{value} ({100 * low:.2f} to {100 * high:.2f} %)"
+    if name == "peak_force_p99" and summary.peak_force_p99_interval is not None:
+        low, high = summary.peak_force_p99_interval
+        return f"{value:.3g} ({low:.3g} to {high:.3g})"
     return f"{value:.3g}" if isinstance(value, float) else f"{value}"
 
 

@@ -9,10 +9,10 @@ from miburi.errors import needs_extra
 from miburi.studies.trials.runs import as_array
 from miburi.studies.trials.trial import Outcome, TrialKind
 
-__all__ = ["ISO_LIMITS", "LATE", "MATTERS", "Summary", "summarise", "wilson"]
+__all__ = ["ISO_LIMITS", "LATE", "MATTERS", "Summary", "quantile_interval", "summarise", "wilson"]
 
 try:
-    from scipy.stats import binomtest
+    from scipy.stats import binom, binomtest
 except ModuleNotFoundError as error:
     raise needs_extra("studies", error) from error
 
@@ -41,6 +41,21 @@ def wilson(hits: int, trials: int) -> tuple[float, float]:
     return float(low), float(high)
 
 
+def quantile_interval(
+    values: "np.ndarray[tuple[int, ...], np.dtype[np.float64]]", share: float
+) -> tuple[float, float] | None:
+    """Return a 95 % interval of a quantile, whatever the distribution; the largest may bound it.
+
+    It lies between two of the values in their order (David and Nagaraja, Order Statistics, 7.1).
+    """
+    count = len(values)
+    if count == 0:
+        return None
+    ordered = np.sort(values)
+    low, high = binom.ppf((0.025, 0.975), count, share).astype(int)
+    return float(ordered[max(low - 1, 0)]), float(ordered[min(high, count - 1)])
+
+
 @dataclass(frozen=True)
 class Summary:
     """Figures of a run; s and N.
@@ -58,8 +73,11 @@ class Summary:
         Stops more than 0.25 s after the first touch.
     latency_above_2N_max
         The longest latency of contacts that reached 2 N over 0.1 s.
+    peak_force_p99, peak_force_p99_interval
+        The force that 99 of 100 contacts stay under, and its interval from the order of the values
+        alone; a largest value has none, since it grows with the number of trials.
 
-    Intervals are Wilson's, 95 %. A figure without any trial is None.
+    Intervals of counts are Wilson's; all are of 95 %. A figure without any trial is None.
     """
 
     free: int
@@ -80,6 +98,8 @@ class Summary:
     latency_from_1N_max: float | None  # noqa: N815  (the unit)
     peak_force_median: float | None
     peak_force_p95: float | None
+    peak_force_p99: float | None
+    peak_force_p99_interval: tuple[float, float] | None
     peak_force_max: float | None
     sustained_force_p95: float | None
     push_after_stop_max: float | None
@@ -125,6 +145,8 @@ def summarise(outcomes: Sequence[Outcome]) -> Summary:
         latency_from_1N_max=_percentile(firm, 100),
         peak_force_median=_percentile(peak, 50),
         peak_force_p95=_percentile(peak, 95),
+        peak_force_p99=_percentile(peak, 99),
+        peak_force_p99_interval=quantile_interval(peak, 0.99),
         peak_force_max=_percentile(peak, 100),
         sustained_force_p95=_percentile(sustained, 95),
         push_after_stop_max=_percentile(push, 100),
