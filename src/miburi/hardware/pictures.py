@@ -118,7 +118,7 @@ STEPS: tuple[BuildStep, ...] = (
         "Mega and buffer's board into the foot, then the ballast",
         (("card", (0.0, 0.0, 45.0)), ("buffer_board", _UP), ("ballast", (0.0, 0.0, 45.0))),
         ("foot",), (("card", "card"),),
-        "USB socket to the square hole. The board into its grooves. Bags of steel at both sides.",
+        "USB to the square hole, the supply's wires by the round one. Board into its grooves.",
         (130.0, -40.0),
     ),
     BuildStep(
@@ -146,7 +146,7 @@ STEPS: tuple[BuildStep, ...] = (
     BuildStep(
         "Servo 8 into the neck, long end down", (("head servo", _OUT),), ("neck",),
         (("head case", ""),),
-        "Its cable first. Horn to the robot's left, screws from its right; H 8 is the back.",
+        "Its cable first, out at the right. Horn to the left, screws from the right; H 8 is behind.",
         (290.0, -15.0), cables=(("head", 0, 5),),
     ),
     BuildStep(
@@ -200,7 +200,7 @@ STEPS: tuple[BuildStep, ...] = (
     BuildStep(
         "Cradle onto servo 8", (("cradle", _AHEAD), ("idler", (0.0, 0.0, 0.0))),
         (*_TRUNK, *_WHOLE_ARM, "left_forearm"), (("head horn", "cradle"), ("head axle", "")),
-        "4 at its left, 1 at its right. Nearly bowed: the notch is in the left cheek's slot.",
+        "4 at its left; 1 at its right, not tight. Nearly bowed: notch in the left cheek's slot.",
         (235.0, -12.0), 14.0, _BOWED,
     ),
     BuildStep(
@@ -291,7 +291,9 @@ def _straight(robot: Robot) -> Array:
 
 def write_png(path: Path, picture: Picture) -> None:
     """Write a picture with few colours, so that it stays small."""
-    Image.fromarray(picture).quantize(64).save(path, optimize=True)
+    # An octree keeps rare colours, as those of screws and wires, which a median cut would not.
+    image = Image.fromarray(picture).quantize(128, Image.Quantize.FASTOCTREE)
+    image.save(path, optimize=True)
 
 
 def _draw(shown: Sequence[tuple[Manifold, str]], view: tuple[float, float]) -> Picture:
