@@ -146,7 +146,7 @@ STEPS: tuple[BuildStep, ...] = (
     BuildStep(
         "Servo 8 into the neck, long end down", (("head servo", _OUT),), ("neck",),
         (("head case", ""),),
-        "Its cable first, out at the right. Horn to the left, screws from the right; H 8 is behind.",
+        "Its cable first, out at the right. Horn left, screws from the right; H 8 is behind.",
         (290.0, -15.0), cables=(("head", 0, 5),),
     ),
     BuildStep(
