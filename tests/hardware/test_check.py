@@ -9,12 +9,14 @@ import pytest
 from miburi.bodies.rehearsal import PERIOD, rehearse
 from miburi.gestures import key_poses, load
 from miburi.hardware import meetings
-from miburi.hardware.build import Solid, bodies, printed_parts
+from miburi.hardware.balance import weights
+from miburi.hardware.build import Solid, bodies, link_frames, printed_parts
 from miburi.hardware.check import Finding, check
 from miburi.hardware.dimensions import dimensions
 from miburi.hardware.wiring import buffer_board, card, hub_board
 from miburi.robot import JOINTS, Robot, buildable
-from miburi.robot.shape import BASE
+from miburi.robot.loads import GRAVITY, loads
+from miburi.robot.shape import BASE, links
 
 ROBOT = buildable()
 
@@ -144,6 +146,25 @@ def test_the_boards_share_no_room_with_parts_and_servos(robot: Robot) -> None:
         ]
     )
     assert list(meetings.in_one_link(table)) == []
+
+
+def test_the_descriptions_solids_load_the_motors_as_the_parts_do() -> None:
+    """Physics, trials and card know the description alone; 0.01 N·m are a step of the encoder."""
+    things = weights(ROBOT, printed_parts(ROBOT))
+    parents = {link.name: link.parent for link in links(ROBOT)}
+    rng = np.random.default_rng(0)
+    for pose in rng.uniform(ROBOT.lower, ROBOT.upper, (60, len(JOINTS))):
+        frames, torques = link_frames(ROBOT, pose), np.zeros(len(JOINTS))
+        for thing in things:
+            centre = frames[thing.link] @ [*thing.centre, 1.0]
+            carrier = thing.link
+            while carrier in parents:
+                link = next(one for one in links(ROBOT) if one.name == carrier)
+                axis, joint = frames[carrier][:, :3] @ link.axis, frames[carrier][:, 3]
+                arm = np.cross(axis, centre - joint)[2] / 1000
+                torques[JOINTS.index(link.joint)] += GRAVITY * thing.mass * arm
+                carrier = parents[carrier]
+        assert np.abs(torques - loads(ROBOT, pose).gravity).max() < 0.01
 
 
 def test_each_arm_has_the_stops_of_its_own_range() -> None:
