@@ -137,7 +137,7 @@ out/trials/parts/without-%.parquet: .venv/run.stamp
 COLUMNS := default-servo twelve-servos imagined-servo rule-off
 COLUMNS += $(addprefix states/,hot warmed-up worn 4.75V 5.25V)
 COLUMNS += $(addprefix parts/,as-printed delayed-profile without-gravity without-lift without-ceiling)
-docs-safety: $(COLUMNS:%=out/trials/%.parquet) ## contact trials and their page (about 25 minutes)
+docs-safety: $(COLUMNS:%=out/trials/%.parquet) ## contact trials and their page (about 12 minutes)
 	$(BIN)/miburi safety-page $^ --out docs
 
 # MkDocs 2 will drop plugins and hooks; constraints.txt holds it below (its banner says so each time).
