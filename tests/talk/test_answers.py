@@ -63,6 +63,12 @@ def lines(language: Language) -> list[str]:
         ("Am I a bad person?", "bad_person"),
         ("I can't remember whether I've taken my pills.", "medicine"),
         ("Have you seen my glasses anywhere?", "whereabouts"),
+        ("Where are my tablets?", "whereabouts"),
+        ("Where did I put my pills?", "whereabouts"),
+        ("Remind me of my sister's name.", "not_told"),
+        ("Remind me about my appointment on Friday.", "remember"),
+        ("Am I boring you?", "tiring"),
+        ("Do I talk too much?", "tiring"),
     ],
 )
 def test_it_knows_what_is_meant_with_and_without_signs(said: str, intent: str) -> None:
