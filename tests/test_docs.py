@@ -9,6 +9,7 @@ import runpy
 import subprocess
 import sys
 import textwrap
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -28,6 +29,17 @@ def test_links_and_pictures_are_there(page: Path) -> None:
     links = re.findall(r"\]\(([^)#]+)", page.read_text(encoding="utf-8"))
     inside = [link for link in links if "://" not in link and not link.startswith(MADE)]
     assert [link for link in inside if not (page.parent / link).exists()] == []
+
+
+def test_the_wheels_description_leads_nowhere_that_a_wheel_does_not_have() -> None:
+    """And names only extras that there are."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    text = (ROOT / project["readme"]).read_text("utf-8")
+    targets = re.findall(r"\]\(([^)]*)\)|(?:src|href)=\"([^\"]*)", text)
+    assert [target for pair in targets for target in pair if target and "://" not in target] == []
+    named = set(re.findall(r"`\[(\w+)\]`", text))
+    assert named
+    assert named <= set(project["optional-dependencies"])
 
 
 def test_there_are_pages() -> None:
