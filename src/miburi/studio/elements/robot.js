@@ -98,8 +98,15 @@ export default {
       const pose = state.hand;
       this.hand.visible = state.hand_out;
       if (!state.hand_out) this.held = false;
-      // A held hand's way is told again and again: a connection that broke may have lost it.
-      if (this.held && performance.now() > this.told + AGAIN) this.tell();
+      if (this.held && performance.now() > this.told + AGAIN) {
+        // A held hand goes as deep as the arms that have passed under the pointer since it came
+        // there. And it is told again: a connection that broke may have lost it.
+        if (!state.force && !state.stop) {
+          const deep = this.ray.origin.distanceTo(this.wish) + this.nearer;
+          this.follow(this.ray, deep);
+        }
+        this.tell();
+      }
       if (state.hand_out && !this.held) {
         // One takes hold of the hand where one sees it, on its way to a wish as well.
         this.handle.position.set(...pose.position);
@@ -367,9 +374,9 @@ export default {
       this.$refs.canvas.focus({ preventScroll: true });
     },
 
-    follow(ray) {
+    follow(ray, kept) {
       // Put the wish on a ray, as deep as the arm there; `nearer` is what the keys add.
-      ray.at(this.arms.depth(ray) - this.nearer, this.wish);
+      ray.at(this.arms.depth(ray, kept) - this.nearer, this.wish);
     },
 
     dragging() {
@@ -402,7 +409,8 @@ export default {
           return;
         }
         canvas.style.cursor = "grabbing";
-        this.follow(caster.ray);
+        this.ray = caster.ray.clone();
+        this.follow(this.ray);
         if (performance.now() > due) {
           due = performance.now() + 30;
           this.tell();

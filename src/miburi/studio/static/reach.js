@@ -31,8 +31,9 @@ export class ArmsWay {
     while (this.trail[0].now < now - MEMORY) this.trail.shift();
   }
 
-  depth(ray) {
-    // The mean depth of all places, weighed by how near the ray passes them.
+  depth(ray, kept = null) {
+    // The mean depth of all places, weighed by how near the ray passes them; where it passes none,
+    // what was kept, or the depth of the nearest.
     let sum = 0, weights = 0, nearest = Infinity, otherwise = 0;
     const offset = new THREE.Vector3();
     const weigh = (points, share) => points.forEach((point) => {
@@ -45,7 +46,7 @@ export class ArmsWay {
     });
     weigh(this.now, 1);
     this.trail.forEach(({ points }) => weigh(points, 0.1));
-    return (sum + FAINT * otherwise) / (weights + FAINT);
+    return (sum + FAINT * (kept ?? otherwise)) / (weights + FAINT);
   }
 
   distance(point) {
