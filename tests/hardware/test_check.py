@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from miburi.bodies.rehearsal import PERIOD, rehearse
+from miburi.errors import InputError
 from miburi.gestures import key_poses, load
 from miburi.hardware import meetings
 from miburi.hardware.balance import weights
@@ -90,6 +91,11 @@ def test_a_check_fails_on_what_breaks_it(
     found = finding(name, robot, still(robot) if poses is None else poses)
     assert not found.ok, found.words
     assert words in found.words
+
+
+def test_a_gap_out_of_range_is_no_fault_of_the_robot() -> None:
+    with pytest.raises(InputError, match="fit must be from 0 to 0.6 mm, got 2"):
+        next(check(ROBOT, {}, PERIOD, fit=2.0))
 
 
 @pytest.fixture

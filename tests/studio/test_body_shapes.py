@@ -1,4 +1,4 @@
-"""What the studio draws: the printed parts of a robot that can be built, else its description."""
+"""The studio draws printed parts if the robot can be built, and its description's solids if not."""
 
 from base64 import b64decode
 from types import SimpleNamespace

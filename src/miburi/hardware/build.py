@@ -21,7 +21,16 @@ from miburi.robot.description import Array
 from miburi.robot.loads import link_poses
 from miburi.robot.shape import BASE, links
 
-__all__ = ["FIT", "PrintedPart", "Solid", "bodies", "link_frames", "printed_mass", "printed_parts"]
+__all__ = [
+    "FIT",
+    "PrintedPart",
+    "Solid",
+    "bodies",
+    "check_fit",
+    "link_frames",
+    "printed_mass",
+    "printed_parts",
+]
 
 #: The gap on each side of a pocket, mm: a slide fit in guides of printers (others').
 FIT = 0.25
@@ -108,6 +117,12 @@ def _turn(axis: str, degrees: float) -> Array:
     return turn
 
 
+def check_fit(fit: float) -> None:
+    """Raise an InputError where a gap is out of range."""
+    if not 0 <= fit <= 0.6:
+        raise InputError(f"fit must be from 0 to 0.6 mm, got {fit}.")
+
+
 def printed_parts(robot: Robot, fit: float = FIT, *, engraved: bool = True) -> list[PrintedPart]:
     """Return the parts to print.
 
@@ -125,8 +140,7 @@ def printed_parts(robot: Robot, fit: float = FIT, *, engraved: bool = True) -> l
     InputError
         ``fit`` is out of range, or lengths are too short; the message names each and by how much.
     """
-    if not 0 <= fit <= 0.6:
-        raise InputError(f"fit must be from 0 to 0.6 mm, got {fit}.")
+    check_fit(fit)
     if lines := misfits(robot):
         raise InputError("this robot cannot be built:\n  " + "\n  ".join(lines))
     # Of the poses tried, these need the least support and keep the forks along the layers.

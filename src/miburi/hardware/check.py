@@ -1,8 +1,8 @@
 """Check that a robot can be built from its parts, before anybody prints one.
 
 In goes a robot's description, and the poses of its gestures; out come findings, each with a
-measured figure. Screws and finger gaps compare sizes that are the same for every robot, cables are
-straight lines, and none of this replaces a print.
+measured figure. Screws and finger gaps compare sizes that are the same for every robot, cables lie
+as the pictures show them, and none of this replaces a print.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -12,7 +12,15 @@ import numpy as np
 
 from miburi.errors import InputError
 from miburi.hardware import balance, meetings, servo
-from miburi.hardware.build import FIT, PrintedPart, Solid, bodies, link_frames, printed_parts
+from miburi.hardware.build import (
+    FIT,
+    PrintedPart,
+    Solid,
+    bodies,
+    check_fit,
+    link_frames,
+    printed_parts,
+)
 from miburi.hardware.dimensions import dimensions
 from miburi.hardware.files import triangles
 from miburi.hardware.head import clamp
@@ -80,7 +88,13 @@ def check(
         The gap on each side of a pocket, mm.
 
     Where no parts can be made of these lengths, the first finding says why, and is the only one.
+
+    Raises
+    ------
+    InputError
+        ``fit`` is out of range.
     """
+    check_fit(fit)
     try:
         parts = printed_parts(robot, fit)
     except InputError as error:

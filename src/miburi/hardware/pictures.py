@@ -70,7 +70,7 @@ class BuildStep:
     pose
         The joints that are not straight, rad.
     cables
-        What is seen of which cables: name, first and last point of its way.
+        The cables to draw: each one's name, and the range of its points.
     """
 
     title: str

@@ -1,4 +1,4 @@
-"""What the wires join, and the ways on which the pictures draw them.
+"""The boards in foot and torso, and the routes of the cables.
 
 The Mega, the buffer's board in the foot and the hub's in the torso are simple blocks. Solids are in
 the frame of the link that carries them, in mm.

@@ -74,7 +74,7 @@ def make_app(
         dark=None,
         binding_refresh_interval=None,
         show_welcome_message=False,
-        reconnect_timeout=30.0,  # a page that was too busy to answer is not loaded anew
+        reconnect_timeout=30.0,  # a page that was busy for a while is not reloaded
         tailwind=False,
     )
     return app

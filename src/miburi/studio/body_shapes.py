@@ -1,4 +1,4 @@
-"""What the studio draws of a robot that can be built: its printed parts and servos."""
+"""The printed parts and servos that the studio draws, if the robot can be built."""
 
 import asyncio
 from base64 import b64encode

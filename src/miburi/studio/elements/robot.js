@@ -100,7 +100,7 @@ export default {
       if (!state.hand_out) this.held = false;
       if (this.held && performance.now() > this.told + AGAIN) {
         // A held hand goes as deep as the arms that have passed under the pointer since it came
-        // there. And it is told again: a connection that broke may have lost it.
+        // there. Its place is sent again, in case the connection dropped it.
         if (!state.force && !state.stop) {
           const deep = this.ray.origin.distanceTo(this.wish) + this.nearer;
           this.follow(this.ray, deep);
