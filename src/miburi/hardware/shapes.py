@@ -5,11 +5,13 @@ phone is left out: it is drawn as the description has it.
 """
 
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 from miburi.errors import MiburiError
-from miburi.hardware.build import bodies, printed_parts
-from miburi.hardware.solids import Manifold, join
 from miburi.robot import Robot
+
+if TYPE_CHECKING:
+    from miburi.hardware.solids import Manifold
 
 __all__ = ["shapes", "shapes_if_it_can_be_built"]
 
@@ -22,7 +24,7 @@ _COLOURED = {
 }  # fmt: skip
 
 
-def shapes(robot: Robot) -> dict[tuple[str, str], Manifold]:
+def shapes(robot: Robot) -> dict[tuple[str, str], "Manifold"]:
     """Return what is drawn of each link, by the link's name and the colour.
 
     Raises
@@ -30,6 +32,10 @@ def shapes(robot: Robot) -> dict[tuple[str, str], Manifold]:
     InputError
         This robot cannot be built; the message says which length is too short, and by how much.
     """
+    # The kernel is an extra; whoever draws asks without it, too.
+    from miburi.hardware.build import bodies, printed_parts
+    from miburi.hardware.solids import join
+
     table: dict[tuple[str, str], list[Manifold]] = {}
     for thing in bodies(robot, printed_parts(robot, engraved=False)):
         if thing.name != "phone":
@@ -39,8 +45,8 @@ def shapes(robot: Robot) -> dict[tuple[str, str], Manifold]:
 
 
 @lru_cache(maxsize=2)
-def shapes_if_it_can_be_built(robot: Robot) -> dict[tuple[str, str], Manifold]:
-    """Return :func:`shapes`, or nothing for a robot whose lengths no parts fit."""
+def shapes_if_it_can_be_built(robot: Robot) -> dict[tuple[str, str], "Manifold"]:
+    """Return :func:`shapes`, or nothing without the extra, or if no parts fit the lengths."""
     try:
         return shapes(robot)
     except MiburiError:

@@ -11,7 +11,6 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from importlib.util import find_spec
 from pathlib import Path
 
 import matplotlib
@@ -20,6 +19,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from miburi.errors import OutputError
+from miburi.hardware.shapes import shapes_if_it_can_be_built
 from miburi.robot import JOINTS, Array, Robot
 from miburi.robot.mjcf import FACE_PIXELS, HAND_AWAY, to_mjcf
 from miburi.robot.physics import mujoco
@@ -131,14 +131,13 @@ class Camera:
 
 def _real_shapes(robot: Robot) -> tuple[dict[tuple[str, str], str] | None, dict[str, bytes]]:
     """Return what is drawn of a robot that can be built: the shapes' files, and what is in them."""
-    if find_spec("manifold3d") is None:
+    solids = shapes_if_it_can_be_built(robot)
+    if not solids:
         return None, {}
-    from miburi.hardware.files import stl
-    from miburi.hardware.shapes import shapes_if_it_can_be_built
+    from miburi.hardware.files import stl  # needs the extra, which is there
 
-    files = {key: stl(solid) for key, solid in shapes_if_it_can_be_built(robot).items()}
-    names = {key: f"{'-'.join(key)}.stl" for key in files}
-    return names or None, {names[key]: content for key, content in files.items()}
+    names = {key: f"{'-'.join(key)}.stl" for key in solids}
+    return names, {names[key]: stl(solid) for key, solid in solids.items()}
 
 
 @contextmanager

@@ -2,10 +2,10 @@
 
 import asyncio
 from base64 import b64encode
-from importlib.util import find_spec
 
 from fastapi import APIRouter
 
+from miburi.hardware.shapes import shapes_if_it_can_be_built
 from miburi.live.view import LivePartner
 from miburi.robot import Robot
 from miburi.robot.shape import COLOURS
@@ -25,13 +25,13 @@ def shapes_router(runner: LivePartner) -> APIRouter:
 
 
 def _shapes(robot: Robot) -> list[dict[str, object]]:
-    if find_spec("manifold3d") is None:
+    solids = shapes_if_it_can_be_built(robot)
+    if not solids:
         return []
-    from miburi.hardware.files import triangles
-    from miburi.hardware.shapes import shapes_if_it_can_be_built
+    from miburi.hardware.files import triangles  # needs the extra, which is there
 
     table: list[dict[str, object]] = []
-    for (link, colour), solid in shapes_if_it_can_be_built(robot).items():
+    for (link, colour), solid in solids.items():
         corners, faces = triangles(solid)
         points = b64encode((corners / 1000).astype("<f4").tobytes()).decode()
         indices = b64encode(faces.astype("<u4").tobytes()).decode()
