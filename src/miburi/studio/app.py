@@ -25,13 +25,14 @@ from miburi.studio.people_page import people_router
 from miburi.studio.privacy_page import privacy_router
 from miburi.studio.studio_page import add_studio_page
 
-__all__ = ["HERE", "make_app"]
+__all__ = ["HERE", "forget_pages", "make_app"]
 
 HERE = Path(__file__).parent
 _CLOSED = Doors()
-#: s for which the server keeps a page that no browser has connected to, and s between checks
-#: (NiceGUI's defaults: 60 and 10). Each takes about 0.8 MB.
-_WAITS, _LOOKS = 10.0, 5.0
+#: s between two looks at pages that no browser has connected to. Each takes about 0.8 MB.
+#: NiceGUI keeps them for 60 s, which a slow computer needs; of more than so many the older than
+#: so many seconds are forgotten.
+_LOOKS, _MANY, _FLOODED = 5.0, 20, 10.0
 
 
 def make_app(
@@ -66,7 +67,7 @@ def make_app(
     pages.config.quasar_config["loadingBar"]["skipHijack"] = True
     # NiceGUI's own page would keep a client for each request, and log the visitor's URL.
     pages.add_exception_handler(404, missing_page)
-    pages.timer(_LOOKS, partial(Client.prune_instances, client_age_threshold=_WAITS))
+    pages.timer(_LOOKS, forget_pages)
     ui.run_with(
         app,
         title="Miburi",
@@ -78,6 +79,13 @@ def make_app(
         tailwind=False,
     )
     return app
+
+
+def forget_pages() -> None:
+    """Forget pages that were asked for in numbers and that no browser has connected to."""
+    waiting = sum(not client.has_socket_connection for client in Client.instances.values())
+    if waiting > _MANY:
+        Client.prune_instances(client_age_threshold=_FLOODED)
 
 
 def _nothing(app: FastAPI) -> APIRouter:

@@ -38,11 +38,12 @@ def arm(now: dict[str, Any]) -> np.ndarray:
     return forward(iphonoid(), np.array(now["angles"]))[:3]
 
 
-#: Notes the deepest touch of each state that the page hears: one may fall between two looks.
-FEEL = """() => import("/static/live.js").then(({listen}) => listen((state) => {
-  window.touched ??= [];
-  if (state.force > 0.5) window.touched.push(state.hand.position);
-}))"""
+#: Notes each touch that the page hears of: one may fall between two looks. An arm that has been
+#: stopped is soft and pushes back with a tenth of a newton.
+FEEL = """() => import("/static/live.js").then(({listen}) => {
+  window.touched = [];
+  listen((state) => state.force > 0.01 && window.touched.push(state.hand.position));
+})"""
 HELD = "document.querySelector('.robot-view').view.held"
 
 
@@ -78,10 +79,11 @@ def test_the_hand_is_dragged_to_the_arm_that_is_pointed_at(scene: Page, side: st
     scene.mouse.move(x - 40, y - 30, steps=8)
     scene.evaluate(LEAP, [[x - 30, y - 30], [x, y]])
     # It touches, where the arm was when it was pointed at; a soft arm gives way.
-    scene.wait_for_function(
-        "([goal, near]) => window.touched?.some((at) =>"
-        " Math.hypot(...at.map((x, i) => x - goal[i])) < near)",
-        arg=[goal.tolist(), 3 * HAND_SIZE[0]],
+    until(
+        scene,
+        lambda _: any(
+            math.dist(place, goal) < 3 * HAND_SIZE[0] for place in scene.evaluate("window.touched")
+        ),
     )
     scene.mouse.up()
     assert scene.evaluate("document.querySelector('.robot-view').view.marks.ring.visible")
