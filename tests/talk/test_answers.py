@@ -67,6 +67,31 @@ def lines(language: Language) -> list[str]:
         ("Where did I put my pills?", "whereabouts"),
         ("Remind me of my sister's name.", "not_told"),
         ("Remind me about my appointment on Friday.", "remember"),
+        ("Can you remind me to take my pills at eight?", "remind_medicine"),
+        ("Don't let me forget my insulin tonight.", "remind_medicine"),
+        ("Remember that my tablets are in the blue box.", "remember"),
+        ("You didn't see it, did you?", None),
+        ("I didn't catch that.", "repeat"),
+        ("Should I wear the red scarf or the green one?", "choice"),
+        ("What shall we have, soup or eggs?", "choice"),
+        ("What is it, are you cold or not?", "comfortable"),
+        ("What do you call a cow with no legs?", "riddle"),
+        ("I know a good one, listen.", "their_joke"),
+        ("I'll tell you a joke.", "their_joke"),
+        ("You won't tell my son, will you?", "secret"),
+        ("Could you put the radio on?", "timer"),
+        ("What do you do all day?", "your_day"),
+        ("What can you do?", "what_can_you"),
+        ("Is it silly of me to still set two plates?", "normal"),
+        ("Do you understand what I mean?", "understand"),
+        ("Didn't sleep a wink last night.", None),
+        ("Don't you ever get lonely?", "had_feeling"),
+        ("Were you afraid of the thunder?", "had_feeling"),
+        ("Do you ever wonder about the moon?", "about_you"),
+        ("What do you get up to when I'm out?", "what_you_do"),
+        ("Would you count to ten?", "count"),
+        ("Who is nicer, my sister or me?", "me_or"),
+        ("Is your name Japanese or something?", "name_meaning"),
         ("Am I boring you?", "tiring"),
         ("Do I talk too much?", "tiring"),
     ],
@@ -87,6 +112,8 @@ def test_it_knows_what_is_meant_with_and_without_signs(said: str, intent: str) -
         ("Comment tu t'appelles ?", "fr", "own_name"),
         ("Quand est-ce que je prends mes comprimés ?", "fr", "medicine"),
         ("薬はいつ飲むんだっけ？", "ja", "medicine"),
+        ("四時に薬を飲むように教えてね", "ja", "remind_medicine"),
+        ("Rappelle-moi de prendre mes comprimés à huit heures.", "fr", "remind_medicine"),
     ],
 )
 def test_other_languages_know_it_too(said: str, language: Language, intent: str) -> None:
@@ -154,6 +181,13 @@ def test_remember_that_takes_the_clause_before_it_in_the_same_breath() -> None:
     answer("What day is it?", "en", one)
     kept = answer("I see Dr Hill on Thursday, at ten, will you remember that for me?", "en", one)
     assert kept.words == "I see Dr Hill on Thursday, at ten"
+
+
+def test_what_begins_with_somebody_dear_is_remembered_with_the_name() -> None:
+    told = script("en").facts_in(
+        "That was my wife, Jean. My daughter Carol set you up. Is my son in?"
+    )
+    assert told == ["That was my wife, Jean.", "My daughter Carol set you up."]
 
 
 def test_it_says_again_what_it_said() -> None:

@@ -156,6 +156,8 @@ def plain(text: str, language: Language) -> str:
 
     >>> plain("I CAN'T breathe!", "en")
     'i can not breathe'
+    >>> plain("I'll be ill.", "en")
+    'i will be ill'
     """
     rules = _rules(language)
     text = unicodedata.normalize("NFKC", text).lower()
@@ -168,6 +170,8 @@ def plain(text: str, language: Language) -> str:
         apart = unicodedata.normalize("NFD", text)
         text = "".join(one for one in apart if unicodedata.category(one) != "Mn")
     if rules.apostrophes == "join":
+        # Without its sign "I'll" is "ill".
+        text = re.sub(rf"(?<=\w)[{_APOSTROPHES}]ll\b", " will", text)
         text = re.sub(rf"(?<=\w) ?[{_APOSTROPHES}] ?(?=\w)|[{_APOSTROPHES}]", "", text)
         text = re.sub(r"\b(\w+) (m|s|t|re|ve)\b", r"\1\2", _WORD_SIGNS.sub(" ", text).strip())
     else:

@@ -109,7 +109,7 @@ class Answerer:
         if before:
             slots["before"] = before
         match = next(_sayable(words.intents_of(said), slots), None)
-        if heard.topic == "asked" and match is not None and not match.cue.acts:
+        if heard.topic == "asked" and match and not (match.cue.acts or match.cue.own):
             match = None  # "how are you" is no question of how something is done
         topic = next(_sayable(words.topics_of(said), slots), None)
         text = None

@@ -74,6 +74,8 @@ class Cue(Table):
         A move of ``moves.toml``, or the gesture of a feeling, that is performed.
     look
         Where it looks.
+    own
+        Whether it asks for more of the partner's feelings than how it is now.
     capital
         Whether what it is about must be written with a capital, as a name is.
     tune
@@ -87,6 +89,7 @@ class Cue(Table):
     move: Annotated[str, Field(pattern=f"^({'|'.join(MOVES)})$")] | None = None
     show: FeelingName | None = None
     look: Literal["user", "left", "right", "up", "down", "aside"] | None = None
+    own: bool = False
     capital: bool = False
     tune: list[Annotated[list[float], Field(min_length=2, max_length=2)]] | None = None
 
