@@ -190,6 +190,20 @@ def test_what_begins_with_somebody_dear_is_remembered_with_the_name() -> None:
     assert told == ["That was my wife, Jean.", "My daughter Carol set you up."]
 
 
+def test_after_a_feeling_it_takes_up_only_what_it_can_name() -> None:
+    """It said "Yuck. There is always something to do in a house." to a joke about stairs."""
+    one, cross = Answerer(), Impression("anger", 0.9, "speech")
+
+    def followed(said: str, by: str) -> bool:
+        cue = next(cue for cue in script("en").topic if cue.name == by)
+        ends = {line.format(it="your sister") for line in cue.say}
+        texts = [one.answer(said, cross, None, "en", NOW).text for _ in range(40)]
+        return any(text.endswith(tuple(ends)) for text in texts)
+
+    assert not followed("The boiler is broken.", "house")
+    assert followed("That is my sister again.", "family")
+
+
 def test_it_says_again_what_it_said() -> None:
     one = Answerer()
     first = answer("What is your name?", answerer=one).text

@@ -147,7 +147,9 @@ class Answerer:
         text = self._choose(row, slots) or self._choose(words.feelings.lines(heard, None), slots)
         if text is None or topic is None or self._random.random() >= _TAKES_UP:
             return text
-        more = self._choose(topic.cue.say, slots | _about(topic))
+        # "That is sad. Do you like it like that?": only what names its subject can follow.
+        naming = [line for line in topic.cue.say if "it" in _slots(line)]
+        more = self._choose(naming, slots | _about(topic))
         return text if more is None else f"{text} {more}"
 
     def _remark(self, words: Script, felt: str | None, slots: dict[str, str]) -> str:
