@@ -66,7 +66,12 @@ def lines(language: Language) -> list[str]:
         ("Where are my tablets?", "whereabouts"),
         ("Where did I put my pills?", "whereabouts"),
         ("Remind me of my sister's name.", "not_told"),
-        ("Remind me about my appointment on Friday.", "remember"),
+        ("Remind me about my appointment on Friday.", "remind"),
+        ("Remind me to ring Carol at five, will you?", "remind"),
+        ("Don't let me forget the oven.", "remind"),
+        ("You'll remind me, won't you?", None),
+        ("Can you wake me at seven?", "alarm"),
+        ("Am I going on too long?", "tiring"),
         ("Can you remind me to take my pills at eight?", "remind_medicine"),
         ("Don't let me forget my insulin tonight.", "remind_medicine"),
         ("Remember that my tablets are in the blue box.", "remember"),
@@ -113,6 +118,8 @@ def test_it_knows_what_is_meant_with_and_without_signs(said: str, intent: str) -
         ("Quand est-ce que je prends mes comprimés ?", "fr", "medicine"),
         ("薬はいつ飲むんだっけ？", "ja", "medicine"),
         ("四時に薬を飲むように教えてね", "ja", "remind_medicine"),
+        ("Rappelle-moi d'appeler ma fille à cinq heures.", "fr", "remind"),
+        ("五時に電話するのを思い出させて", "ja", "remind"),
         ("Rappelle-moi de prendre mes comprimés à huit heures.", "fr", "remind_medicine"),
     ],
 )
@@ -181,6 +188,12 @@ def test_remember_that_takes_the_clause_before_it_in_the_same_breath() -> None:
     answer("What day is it?", "en", one)
     kept = answer("I see Dr Hill on Thursday, at ten, will you remember that for me?", "en", one)
     assert kept.words == "I see Dr Hill on Thursday, at ten"
+
+
+def test_a_reminder_is_kept_and_not_promised() -> None:
+    kept = answer("Remind me to ring Carol at five, will you?")
+    assert kept.words == "ring Carol at five"
+    assert "alarm" in kept.text
 
 
 def test_what_begins_with_somebody_dear_is_remembered_with_the_name() -> None:
