@@ -59,9 +59,9 @@ def lines(language: Language) -> list[str]:
         ("Who won the war of 1812?", "news"),
         ("What is the capital of Mongolia?", "knowledge"),
         ("When do I take my tablets?", "medicine"),
-        ("Do you remember if I took my pills?", "medicine"),
+        ("Do you remember if I took my pills?", "medicine_doubt"),
         ("Am I a bad person?", "bad_person"),
-        ("I can't remember whether I've taken my pills.", "medicine"),
+        ("I can't remember whether I've taken my pills.", "medicine_doubt"),
         ("Have you seen my glasses anywhere?", "whereabouts"),
         ("Where are my tablets?", "whereabouts"),
         ("Where did I put my pills?", "whereabouts"),
@@ -97,6 +97,14 @@ def lines(language: Language) -> list[str]:
         ("Would you count to ten?", "count"),
         ("Who is nicer, my sister or me?", "me_or"),
         ("Is your name Japanese or something?", "name_meaning"),
+        ("I took the white ones at noon, remember that.", "medicine_log"),
+        ("Note that I have had my pills.", "medicine_log"),
+        ("Give me a shout at half past.", "alarm"),
+        ("Do you ever get fed up with me?", "tiring"),
+        ("Did you sleep well?", "sleep"),
+        ("What was I supposed to do at four?", "not_told"),
+        ("Who did I say was coming?", "not_told"),
+        ("Have I told you about the wedding?", "not_told"),
         ("Am I boring you?", "tiring"),
         ("Do I talk too much?", "tiring"),
     ],
@@ -188,6 +196,17 @@ def test_remember_that_takes_the_clause_before_it_in_the_same_breath() -> None:
     answer("What day is it?", "en", one)
     kept = answer("I see Dr Hill on Thursday, at ten, will you remember that for me?", "en", one)
     assert kept.words == "I see Dr Hill on Thursday, at ten"
+
+
+def test_a_question_after_one_about_medicine_is_about_medicine() -> None:
+    one = Answerer()
+    answer("Did I take my pills this morning?", answerer=one)
+    cue = answer("And is there another one about now?", answerer=one).cue
+    assert cue is not None
+    assert cue.name == "medicine_doubt"
+    assert answer("It was raining.", answerer=one).cue is None
+    cue = answer("And is there another one about now?", answerer=one).cue
+    assert cue is None or not cue.stays
 
 
 def test_a_reminder_is_kept_and_not_promised() -> None:

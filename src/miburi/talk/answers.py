@@ -77,6 +77,7 @@ class Answerer:
         self._spoke_of_itself = False
         self._last = ""
         self._heard = ""
+        self._stays: Match | None = None
 
     def answer(
         self,
@@ -111,6 +112,10 @@ class Answerer:
         match = next(_sayable(words.intents_of(said), slots), None)
         if heard.topic == "asked" and match and not (match.cue.acts or match.cue.own):
             match = None  # "how are you" is no question of how something is done
+        vague = match is None or match.cue.vague
+        if vague and heard.topic != "asked" and words.asks(said):
+            match = self._stays or match
+        self._stays = match if match and match.cue.stays else None
         topic = next(_sayable(words.topics_of(said), slots), None)
         text = None
         if match is not None:
