@@ -95,7 +95,6 @@ def lines(language: Language) -> list[str]:
         ("Do you ever wonder about the moon?", "about_you"),
         ("What do you get up to when I'm out?", "what_you_do"),
         ("Would you count to ten?", "count"),
-        ("Who is nicer, my sister or me?", "me_or"),
         ("Is your name Japanese or something?", "name_meaning"),
         ("I took the white ones at noon, remember that.", "medicine_log"),
         ("Note that I have had my pills.", "medicine_log"),
@@ -198,15 +197,84 @@ def test_remember_that_takes_the_clause_before_it_in_the_same_breath() -> None:
     assert kept.words == "I see Dr Hill on Thursday, at ten"
 
 
-def test_a_question_after_one_about_medicine_is_about_medicine() -> None:
+@pytest.mark.parametrize(
+    "asks",
+    [
+        "And is there another one about now?",
+        "Should I take one more or leave it?",
+        "Is it normal to take them twice?",
+        "Can I have one?",
+        "will one more do any harm",
+    ],
+)
+def test_a_question_after_one_about_medicine_is_about_medicine(asks: str) -> None:
     one = Answerer()
     answer("Did I take my pills this morning?", answerer=one)
-    cue = answer("And is there another one about now?", answerer=one).cue
+    cue = answer(asks, answerer=one).cue
     assert cue is not None
     assert cue.name == "medicine_doubt"
-    assert answer("It was raining.", answerer=one).cue is None
-    cue = answer("And is there another one about now?", answerer=one).cue
+    answer("It was raining.", answerer=one)
+    cue = answer(asks, answerer=one).cue
     assert cue is None or not cue.stays
+
+
+@pytest.mark.parametrize(
+    "next_said", ["When my husband died I cried.", "Who is the queen?", "Is it raining?"]
+)
+def test_what_has_nothing_to_do_with_medicine_is_not_about_it(next_said: str) -> None:
+    one = Answerer()
+    answer("Did I take my pills this morning?", answerer=one)
+    cue = answer(next_said, answerer=one).cue
+    assert cue is None or not cue.stays
+
+
+#: Playful answers, which would hurt beside something grave.
+LIGHT = {
+    "choice", "normal", "secret", "their_joke", "riddle", "about_you", "what_you_do", "while_out",
+    "farewell", "greeting", "insult", "alarm", "sleep", "remind", "repeat", "bad_person",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "Is it normal that my chest hurts?",
+        "Is it wrong that I want to sleep for ever?",
+        "Is it bad that I have not eaten for three days?",
+        "Should I stay or should I end it all?",
+        "Would you rather live or die?",
+        "Should I go to the hospital or stay here?",
+        "I have no family or friends.",
+        "I could hardly eat or sleep.",
+        "There is a man or a boy at my window.",
+        "I can not tell him that I am ill.",
+        "I'll never tell him how much I loved him.",
+        "Could you call me an ambulance?",
+        "Will you call me a doctor?",
+        "My son did not call me for my birthday.",
+        "The pain would wake me up in the night.",
+        "Remind me of Frank.",
+        "I have another lump.",
+        "I know one thing, I miss her.",
+        "Why did the doctor say that it is cancer?",
+        "Why did the Lord take him?",
+        "I am off up to the hospital, they think it is my heart.",
+        "I can not go anywhere.",
+        "The pain will not go away.",
+        "Would you care if I died?",
+        "You cannot imagine how much I miss her.",
+        "You do not know what it is like to be alone.",
+        "What will you do when I die?",
+        "Did he come to see me before he died?",
+        "There you are, nobody comes.",
+        "I slept well.",
+        "I am going mad with the pain.",
+        "I can not understand that he is gone.",
+    ],
+)
+def test_something_grave_gets_no_playful_answer(said: str) -> None:
+    assert meant(said) not in LIGHT
+    assert meant(said.lower().rstrip(".?!")) not in LIGHT
 
 
 def test_a_reminder_is_kept_and_not_promised() -> None:

@@ -1,5 +1,6 @@
 """Put the web application together: the interface, the live WebSocket, and the pages."""
 
+import time
 from functools import partial
 from pathlib import Path
 
@@ -83,8 +84,9 @@ def make_app(
 
 def forget_pages() -> None:
     """Forget pages that were asked for in numbers and that no browser has connected to."""
-    waiting = sum(not client.has_socket_connection for client in Client.instances.values())
-    if waiting > _MANY:
+    since = time.time() - 60
+    waiting = (each for each in Client.instances.values() if not each.has_socket_connection)
+    if sum(each.created > since for each in waiting) > _MANY:
         Client.prune_instances(client_age_threshold=_FLOODED)
 
 

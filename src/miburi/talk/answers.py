@@ -112,10 +112,10 @@ class Answerer:
         match = next(_sayable(words.intents_of(said), slots), None)
         if heard.topic == "asked" and match and not (match.cue.acts or match.cue.own):
             match = None  # "how are you" is no question of how something is done
-        vague = match is None or match.cue.vague
-        if vague and heard.topic != "asked" and words.asks(said):
-            match = self._stays or match
-        self._stays = match if match and match.cue.stays else None
+        before_it, self._stays = self._stays, match if match and match.cue.stays else None
+        acts = match is not None and match.cue.acts
+        if before_it and not acts and heard.feeling is None and words.goes_on(before_it.cue, said):
+            match = before_it
         topic = next(_sayable(words.topics_of(said), slots), None)
         text = None
         if match is not None:

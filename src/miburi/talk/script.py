@@ -74,10 +74,8 @@ class Cue(Table):
         A move of ``moves.toml``, or the gesture of a feeling, that is performed.
     look
         Where it looks.
-    vague
-        Whether it is a question of any kind, to which it knows no answer.
     stays
-        Whether a question right after it that is vague, or not known, is about the same.
+        A question with these words right after it is about the same.
     own
         Whether it asks for more of the partner's feelings than how it is now.
     capital
@@ -93,8 +91,7 @@ class Cue(Table):
     move: Annotated[str, Field(pattern=f"^({'|'.join(MOVES)})$")] | None = None
     show: FeelingName | None = None
     look: Literal["user", "left", "right", "up", "down", "aside"] | None = None
-    vague: bool = False
-    stays: bool = False
+    stays: str | None = None
     own: bool = False
     capital: bool = False
     tune: list[Annotated[list[float], Field(min_length=2, max_length=2)]] | None = None
@@ -200,10 +197,13 @@ class Script(Table):
     def _question(self) -> re.Pattern[str]:
         return compile_phrases(self.question, self.language, self.words)
 
-    def asks(self, said: str) -> bool:
-        """Whether something is asked."""
-        ends = said.rstrip().endswith(("?", "？"))
-        return ends or bool(self._question.search(plain(said[:_READ], self.language)))
+    def goes_on(self, cue: Cue, said: str) -> bool:
+        """Whether something is asked that is about the same as a cue before it."""
+        if cue.stays is None:
+            return False
+        words = plain(said[:_READ], self.language)
+        asks = said.rstrip().endswith(("?", "？")) or self._question.search(words)
+        return bool(asks and compile_phrases([cue.stays], self.language).search(words))
 
     def facts_in(self, said: str) -> list[str]:
         """Return the sentences that tell something about the person, and ask nothing."""
