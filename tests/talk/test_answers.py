@@ -106,6 +106,11 @@ def lines(language: Language) -> list[str]:
         ("Have I told you about the wedding?", "not_told"),
         ("Am I boring you?", "tiring"),
         ("Do I talk too much?", "tiring"),
+        ("Should I call the doctor or wait until Monday?", "call_doctor"),
+        ("Is it normal that I cough up blood?", "symptom"),
+        ("Is it normal to feel dizzy every morning?", "symptom"),
+        ("I took six paracetamol, can I have two more?", "medicine_doubt"),
+        ("Can I stop taking my warfarin?", "medicine"),
     ],
 )
 def test_it_knows_what_is_meant_with_and_without_signs(said: str, intent: str) -> None:
@@ -244,6 +249,8 @@ LIGHT = {
         "Should I stay or should I end it all?",
         "Would you rather live or die?",
         "Should I go to the hospital or stay here?",
+        "Should I have the operation or leave it?",
+        "What should I do, stay or end it?",
         "I have no family or friends.",
         "I could hardly eat or sleep.",
         "There is a man or a boy at my window.",
