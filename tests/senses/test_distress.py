@@ -37,6 +37,7 @@ KEPT_BACK = {
         ("Call an ambulance!", "help"),
         ("My chest hurts.", "heart"),
         ("I took all my pills at once.", "poison"),
+        ("Should I go on living or just give up?", "suicide"),
         ("My carer hits me.", "abuse"),
         ("I can't breathe", "breathing"),
         ("half of her face is drooping", "stroke"),
