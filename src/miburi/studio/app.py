@@ -30,10 +30,11 @@ __all__ = ["HERE", "forget_pages", "make_app"]
 
 HERE = Path(__file__).parent
 _CLOSED = Doors()
-#: s between two looks at pages that no browser has connected to. Each takes about 0.8 MB.
-#: NiceGUI keeps them for 60 s, which a slow computer needs; of more than so many the older than
-#: so many seconds are forgotten.
-_LOOKS, _MANY, _FLOODED = 5.0, 20, 10.0
+#: s between two looks at pages that no browser has connected to; each takes about 0.8 MB. NiceGUI
+#: keeps them for 60 s, because a slow computer needs that long.
+_LOOKS = 5.0
+#: With more waiting pages than the first figure, pages older than the second, s, are dropped.
+_MANY, _FLOODED = 20, 10.0
 
 
 def make_app(
@@ -83,7 +84,7 @@ def make_app(
 
 
 def forget_pages() -> None:
-    """Forget pages that were asked for in numbers and that no browser has connected to."""
+    """Drop pages that no browser has connected to, if many were requested within a minute."""
     since = time.time() - 60
     waiting = (each for each in Client.instances.values() if not each.has_socket_connection)
     if sum(each.created > since for each in waiting) > _MANY:

@@ -75,7 +75,7 @@ class Cue(Table):
     look
         Where it looks.
     stays
-        A question with these words right after it is about the same.
+        Words; a question that contains them and comes next is about the same thing.
     own
         Whether it asks for more of the partner's feelings than how it is now.
     capital
@@ -198,7 +198,7 @@ class Script(Table):
         return compile_phrases(self.question, self.language, self.words)
 
     def goes_on(self, cue: Cue, said: str) -> bool:
-        """Whether something is asked that is about the same as a cue before it."""
+        """Whether this is a question about the same thing as the cue before it."""
         if cue.stays is None:
             return False
         words = plain(said[:_READ], self.language)
