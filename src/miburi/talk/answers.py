@@ -114,7 +114,7 @@ class Answerer:
             match = None  # "how are you" is no question of how something is done
         before_it, self._stays = self._stays, match if match and match.cue.stays else None
         acts = match is not None and match.cue.acts
-        if before_it and not acts and heard.feeling is None and words.goes_on(before_it.cue, said):
+        if before_it and not acts and heard.feeling is None and words.goes_on(said):
             match = before_it
         topic = next(_sayable(words.topics_of(said), slots), None)
         text = None

@@ -75,7 +75,7 @@ class Cue(Table):
     look
         Where it looks.
     stays
-        Words; a question that contains them and comes next is about the same thing.
+        Whether a question that comes next and contains the script's ``again`` is about the same.
     own
         Whether it asks for more of the partner's feelings than how it is now.
     capital
@@ -91,7 +91,7 @@ class Cue(Table):
     move: Annotated[str, Field(pattern=f"^({'|'.join(MOVES)})$")] | None = None
     show: FeelingName | None = None
     look: Literal["user", "left", "right", "up", "down", "aside"] | None = None
-    stays: str | None = None
+    stays: bool = False
     own: bool = False
     capital: bool = False
     tune: list[Annotated[list[float], Field(min_length=2, max_length=2)]] | None = None
@@ -125,6 +125,8 @@ class Script(Table):
         Answers to a feeling that was heard.
     topic
         What people speak of.
+    again
+        Regular expression for words that go on about the thing before them; none by default.
     fact, question
         Regular expressions of sentences that tell something to remember, and of questions.
     begin
@@ -137,6 +139,7 @@ class Script(Table):
 
     words: dict[str, str] = Field(default_factory=dict)
     turned: dict[str, str] = Field(default_factory=dict)
+    again: str = "(?!)"
     fact: list[str]
     question: list[str]
     intent: list[Cue]
@@ -197,13 +200,15 @@ class Script(Table):
     def _question(self) -> re.Pattern[str]:
         return compile_phrases(self.question, self.language, self.words)
 
-    def goes_on(self, cue: Cue, said: str) -> bool:
-        """Whether this is a question about the same thing as the cue before it."""
-        if cue.stays is None:
-            return False
+    @cached_property
+    def _again(self) -> re.Pattern[str]:
+        return compile_phrases([self.again], self.language, self.words)
+
+    def goes_on(self, said: str) -> bool:
+        """Whether this is a question about the thing before it."""
         words = plain(said[:_READ], self.language)
         asks = said.rstrip().endswith(("?", "？")) or self._question.search(words)
-        return bool(asks and compile_phrases([cue.stays], self.language).search(words))
+        return bool(asks and self._again.search(words))
 
     def facts_in(self, said: str) -> list[str]:
         """Return the sentences that tell something about the person, and ask nothing."""
