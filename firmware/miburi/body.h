@@ -262,7 +262,8 @@ class Body {
     for (uint8_t i = 0; i < MOTORS; i++) {
       goal[i] = table_.joints[i].neutral;
     }
-    return_speeds(controller_.origin, goal, table_.settings.return_speed, speeds);
+    return_speeds(controller_.origin, goal,
+                  return_speed(controller_, table_.settings.return_speed), speeds);
     look_around();  // they have taken their weight meanwhile
     go(Phase::returning, goal, speeds);
     out.put(static_cast<uint64_t>(controller_.began), 8);
@@ -377,6 +378,10 @@ class Body {
     if (look_around()) {
       update(controller_, rule_, readings_.angles(), time());
       if (yield(controller_, rule_, readings_.angles(), time())) {
+        // A hand may lead a joint beyond its limits: it is not held there.
+        for (uint8_t i = 0; i < MOTORS && led(controller_); i++) {
+          controller_.origin[i] = inside(table_.joints[i], controller_.origin[i]);
+        }
         hold_.renew();
       }
     }
@@ -386,7 +391,7 @@ class Body {
         fail(fault, i);
       }
       if (fault == Reason::astray) {
-        controller_.yields = false;
+        controller_.yields_at = 0;
       }
     }
     // A host that has gone leaves no body under full torque behind.
@@ -399,8 +404,8 @@ class Body {
       ease();
     }
     // A motor that seems to have met something may have lost its power.
-    if (moved && controller_.latched.reason == Reason::contact &&
-        controller_.phase == Phase::stopped) {
+    if (moved && controller_.phase == Phase::stopped &&
+        (controller_.latched.reason == Reason::contact || led(controller_))) {
       look_at(controller_.latched.contact.motor);
     }
   }

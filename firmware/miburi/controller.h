@@ -1,4 +1,5 @@
-// One body's states and rule: idle → moving → stopped (latched) → returning → idle.
+// One body's states and rule: idle → moving → stopped (latched) → returning → idle. A body at rest
+// that somebody leads by the hand stops, too.
 //
 // The twin of miburi/safety/controller.py. It knows joint positions in encoder steps and a clock
 // in µs; the servos are told by the caller.
@@ -24,7 +25,8 @@ enum class Reason : uint8_t {
   misnamed,    // a servo answers with another's id: motor
   restarted,   // a servo has restarted, and has no torque: motor
   outside,     // at a release, a joint is outside its limits: motor
-  alone        // idle, and the host has said nothing for long
+  alone,       // idle, and the host has said nothing for long
+  touched      // idle, and pushed from where it rested: motor
 };
 
 const uint8_t NO_MOTOR = 0xff;
@@ -37,7 +39,11 @@ const int32_t FURTHEST = 48;
 
 // A motor that somebody still keeps from its place so long after a contact, in µs, stays where it
 // is: it must not push back. Once for each contact, so that no load can pull it further and further.
+// A motor that is pushed from where it rests for as long stops the body, which then yields again and
+// again: it is led.
 const int64_t YIELD_AFTER = 150000;
+// No more often in a row, lest a motor that turns backwards, or says that it is elsewhere, goes on.
+const uint8_t YIELDS = 20;
 
 // µs after the longest ramp until which motors may push as they may to speed up: they follow behind
 // their profiles, and what they carry swings.
@@ -52,7 +58,10 @@ struct Stop {
 struct Controller {
   Phase phase;
   Stop latched;  // meaningful while stopped
-  bool yields;   // stopped by a contact, and nothing has been yielded to it yet
+  int64_t yields_at;  // while stopped by a contact or a touch; 0: it does not
+  uint8_t yields;      // that are left, before a motor is once seen in its place
+  int64_t kept_since;  // when a motor at rest was first kept from its place; 0: none is
+  int16_t rest[MOTORS];  // where the motors came to rest
   int16_t origin[MOTORS];
   int16_t goal[MOTORS];
   int16_t sag[MOTORS];  // how far the motors, last at rest, hung from their goals
@@ -76,7 +85,7 @@ inline void latch(Controller& c, Reason reason, const Contact& contact, const in
                   int64_t time) {
   c.phase = Phase::stopped;
   c.latched = Stop{reason, time, contact};
-  c.yields = false;
+  c.yields_at = c.kept_since = 0;
   for (uint8_t motor = 0; motor < MOTORS; motor++) {
     c.origin[motor] = goal_here(c, motor, positions);
   }
@@ -93,7 +102,7 @@ inline void stop(Controller& c, Reason reason, uint8_t motor, const int16_t* pos
 // A stop keeps its first reason, but not when this takes away what held the motors: limp is not held.
 inline void lose(Controller& c, Reason reason, uint8_t motor, int64_t time) {
   c.latched = Stop{reason, time, Contact{Sign::none, motor, 0, 0, 0}};
-  c.yields = false;
+  c.yields_at = 0;
 }
 
 // The error that a motor's load takes at a move's beginning and end, in quarters of a step of the
@@ -117,6 +126,7 @@ inline void start(Controller& c, const Rule& rule, Phase phase, const int16_t* g
                   const int16_t* positions, int64_t time) {
   c.phase = phase;
   c.began = time;
+  c.kept_since = 0;
   for (uint8_t motor = 0; motor < MOTORS; motor++) {
     const int32_t way = static_cast<int32_t>(goal[motor]) - c.origin[motor];
     c.goal[motor] = goal[motor];
@@ -188,26 +198,63 @@ inline void give_way(const Watch& watch, uint8_t met, const int16_t* positions, 
   }
 }
 
+// Whether a hand leads the body, or led it last.
+inline bool led(const Controller& c) { return c.latched.reason == Reason::touched; }
+
+// The speed of the return, in steps/s: lower after a touch at rest.
+inline uint16_t return_speed(const Controller& c, uint16_t usual) {
+  return led(c) ? static_cast<uint16_t>(usual * 2u / 5u) : usual;
+}
+
+// Stops a body at rest if something keeps a motor from its place.
+inline void feel(Controller& c, const Rule& rule, const int16_t* positions, int64_t time) {
+  int32_t most = 0;
+  uint8_t motor = NO_MOTOR;
+  for (uint8_t i = 0; i < MOTORS; i++) {
+    const Guards& guards = rule.guards[i];
+    const int32_t beyond = distance_between(positions[i], c.rest[i]) -
+                           (guards.slack > guards.arrival ? guards.slack : guards.arrival);
+    if (beyond > most) {
+      most = beyond;
+      motor = i;
+    }
+  }
+  if (motor == NO_MOTOR) {
+    c.kept_since = 0;
+  } else if (c.kept_since == 0) {
+    c.kept_since = time;
+  } else if (time - c.kept_since >= YIELD_AFTER) {
+    latch(c, Reason::touched, Contact{Sign::none, motor, 0, 0, 0}, positions, time);
+    c.yields_at = time + YIELD_AFTER;
+    c.yields = YIELDS;
+  }
+}
+
 // Lets the motors that are kept from their places stay where they are; true if one is.
 inline bool yield(Controller& c, const Rule& rule, const int16_t* positions, int64_t time) {
-  if (c.phase != Phase::stopped || !c.yields || time < c.latched.time + YIELD_AFTER) {
+  if (c.phase != Phase::stopped || c.yields_at == 0 || time < c.yields_at) {
     return false;
   }
-  c.yields = false;
+  c.yields_at = led(c) ? time + YIELD_AFTER : 0;
   bool kept = false;
   for (uint8_t motor = 0; motor < MOTORS; motor++) {
     const int16_t here = goal_here(c, motor, positions);
     // By more than a motor at rest is granted.
     if (2 * distance_between(here, c.origin[motor]) > rule.guards[motor].slack) {
-      c.origin[motor] = here;
+      c.origin[motor] = c.yields > 0 ? here : c.origin[motor];
       kept = true;
     }
   }
-  return kept;
+  const bool yielded = kept && c.yields > 0;
+  c.yields = !kept ? YIELDS : yielded ? static_cast<uint8_t>(c.yields - 1) : 0;
+  return yielded;
 }
 
 // Look at the motors: judge them, and notice when the goal is reached.
 inline void update(Controller& c, const Rule& rule, const int16_t* positions, int64_t time) {
+  if (c.phase == Phase::idle) {
+    feel(c, rule, positions, time);
+  }
   if (c.phase != Phase::moving && c.phase != Phase::returning) {
     return;
   }
@@ -216,12 +263,14 @@ inline void update(Controller& c, const Rule& rule, const int16_t* positions, in
   if (contact.sign != Sign::none) {
     latch(c, Reason::contact, contact, positions, time);
     give_way(c.watch, contact.motor, positions, c.origin);
-    c.yields = true;
+    c.yields_at = time + YIELD_AFTER;
+    c.yields = 1;
     return;
   }
   if (arrived(c.watch, rule, positions, elapsed)) {
     for (uint8_t motor = 0; motor < MOTORS; motor++) {
       c.origin[motor] = c.goal[motor];
+      c.rest[motor] = positions[motor];
       note_sag(c, motor, positions);
     }
     c.phase = Phase::idle;

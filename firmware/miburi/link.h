@@ -11,7 +11,7 @@
 
 namespace miburi {
 
-const uint8_t LINK_VERSION = 7;
+const uint8_t LINK_VERSION = 8;
 const uint8_t MAX_PAYLOAD = 96;
 
 enum class Kind : uint8_t {

@@ -15,7 +15,7 @@ from tests.firmware.toolchain import BUILD, building
 from miburi.calibration.guards import granted
 from miburi.card.card import Card
 from miburi.card.free_moves import free_moves, record
-from miburi.card.link import FrameKind, Report
+from miburi.card.link import FrameKind, Reason, Report
 from miburi.card.order import Order
 from miburi.card.settings import FULL_PWM, CardSettings, FreeMotor, real_acceleration
 from miburi.emulation.bus import Bus
@@ -26,7 +26,7 @@ from miburi.safety.contact import Sign
 from miburi.safety.controller import Controller
 from miburi.safety.move import Move, plan_move
 from miburi.safety.profile import SECOND, to_steps
-from miburi.safety.stop import Phase
+from miburi.safety.stop import Phase, StopReason
 
 SIGNS = (None, Sign.SPEED, Sign.TRACKING, Sign.ARRIVAL)
 PHASES = (Phase.IDLE, Phase.MOVING, Phase.STOPPED, Phase.RETURNING)
@@ -155,8 +155,8 @@ class Twin:
                 self.detectable = report.time
         if c.phase is Phase.STOPPED:
             c.update(np.array(report.positions), report.time)
-        if c.phase is Phase.MOVING:
-            self.looks += 1
+        elif c.phase in (Phase.MOVING, Phase.IDLE):
+            self.looks += c.phase is Phase.MOVING
             c.update(np.array(report.positions), report.time)
             assert PHASES[report.phase] is c.phase, (report, c.phase, c.latched)
             if c.phase is Phase.STOPPED:
@@ -164,6 +164,9 @@ class Twin:
                 assert stop is not None
                 assert stop.time == report.stop_time / SECOND
                 assert stop.motor == JOINTS[report.motor]
+                if stop.reason is StopReason.TOUCHED:
+                    assert report.reason == Reason.TOUCHED
+                    return
                 assert stop.sign == SIGNS[report.sign].value
                 assert stop.ratio == report.measured / max(report.expected, 1)
                 assert c.window is not None

@@ -15,6 +15,8 @@ from tests.firmware.rig import Rig
 
 from miburi.errors import BodyError
 from miburi.robot import JOINTS
+from miburi.safety.controller import YIELD_AFTER, YIELDS
+from miburi.safety.profile import SECOND
 from miburi.safety.stop import Phase, StopReason
 
 TURN = 4096
@@ -103,6 +105,11 @@ def test_no_lie_throws_an_arm(
         assert named or JOINTS[motor] in refused, (stop, refused)
     rig.run(0.3)  # time to notice, and to stop
     assert rig.settle() in (Phase.IDLE, Phase.STOPPED)
+    # What looks like a hand that leads the body is followed for so long, and no longer.
+    led = rig.body.state.stop
+    if led is not None and led.reason is StopReason.TOUCHED:
+        rig.run((YIELDS + 1) * YIELD_AFTER / SECOND)
+        assert abs(servo.shaft.place - place) < 500
     # Seldom lies are noticed late, even in this half second: the servo is then held where it is.
     assert rig.at_rest() or rig.at_rest()
     servo.dead, servo.alias, servo.lie = False, None, lambda place: place

@@ -325,7 +325,9 @@ def test_a_stop_under_load_lets_nothing_sink_and_its_end_is_no_contact(rig: Rig)
     for servo, load in zip(rig.servos, loads, strict=True):
         servo.shaft.load = float(load)
     rig.body.hung = tuple(-load for load in loads)
-    rig.run(0.2)
+    rig.body.stop()  # loads that come at rest are a hand that pulls
+    rig.run(0.4)
+    rig.body.wake()
     raise_arms(rig)
     rig.run(0.3)
     rig.body.stop()

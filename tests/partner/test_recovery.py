@@ -20,7 +20,7 @@ from miburi.partner import (
     Stopped,
     UnsettledError,
 )
-from miburi.partner.recovery import FIRST_PAUSE, LONGEST_PAUSE
+from miburi.partner.recovery import FIRST_PAUSE, LET_GO, LONGEST_PAUSE
 from miburi.robot import Robot, forward
 from miburi.safety.move import Move
 from miburi.safety.stop import Phase, StopReason
@@ -53,6 +53,31 @@ def test_a_stop_is_told_once(robot: Robot) -> None:
     run(partner, 0.1)
     body.touch()
     assert len(of(Stopped, run(partner, 0.9))) == 1
+
+
+def test_who_is_led_by_a_hand_keeps_its_mood_and_waits_until_it_is_still(robot: Robot) -> None:
+    body, feelings = PaperBody(robot), happy(0.9)
+    partner = Partner(body, feelings)
+    body.touch(StopReason.TOUCHED)
+    (stopped,) = partner.step(0.02)
+    assert isinstance(stopped, Stopped)
+    assert stopped.mood_before == stopped.mood_after
+    body.speeds = np.full(8, 0.5)
+    assert run(partner, 10.0) == []
+    body.speeds = np.zeros(8)
+    assert run(partner, LET_GO - 0.1) == []
+    assert of(Released, run(partner, 0.2))
+
+
+def test_who_is_led_and_stopped_by_a_person_waits_for_the_person(robot: Robot) -> None:
+    body = PaperBody(robot)
+    partner = Partner(body, happy())
+    body.touch(StopReason.TOUCHED)
+    partner.step(0.02)
+    partner.stop()
+    assert run(partner, 2 * LET_GO) == []
+    partner.release()
+    assert body.phase is Phase.RETURNING
 
 
 def test_blocked_again_on_the_way_back_the_pauses_grow(robot: Robot) -> None:

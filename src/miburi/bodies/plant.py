@@ -26,6 +26,9 @@ __all__ = ["Plant"]
 
 #: m by which parts may overlap at neutral: their shapes are only nearly the robot's (ours).
 _DEEP = 0.001
+#: m that a placed hand stays away from the trunk (ours): two that touch, and do not give way, press
+#: with whatever force the last digits give.
+_CLEAR = 0.0002
 
 
 class Plant:
@@ -156,8 +159,10 @@ class Plant:
         for _ in range(3):  # out of one part may be into the next
             for part in self._trunk:
                 mujoco.mj_kinematics(self.model, self.data)
-                if mujoco.mj_geomDistance(self.model, self.data, self._hand, part, 1.0, ends) < 0:
-                    self.data.mocap_pos[0] += ends[3:] - ends[:3]
+                inside = mujoco.mj_geomDistance(self.model, self.data, self._hand, part, 1.0, ends)
+                if inside < 0:
+                    out = ends[3:] - ends[:3]
+                    self.data.mocap_pos[0] += out * (1 + _CLEAR / np.linalg.norm(out))
 
     def remove_hand(self) -> None:
         """Take the human hand away."""

@@ -230,7 +230,8 @@ class Card:
                 "(miburi card load), or calibrate it again (miburi card calibrate --zeros)."
             )
         here = np.array(self.report.positions)
-        order = Order.home(self._robot, self._settings, here)
+        led = self.report.reason == Reason.TOUCHED
+        order = Order.home(self._robot, self._settings, here, led=led)
         self._begin(order, here, FrameKind.RELEASE)
 
     def wake(self) -> None:

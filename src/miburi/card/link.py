@@ -25,7 +25,7 @@ __all__ = [
     "encode",
 ]
 
-VERSION = 7
+VERSION = 8
 #: The kind of an answer is that of its request plus this.
 ANSWER = 0x80
 _MAX_FRAME = 128
@@ -83,6 +83,7 @@ class Reason(IntEnum):
     RESTARTED = 11
     OUTSIDE = 12
     ALONE = 13
+    TOUCHED = 14
 
 
 class FrameError(MiburiError):

@@ -13,6 +13,7 @@ import numpy as np
 from miburi.card.settings import FULL_PWM, CardSettings, next_speed, real_acceleration, real_speed
 from miburi.robot import JOINTS, Array, Robot
 from miburi.safety.contact import Loading
+from miburi.safety.controller import return_speed
 from miburi.safety.drive import aim, demand
 from miburi.safety.move import Move
 from miburi.safety.profile import FINE, Profile, Steps, to_steps
@@ -58,12 +59,16 @@ class Order(NamedTuple):
         return cls._loaded(robot, settings, positions, origin, goals, speeds)
 
     @classmethod
-    def home(cls, robot: Robot, settings: CardSettings, positions: Steps) -> "Order":
-        """Return the order for the slow return to neutral; its speeds are the card's own choice."""
+    def home(cls, robot: Robot, settings: CardSettings, positions: Steps, *, led: bool) -> "Order":
+        """Return the order for the slow return to neutral; its speeds are the card's own choice.
+
+        ``led`` says whether a hand led the body there.
+        """
         robot = settings.identified(robot)
         neutral = np.array([joint.neutral for joint in settings.joints])
         way = np.abs(neutral - positions)
-        speeds = way * settings.general.return_speed // max(int(way.max()), 1)
+        fastest = return_speed(settings.general.return_speed, led=led)
+        speeds = way * fastest // max(int(way.max()), 1)
         return cls._loaded(robot, settings, positions, positions, neutral, speeds)
 
     @classmethod

@@ -40,6 +40,7 @@ _REASONS = {
     Reason.RESTARTED: StopReason.SERVO_RESTARTED,
     # Seen from the card's end: it has heard nothing for half a minute.
     Reason.ALONE: StopReason.LINE_LOST,
+    Reason.TOUCHED: StopReason.TOUCHED,
 }
 _SIGNS = (Sign.SPEED, Sign.TRACKING, Sign.ARRIVAL)
 

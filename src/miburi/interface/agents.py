@@ -71,9 +71,6 @@ _DROPPED = {
 }
 _REPLACED = "It did not begin: a newer wish has taken its place."
 
-#: After these it goes on by itself, unless somebody holds it.
-_PASSING = (StopReason.CONTACT, StopReason.LOOP_LATE)
-
 Parameters = ParamSpec("Parameters")
 Answer = TypeVar("Answer")
 Strength = Annotated[Share, Field(description="0 to 1")]
@@ -374,7 +371,7 @@ def _expressed(shown: Expressed | None) -> _Shown | None:
 
 
 def _passes(state: State, stop: StopOut) -> bool:
-    return stop.reason in _PASSING and not state.held
+    return stop.reason.passes and not state.held
 
 
 def _hindrance(state: State) -> str:
@@ -402,6 +399,8 @@ def _reason(stop: StopOut) -> str:
             return f"its {motor} met something{force}"
         case StopReason.ASKED:
             return "somebody asked for it"
+        case StopReason.TOUCHED:
+            return f"somebody moves its {(stop.motor or 'body').replace('_', ' ')} by hand"
         case reason:
             return reason.spoken
 

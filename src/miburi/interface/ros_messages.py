@@ -135,7 +135,7 @@ def _stop_status(stop: StopOut | None) -> DiagnosticStatusMsg:
     if stop is None:
         return DiagnosticStatusMsg(_OK, "contact stop", "not stopped", "", [])
     motor = "" if stop.motor is None else f" at {stop.motor}"
-    expected = stop.reason in (StopReason.CONTACT, StopReason.ASKED, StopReason.LOOP_LATE)
+    expected = stop.reason.passes or stop.reason is StopReason.ASKED
     return DiagnosticStatusMsg(
         _WARNING if expected else _ERROR,
         "contact stop",

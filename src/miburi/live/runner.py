@@ -38,7 +38,9 @@ from miburi.partner import Event, Partner, Solve, solve_with
 from miburi.partner.rest import RestLevel
 from miburi.robot import Array, Robot, forward
 from miburi.safety.contact import Rule
+from miburi.safety.stop import StopReason
 from miburi.senses import Impression, stimuli
+from miburi.senses.happenings import notice
 from miburi.version import __version__
 
 __all__ = ["SAMPLED", "STEP", "STEPPED", "Runner"]
@@ -200,10 +202,7 @@ class Runner:
             if heard.distress is not None:
                 self._speaker.attend(self._note("distress", name=heard.distress, text=told))
             calm = self._speaker.distress is not None and heard.source == "speech"
-            felt = () if calm else stimuli(heard, self._feelings.temperament)
-            for stimulus in felt:
-                self._feel(stimulus, heard)
-            return felt
+            return () if calm else self._sense(heard)
 
         return self._commands.ask(run)
 
@@ -372,6 +371,8 @@ class Runner:
         except Exception as error:
             stopped = None
             self.excuse(error)
+        if stopped is not None and stopped.reason is StopReason.TOUCHED:
+            self._sense(notice("lead"))
         for event in events:
             self._wishes.take(event, stopped, self._motors.rule.ratio)
         self._record(events, stopped, sampled)
@@ -450,6 +451,12 @@ class Runner:
             why=impression and impression.why,
             by=by,
         )
+
+    def _sense(self, impression: Impression) -> tuple[Stimulus, ...]:
+        felt = stimuli(impression, self._feelings.temperament)
+        for stimulus in felt:
+            self._feel(stimulus, impression)
+        return felt
 
     def _use(self, name: str, port: str | None, body: Body) -> None:
         self._partner = self._move(body)

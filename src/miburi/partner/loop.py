@@ -310,6 +310,8 @@ class Partner:
         elif stop.reason == StopReason.CONTACT:
             self.feelings.contact()
             self._recovery.pause(time)
+        elif stop.reason == StopReason.TOUCHED:
+            self._recovery.follow(time)
         else:
             self._recovery.wait_for_a_person()
         self._recovery.halted = False

@@ -6,6 +6,7 @@ A :class:`Recovery` is told of stops and gestures, and answers whether the body 
   and of the loads that swing out, for a new contact.
 - After a contact: by itself, after a pause. The pause doubles with each encounter until a gesture
   goes through without one.
+- Moved by a hand: by itself, once it has been still for a while.
 - After any other stop, and while a person holds the body: only when a person releases it.
 """
 
@@ -17,6 +18,7 @@ from miburi.safety.stop import Stop
 
 __all__ = [
     "FIRST_PAUSE",
+    "LET_GO",
     "LONGEST_PAUSE",
     "REST_SPEED",
     "REST_TIME",
@@ -30,6 +32,8 @@ FIRST_PAUSE, LONGEST_PAUSE = 1.0, 16.0
 #: encoder steps in the window over which velocities are measured, and longer than a stopped
 #: motor waits before it yields.
 REST_SPEED, REST_TIME = 0.1, 0.25
+#: A hand that has moved the body has let go of it when it has been still for so long, s (ours).
+LET_GO = 2.0
 
 
 class UnsettledError(BodyError):
@@ -48,6 +52,7 @@ class Recovery:
         self._release_at: float | None = None
         self._pause_ends = self._moved_at = self._seen_at = 0.0
         self._silent = False
+        self._stillness = REST_TIME
         self._stop: Stop | None = None
 
     def notice(self, stop: Stop) -> bool:
@@ -61,7 +66,12 @@ class Recovery:
         """Plan to release the body after a pause, which is longer with each in a row."""
         pause = min(FIRST_PAUSE * 2**self._encounters, LONGEST_PAUSE)
         self._release_at = self._pause_ends = time + pause
+        self._stillness = REST_TIME
         self._encounters += 1
+
+    def follow(self, time: float) -> None:
+        """Plan to release the body when the hand that moves it has let go."""
+        self._release_at, self._stillness = time, LET_GO
 
     def look(self, state: BodyState) -> None:
         """See whether the stopped body moves."""
@@ -120,7 +130,8 @@ class Recovery:
     def is_due(self, time: float) -> bool:
         """Whether to release the body now."""
         planned = self._release_at is not None and time >= self._release_at
-        return planned and not self.held and self._is_settled(time)
+        still = time - self._moved_at >= self._stillness - 1e-9
+        return planned and not self.held and still
 
     def retry(self, time: float) -> None:
         """Plan another release, because the body was not ready."""

@@ -7,6 +7,7 @@ The controller knows no more than a card does: encoder steps and a clock. The fi
 
     IDLE ──move──▶ MOVING ──goal reached──▶ IDLE
     MOVING or RETURNING ──contact──▶ STOPPED
+    IDLE ──a motor is pushed away──▶ STOPPED
     any phase ──stop──▶ STOPPED
     STOPPED ──release──▶ RETURNING ──neutral reached──▶ IDLE
 
@@ -19,6 +20,13 @@ on pressing (all figures are ours):
 2. After ``YIELD_AFTER``, 150 ms, a motor that somebody still holds away from its place stays
    where it is and does not push back. This happens once for each contact, so that a load cannot
    pull a motor further and further.
+
+A body at rest can be led by the hand. A motor that is kept for ``YIELD_AFTER`` from where it
+rested, by more than its ``slack`` and its ``arrival``, stops the body as ``TOUCHED``. All motors
+then hold softly where they are, yield every ``YIELD_AFTER``, and go back slowly when they are
+released. After ``YIELDS`` in a row they wait until nothing keeps them from their places: a motor
+that turns backwards would go on for ever. A limb that was led to where it weighs more sinks a
+little each time.
 """
 
 from dataclasses import dataclass
@@ -33,15 +41,31 @@ from miburi.safety.move import Move
 from miburi.safety.profile import FINE, SECOND, Steps, plan_profile, to_steps
 from miburi.safety.stop import Phase, Stop, StopReason
 
-__all__ = ["FURTHEST", "GIVE_WAY", "RETURN_SPEED", "YIELD_AFTER", "Controller", "check_move"]
+__all__ = [
+    "FURTHEST",
+    "GIVE_WAY",
+    "RETURN_SPEED",
+    "YIELDS",
+    "YIELD_AFTER",
+    "Controller",
+    "check_move",
+    "return_speed",
+]
 
 #: Speed of the return to neutral, in rad/s of the motor that has the furthest to go (ours).
 RETURN_SPEED = 0.8
 #: After a contact the motor that met something goes back by the first angle, and no motor by more
 #: than the second, in rad (ours).
 GIVE_WAY, FURTHEST = 0.0245, 0.0736
-#: Time after a contact at which motors that are held away from their places give in, µs (ours).
+#: How long motors are held away from their places before they give in, µs (ours).
 YIELD_AFTER = 150_000
+#: How often in a row a body that is led by the hand yields: for 3 s (ours).
+YIELDS = 20
+
+
+def return_speed(usual: int, *, led: bool) -> int:
+    """Return the speed of the return: two fifths of the usual one after a touch at rest (ours)."""
+    return usual * 2 // 5 if led else usual
 
 
 def check_move(robot: Robot, phase: Phase, move: Move) -> None:
@@ -96,7 +120,10 @@ class Controller:
         #: Start of the profile that runs, µs.
         self.began = 0
         self._yields_at: int | None = None
+        self._kept_since: int | None = None  # a motor at rest, away from its goal, µs
         self._sag = np.zeros_like(self.origin)
+        self._rest: Steps | None = None  # where the motors came to rest
+        self._yields = 0  # that are left, before a motor is once seen in its place
         self.watch = self._plan(self.origin, self.origin, np.ones(len(JOINTS), dtype=np.int64))
 
     def move(self, move: Move, positions: Steps, time: int) -> None:
@@ -133,6 +160,7 @@ class Controller:
         """
         if self.phase is not Phase.STOPPED:
             raise BodyError(f"The body is {self.phase}; only a stopped body can be released.")
+        led = self._is_led
         self.latched = None
         # A motor starts from its goal, or from where it is if somebody has moved it.
         here = positions + self._sag
@@ -140,7 +168,7 @@ class Controller:
         self.origin = np.where(moved, here, self.origin)
         goal = to_steps(self.robot, aim(self.robot, self.robot.neutral))
         distance = np.abs(goal - self.origin)
-        fastest = round(RETURN_SPEED / self.robot.servo.step)
+        fastest = return_speed(round(RETURN_SPEED / self.robot.servo.step), led=led)
         self.start(
             Phase.RETURNING,
             goal,
@@ -150,9 +178,11 @@ class Controller:
         )
 
     def update(self, positions: Steps, time: int) -> None:
-        """Judge a reading of the encoders: stop on contact, end at the goal, yield when stopped."""
+        """Judge a reading of the encoders: stop on contact, end at the goal, yield when pushed."""
         if self.phase is Phase.STOPPED:
             self._yield(positions, time)
+        elif self.phase is Phase.IDLE:
+            self._feel(positions, time)
         if self.phase not in (Phase.MOVING, Phase.RETURNING):
             return
         elapsed = time - self.began
@@ -169,11 +199,11 @@ class Controller:
                 ),
                 self._retreat(contact.motor, positions),
             )
-            self._yields_at = time + YIELD_AFTER
+            self._yields_at, self._yields = time + YIELD_AFTER, 1
         elif self.watch.arrived(positions, elapsed):
             self.origin = self._goal
             self._sag = self._measure_sag(positions)
-            self.phase = Phase.IDLE
+            self.phase, self._kept_since, self._rest = Phase.IDLE, None, positions
             self.watch = self._plan(self.origin, positions, np.ones_like(positions))
 
     def setpoint(self, time: Steps | int) -> Steps:
@@ -192,6 +222,10 @@ class Controller:
         self.began = time
         self._sag = self._measure_sag(positions)
         self.watch = self._plan(goal, positions, speeds)
+
+    @property
+    def _is_led(self) -> bool:
+        return self.latched is not None and self.latched.reason is StopReason.TOUCHED
 
     @property
     def _goal(self) -> Steps:
@@ -220,16 +254,38 @@ class Controller:
         sag: Steps = np.clip(self.origin - positions, -most, most)
         return sag
 
+    def _feel(self, positions: Steps, time: int) -> None:
+        """Stop a body at rest if something keeps a motor away from its place."""
+        if self._rest is None:
+            self._rest = positions
+        guards = self.rule.guards
+        beyond = np.abs(positions - self._rest) - np.maximum(guards.slack, guards.arrival)
+        motor = int(beyond.argmax())
+        if beyond[motor] <= 0:
+            self._kept_since = None
+        elif self._kept_since is None:
+            self._kept_since = time
+        elif time - self._kept_since >= YIELD_AFTER:
+            self._hold(Stop(time / SECOND, StopReason.TOUCHED, JOINTS[motor]), positions)
+            self._yields_at, self._yields = time + YIELD_AFTER, YIELDS
+
     def _yield(self, positions: Steps, time: int) -> None:
         """Leave motors where they are if something holds them away from their places."""
         if self._yields_at is None or time < self._yields_at:
             return
-        self._yields_at = None
+        self._yields_at = time + YIELD_AFTER if self._is_led else None
         here = positions + self._sag
         # By more than a motor at rest is granted.
         blocked = 2 * np.abs(here - self.origin) > self.rule.guards.slack
-        if blocked.any():
-            self._stay(np.where(blocked, here, self.origin))
+        if not blocked.any():
+            self._yields = YIELDS
+        elif self._yields > 0:
+            self._yields -= 1
+            goals = np.where(blocked, here, self.origin)
+            if self._is_led:
+                robot = self.robot
+                goals = np.clip(goals, to_steps(robot, robot.lower), to_steps(robot, robot.upper))
+            self._stay(goals)
 
     def _plan(self, goal: Steps, positions: Steps, speeds: Steps) -> Watch:
         profile, direction = plan_profile(self.robot, self.origin, goal, speeds)
@@ -238,7 +294,8 @@ class Controller:
         return self.rule.watch(profile, positions, direction, needs.loading)
 
     def _hold(self, stop: Stop, positions: Steps) -> None:
-        self.phase, self.latched, self._yields_at = Phase.STOPPED, stop, None
+        self.phase, self.latched = Phase.STOPPED, stop
+        self._yields_at = self._kept_since = None
         self._stay(positions + self._sag)
 
     def _stay(self, goals: Steps) -> None:

@@ -19,6 +19,7 @@ class StopReason(StrEnum):
     """Why a body stopped; pages say it in the words of their language."""
 
     CONTACT = "contact"
+    TOUCHED = "touched"
     ASKED = "asked"
     CARD_STARTED = "card_started"
     LINE_LOST = "line_lost"
@@ -31,6 +32,11 @@ class StopReason(StrEnum):
     SERVO_MISNAMED = "servo_misnamed"
     SERVO_RESTARTED = "servo_restarted"
     LOOP_LATE = "loop_late"
+
+    @property
+    def passes(self) -> bool:
+        """Whether a partner ends such a stop by itself, unless a person holds the body."""
+        return self in (StopReason.CONTACT, StopReason.TOUCHED, StopReason.LOOP_LATE)
 
     @property
     def spoken(self) -> str:
@@ -49,7 +55,7 @@ class Stop:
     reason
         A contact, a request, or what failed.
     motor
-        Full name of the motor that met something; None where no single motor did.
+        Full name of the motor that met something or was moved; None where no single motor was.
     sign
         For a contact, which part of the rule saw it: ``speed``, ``tracking`` or ``arrival``.
     ratio

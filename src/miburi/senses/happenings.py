@@ -19,8 +19,9 @@ from miburi.senses.impression import Brought, Impression
 __all__ = ["MAKES_UP", "Happening", "Kind", "happenings", "notice"]
 
 Kind = Literal[
-    "pat", "stroke", "hold", "poke", "lift", "knock", "shake", "shake_on", "drop", "startle",
-    "smile", "surprised_face", "sad_face", "angry_face", "scared_face", "disgusted_face", "greet",
+    "pat", "stroke", "hold", "lead", "poke", "lift", "knock", "shake", "shake_on", "drop",
+    "startle", "smile", "surprised_face", "sad_face", "angry_face", "scared_face", "disgusted_face",
+    "greet",
 ]  # fmt: skip
 #: s after a contact stop within which a stroke makes up for it (ours).
 MAKES_UP = 60.0

@@ -77,7 +77,10 @@ def why(state: State, words: Words) -> tuple[str, str]:
         return contact, say["held" if state.held else "waits"]
     if stop.reason is StopReason.ASKED:
         return say["asked"], say["held"]
-    waits = stop.reason is StopReason.LOOP_LATE and not state.held
+    waits = stop.reason.passes and not state.held
+    if stop.reason is StopReason.TOUCHED and stop.motor is not None:
+        led = say["led"].format(motor=words["joint"][stop.motor])
+        return led, say["rests" if waits else "held"]
     failed = say["failed"].format(reason=words["reason"][stop.reason])
     return failed, say["waits" if waits else "held"]
 

@@ -129,7 +129,7 @@ def _hindrance(state: State) -> Ending | None:
 def _stopped(stop: StopOut | None) -> Ending:
     """Tell stops that end by themselves from those that a person ends."""
     match stop.reason if stop is not None else None:
-        case StopReason.CONTACT:
+        case StopReason.CONTACT | StopReason.TOUCHED:
             return Ending.TOUCHED
         case StopReason.LOOP_LATE:
             return Ending.BROKEN
