@@ -3,8 +3,9 @@
     python bench/distress.py > bench/distress.txt
 
 Our own lines are tests/senses/distress-en.tsv and -ja.tsv; nothing was chosen on them. Those of
-strangers are in bench/distress-lines. Intervals are Wilson's, 95 %. A line counts
-as heard if it is taken for distress of any kind; "as that kind" says how often the kind is right.
+strangers are in bench/distress-lines. Intervals are Wilson's, 95 %. A line counts as heard if it is
+taken for distress of any kind; "as that kind" says how often the kind is right, and "asked about"
+counts those that may be distress and get a question.
 """
 
 import sys
@@ -16,7 +17,7 @@ sys.path[:0] = [str(ROOT / "bench")]
 
 from words import share  # noqa: E402  (below the folder that holds it)
 
-from miburi.senses.distress import hear_distress  # noqa: E402  (below the folder that holds it)
+from miburi.senses.distress import hear_distress, wonder  # noqa: E402  (below the folder that holds it)
 from miburi.senses.kinds import KINDS  # noqa: E402  (below the folder that holds it)
 from miburi.senses.text import without_punctuation  # noqa: E402  (below the folder that holds it)
 
@@ -56,7 +57,7 @@ def main() -> None:
         same = sum(a == b for a, b in zip(heard, bare, strict=True))
         print(f"the same verdict without punctuation: {same}/{len(rows)}")
         print(f"{each:.2f} ms a line (of one core)\n")
-        for writer in ("second", "third", "fourth"):
+        for writer in ("second", "third", "fourth", "fifth"):
             print(f"## by strangers, the {writer}\n")
             count_strangers(writer, language)
 
@@ -67,14 +68,19 @@ def count_strangers(writer: str, language: str) -> None:
     for name, what in (
         ("grave", "distress heard"),
         ("household", "everyday lines taken for distress"),
-        ("stories", "stories, past, what-ifs taken for distress"),
+        ("stories", "stories, past, what-ifs, look-alikes taken for distress"),
     ):
-        rows = (folder / f"{name}-{language}.tsv").read_text(encoding="utf-8").splitlines()
+        file = folder / f"{name}-{language}.tsv"
+        if not file.exists():
+            continue
+        rows = file.read_text(encoding="utf-8").splitlines()
         said = [row.split("\t")[-1] for row in rows]
         heard = [hear_distress(one) for one in said]
         bare = [hear_distress(without_punctuation(one)) for one in said]
         same = sum(a == b for a, b in zip(heard, bare, strict=True))
+        asked = sum(wonder(one) is not None for one in said)
         print(f"{what}: {share(sum(h is not None for h in heard), len(said))}")
+        print(f"asked about beside: {share(asked, len(said))}")
         if name == "grave":
             kinds = [THEIRS.get(kind, kind) for kind in (row.split("\t")[0] for row in rows)]
             right = sum(h is not None and h.kind == k for h, k in zip(heard, kinds, strict=True))

@@ -239,8 +239,8 @@ inline bool yield(Controller& c, const Rule& rule, const int16_t* positions, int
   bool kept = false;
   for (uint8_t motor = 0; motor < MOTORS; motor++) {
     const int16_t here = goal_here(c, motor, positions);
-    // By more than a motor at rest is granted.
-    if (2 * distance_between(here, c.origin[motor]) > rule.guards[motor].slack) {
+    // By more than a motor at rest is granted; a hand that leads should feel less.
+    if ((led(c) ? 4 : 2) * distance_between(here, c.origin[motor]) > rule.guards[motor].slack) {
       c.origin[motor] = c.yields > 0 ? here : c.origin[motor];
       kept = true;
     }

@@ -184,6 +184,34 @@ def test_it_begins_nothing_when_it_should_not(talk: Talk, hindrance: str) -> Non
     assert begun(talk, 120) == []
 
 
+QUIET = "Don't pull that face, it's all right. I like talking about her"
+
+
+def test_it_asks_whether_somebody_needs_help_and_a_yes_is_distress(talk: Talk) -> None:
+    asked = talk.say(QUIET)
+    assert (asked.distress, asked.worry, asked.felt) == (None, "stroke", [])
+    assert asked.answer == Care().ask("stroke", "en", 0)
+    assert talk.runner.snapshot.state.distress is None
+    answer = talk.say("yes, I think so")
+    assert (answer.distress, answer.answer) == ("stroke", Care().help("stroke", "en", 0))
+    assert talk.runner.snapshot.state.distress is not None
+
+
+@pytest.mark.parametrize(("between", "minutes"), [("no, nothing", 0), (None, 3)])
+def test_a_yes_to_something_else_is_none(talk: Talk, between: str | None, minutes: int) -> None:
+    talk.say(QUIET)
+    if between is not None:
+        talk.say(between)
+    talk.now += timedelta(minutes=minutes)
+    assert talk.say("yes").distress is None
+
+
+def test_where_it_knows_an_answer_it_asks_only_what_is_clear(talk: Talk) -> None:
+    """What time is it, said in words like those of trouble, gets the time."""
+    said = "Right, kettle on. Don't go anywhere. What's the time?"
+    assert talk.say(said).meant == "time"
+
+
 def test_it_tells_what_was_meant(talk: Talk) -> None:
     assert [talk.say(said).meant for said in ("Hello!", "Wave!", "The door is open.")] == [
         "greeting", "wave", None,

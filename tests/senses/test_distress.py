@@ -12,7 +12,7 @@ from miburi.senses import Impression, stimuli
 from miburi.senses.distress import hear_distress
 from miburi.senses.kinds import KINDS
 from miburi.senses.words import hear
-from miburi.talk.care import Care, find_region, may_be_said, regions, words_of_care
+from miburi.talk.care import Care, agrees, find_region, may_be_said, regions, words_of_care
 
 #: Lines that nothing was chosen on: kind, or - everyday, or = stories and the like; and the line.
 KEPT_BACK = {
@@ -112,6 +112,52 @@ def test_lines_that_nothing_was_chosen_on(language: Language) -> None:
     assert len(grave) > 70
     assert sum(grave) >= 0.9 * len(grave)
     assert sum(other) <= 0.06 * len(other)
+
+
+@pytest.mark.parametrize(
+    ("said", "kind"),
+    [
+        ("I have been saving up my pills for when it gets too much", "suicide"),
+        ("Is it normal that my husband hits me when he drinks?", "abuse"),
+        ("There is a man on the phone from the bank who wants my number", "fraud"),
+        ("should i give him my pin", "fraud"),
+        ("She woke up with a droopy face", "stroke"),
+        ("銀行の人が暗証番号を教えてと言うの", "fraud"),
+        ("On m'a arnaquée au téléphone", "fraud"),
+    ],
+)
+def test_what_is_said_sideways_is_heard(said: str, kind: str) -> None:
+    assert hear(said).distress == kind
+
+
+def test_what_may_be_distress_is_asked_about() -> None:
+    heard = hear("Don't pull that face, it's all right. I like talking about her")
+    assert (heard.distress, heard.worry, heard.feeling) == (None, "stroke", None)
+    assert heard.reason == "perhaps distress (stroke)"
+    assert all(hear(said).worry is None for said in ("Good morning!", "I am so happy", "おはよう"))
+
+
+@pytest.mark.parametrize(("language", "least", "most"), [("en", 0.65, 0.05), ("ja", 0.65, 0.06)])
+def test_strangers_who_say_it_sideways(language: Language, least: float, most: float) -> None:
+    """Told or asked about; the shares that bench/distress.txt gives, with room for chance."""
+    folder = Path(__file__).parents[2] / "bench" / "distress-lines" / "fifth"
+
+    def noticed(name: str) -> float:
+        rows = (folder / f"{name}-{language}.tsv").read_text(encoding="utf-8").splitlines()
+        heard = [hear(row.split("\t")[1], language) for row in rows]
+        return sum(bool(one.distress or one.worry) for one in heard) / len(heard)
+
+    assert noticed("grave") >= least
+    assert noticed("stories") <= most
+
+
+@pytest.mark.parametrize("language", ["en", "ja"])
+def test_it_can_ask_about_every_kind(language: Language) -> None:
+    for kind in KINDS:
+        assert "{" not in Care("GB").ask(kind, language, 0)
+    assert agrees("Yes, I think so.", "en")
+    assert agrees("はい、そうです", "ja")
+    assert not any(agrees(text, "en") for text in ("no", "yes we have no bananas", "not really"))
 
 
 @pytest.mark.parametrize("language", KEPT_BACK)

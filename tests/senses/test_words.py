@@ -223,7 +223,7 @@ def test_the_command_answers_a_line_each() -> None:
     done = miburi("words", "--json", given="I am so sad today\nI am not sad\n\n助けて\n")
     assert (done.returncode, done.stderr) == (0, "")
     sad, not_sad, nothing, cry = (json.loads(line) for line in done.stdout.splitlines())
-    assert set(sad) == {"distress", "feeling", "strength", "why"}
+    assert set(sad) == {"distress", "worry", "feeling", "strength", "why"}
     assert sad["feeling"] == "sadness"
     assert SILENT <= sad["strength"] <= 1
     assert sad["why"][0]["what"] == "sad"

@@ -229,8 +229,7 @@ class Card:
                 "read them: it does not know how its servos are mounted. Load its calibration "
                 "(miburi card load), or calibrate it again (miburi card calibrate --zeros)."
             )
-        here = np.array(self.report.positions)
-        led = self.report.reason == Reason.TOUCHED
+        here, led = np.array(self.report.positions), self.report.reason == Reason.TOUCHED
         order = Order.home(self._robot, self._settings, here, led=led)
         self._begin(order, here, FrameKind.RELEASE)
 

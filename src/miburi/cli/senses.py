@@ -23,7 +23,8 @@ def words(
     as_json: Annotated[
         bool,
         typer.Option(
-            "--json", help="Answer as JSON: distress and feeling (or null), strength, why."
+            "--json",
+            help="Answer as JSON: distress, worry, feeling (each may be null), strength, why.",
         ),
     ] = False,
 ) -> None:
@@ -38,6 +39,7 @@ def words(
             why = [asdict(part) for part in heard.why]
             answer = {
                 "distress": heard.distress,
+                "worry": heard.worry,
                 "feeling": heard.feeling,
                 "strength": round(heard.strength, 4),
                 "why": why,

@@ -4,8 +4,8 @@ import asyncio
 from collections import Counter
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import asdict
-from datetime import datetime
+from dataclasses import asdict, replace
+from datetime import datetime, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -26,7 +26,7 @@ from miburi.senses import Impression
 from miburi.senses.kinds import Distress
 from miburi.senses.tone import coloured
 from miburi.talk.answers import Answerer, SmallAnswer, wants_stop
-from miburi.talk.care import Care, may_be_said
+from miburi.talk.care import Care, agrees, may_be_said
 from miburi.talk.dates import due_of
 from miburi.talk.moves import move
 from miburi.talk.script import Cue, script
@@ -40,6 +40,8 @@ __all__ = ["Speech"]
 _THOUGHTFUL, _LONGEST_THOUGHT = 0.5, 30.0
 #: s for which it looks where somebody asks it to, and the mood of a feeling on demand (ours).
 _LOOKED, _SHOWN = 2.0, 0.8
+#: How long a "yes" answers its question whether somebody needs help (ours).
+_ANSWERED = timedelta(minutes=2)
 
 
 class Speech:
@@ -79,6 +81,7 @@ class Speech:
             partner, self.memory, self._answerer, clock, folder and folder / "manners.json"
         )
         self._turns: Counter[str] = Counter()  # of help, by kind
+        self._asked: tuple[Distress, datetime] | None = None  # whether somebody needs help
         self._conversation = None if endpoint is None else _converse(endpoint)
         self._noted: tuple[str | None] | None = None  # of the conversation, in the log
         self._counted = partner.history.number
@@ -89,7 +92,8 @@ class Speech:
 
         "Stop" stops the body before anything else. What was overtaken by another sentence gets no
         answer. Distress gets the help that fits; then, and for ten minutes after, no language
-        model is asked and no small answer given.
+        model is asked and no small answer given. What may be distress is asked about first, and a
+        "yes" to that is distress.
 
         Parameters
         ----------
@@ -105,15 +109,29 @@ class Speech:
         if wants_stop(said.text, language):
             await done(self._partner.stop(Press(who(by))))
         heard = coloured(await asyncio.to_thread(hear, said.text, language), said.tone)
+        asked, self._asked = self._asked, None
+        if (
+            asked is not None
+            and self._clock() - asked[1] < _ANSWERED
+            and agrees(said.text, language)
+        ):
+            heard = Impression(None, 0.0, "speech", distress=asked[0])
         grave = heard.distress is not None
-        if not grave and any(match.cue.acts for match in script(language).intents_of(said.text)):
+        wanted = script(language).intents_of(said.text)
+        if not grave and any(match.cue.acts for match in wanted):
             heard = Impression(None, 0.0, "speech")  # an order shows nobody's feeling
-        if grave and self._conversation is not None:
+        elif heard.worry == "help" and wanted:
+            heard = replace(heard, worry=None)  # it is not clear what it is, and an answer is known
+        if (grave or heard.worry is not None) and self._conversation is not None:
             self._conversation.overtake()
         felt = await done(self._partner.take(heard, said.text))
         await self.count(felt)
         if grave or self._partner.snapshot.state.distress is not None:
             answer, meant = self._comfort(heard.distress, language), None
+            await done(self._partner.speak(answer, "partner"))
+        elif heard.worry is not None:
+            self._asked = heard.worry, self._clock()
+            answer, meant = self._ask(heard.worry, language), None
             await done(self._partner.speak(answer, "partner"))
         else:
             answer, meant = await self._answer(said.text, heard, language, felt)
@@ -122,6 +140,7 @@ class Speech:
             asked=heard.topic == "asked",
             meant=meant,
             distress=heard.distress,
+            worry=heard.worry,
             strength=heard.strength,
             why=[WhyOut.model_validate(asdict(part)) for part in heard.why],
             felt=[FeltOut.model_validate(asdict(stimulus)) for stimulus in felt],
@@ -136,6 +155,12 @@ class Speech:
         if kind is None:
             return self._care.stay(language, turn)
         return self._care.help(kind, language, turn)
+
+    def _ask(self, kind: Distress, language: Language) -> str:
+        """Return the question whether somebody needs help."""
+        turn = self._turns[f"ask {kind}"]
+        self._turns[f"ask {kind}"] += 1
+        return self._care.ask(kind, language, turn)
 
     async def _answer(
         self, said: str, heard: Impression, language: Language, felt: tuple[Stimulus, ...]

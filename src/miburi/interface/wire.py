@@ -118,6 +118,9 @@ class SayOut(BaseModel):
     distress: Distress | None = Field(
         default=None, description="What somebody needs help with now; it calls nobody."
     )
+    worry: Distress | None = Field(
+        default=None, description="What somebody may need help with: the answer asks."
+    )
     answer: str = Field(description="What it answered, aloud where a page has its voice on.")
     trouble: str | None = Field(
         default=None, description="Why the language model of `--talk` did not answer this."

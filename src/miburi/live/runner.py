@@ -45,10 +45,8 @@ from miburi.version import __version__
 
 __all__ = ["SAMPLED", "STEP", "STEPPED", "Runner"]
 
-#: A live partner answers sooner than the one of the experiment (ours), s.
-_PERIOD = 0.5
-#: s in which a refusal that repeats is noted once (ours).
-_REPEATS = 60.0
+#: The period of a live partner, and in how many s a refusal is noted once (ours); s.
+_PERIOD, _REPEATS = 0.5, 60.0
 #: Samples and states that are kept.
 SAMPLED, STEPPED = 1200, 250
 _STEPS_PER_SAMPLE, _STEPS_PER_MOTORS = 5, 50
@@ -202,7 +200,10 @@ class Runner:
             if heard.distress is not None:
                 self._speaker.attend(self._note("distress", name=heard.distress, text=told))
             calm = self._speaker.distress is not None and heard.source == "speech"
-            return () if calm else self._sense(heard)
+            felt = () if calm else stimuli(heard, self._feelings.temperament)
+            for stimulus in felt:
+                self._feel(stimulus, heard)
+            return felt
 
         return self._commands.ask(run)
 
@@ -371,8 +372,8 @@ class Runner:
         except Exception as error:
             stopped = None
             self.excuse(error)
-        if stopped is not None and stopped.reason is StopReason.TOUCHED:
-            self._sense(notice("lead"))
+        if stopped and stopped.reason is StopReason.TOUCHED:
+            self.take(notice("lead"))
         for event in events:
             self._wishes.take(event, stopped, self._motors.rule.ratio)
         self._record(events, stopped, sampled)
@@ -427,8 +428,8 @@ class Runner:
 
     def note_talk(self, where: str, failure: str | None = None) -> Future[LiveEvent]:
         """Note where what is said to it goes from now on, or why no reply came from there."""
-        kind, name = ("talk", where) if failure is None else ("talk_failed", failure)
-        return self._commands.ask(lambda: self._note(kind, name=name))
+        kind = "talk" if failure is None else "talk_failed"
+        return self._commands.ask(lambda: self._note(kind, name=failure or where))
 
     def _stop(self, by: By) -> None:
         if self._hold.press(by):
@@ -451,12 +452,6 @@ class Runner:
             why=impression and impression.why,
             by=by,
         )
-
-    def _sense(self, impression: Impression) -> tuple[Stimulus, ...]:
-        felt = stimuli(impression, self._feelings.temperament)
-        for stimulus in felt:
-            self._feel(stimulus, impression)
-        return felt
 
     def _use(self, name: str, port: str | None, body: Body) -> None:
         self._partner = self._move(body)

@@ -141,6 +141,11 @@ class Rule:
         """
         return cls(in_whole_units(robot.guards, robot.servo.step))
 
+    @property
+    def at_rest(self) -> Steps:
+        """How far motors at rest may be from where they came to rest, (8,) steps."""
+        return np.maximum(self.guards.slack, self.guards.arrival)
+
     def watch(
         self, profile: Profile, start: Steps, direction: Steps, loading: Loading = UNLOADED
     ) -> "Watch":

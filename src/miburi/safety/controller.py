@@ -258,8 +258,7 @@ class Controller:
         """Stop a body at rest if something keeps a motor away from its place."""
         if self._rest is None:
             self._rest = positions
-        guards = self.rule.guards
-        beyond = np.abs(positions - self._rest) - np.maximum(guards.slack, guards.arrival)
+        beyond = np.abs(positions - self._rest) - self.rule.at_rest
         motor = int(beyond.argmax())
         if beyond[motor] <= 0:
             self._kept_since = None
@@ -275,8 +274,8 @@ class Controller:
             return
         self._yields_at = time + YIELD_AFTER if self._is_led else None
         here = positions + self._sag
-        # By more than a motor at rest is granted.
-        blocked = 2 * np.abs(here - self.origin) > self.rule.guards.slack
+        # By more than a motor at rest is granted; a hand that leads should feel less.
+        blocked = (4 if self._is_led else 2) * np.abs(here - self.origin) > self.rule.guards.slack
         if not blocked.any():
             self._yields = YIELDS
         elif self._yields > 0:

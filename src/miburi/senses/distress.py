@@ -34,13 +34,16 @@ from miburi.languages import (
 )
 from miburi.senses.kinds import KINDS, Distress
 
-__all__ = ["Heard", "features", "hear_distress"]
+__all__ = ["Heard", "features", "hear_distress", "wonder"]
 
 
 #: Likelihoods above which the model alone reports distress, above which it does so even if the
 #: words excuse or deny it, and below which it overrules a pattern. Ours: chosen on our own lines,
 #: on everyday utterances and on talks by strangers, none of which are those of bench/distress.py.
 _FINDS, _SURE, _SILENCES = 0.75, 0.9, 0.3
+#: Likelihoods above which it is asked about: it may be distress (ours, chosen on writers whom the
+#: model that was asked had not read). The second is for words that excuse or deny it.
+_WONDERS, _WONDERS_STILL = 0.45, 0.75
 
 
 class _Patterns(Table):
@@ -61,10 +64,13 @@ class Heard:
         One of ``KINDS``.
     words
         The words that told it; empty where the model did.
+    doubtful
+        Whether it may as well be none.
     """
 
     kind: Distress
     words: str = ""
+    doubtful: bool = False
 
 
 @cache
@@ -127,6 +133,21 @@ def hear_distress(text: str, usual: Language = FALLBACK) -> Heard | None:
     Stories, what is past, what is denied, questions in general and turns of phrase are none. A
     text that could be of any language is of the ``usual`` one.
     """
+    heard = _judge(text, usual)
+    return None if heard is None or heard.doubtful else heard
+
+
+def wonder(text: str, usual: Language = FALLBACK) -> Distress | None:
+    """Return the distress that somebody may speak of, where it is not sure enough to be told.
+
+    Somebody who says it sideways ("I've been saving my tablets up"), and somebody who speaks of
+    something else in like words: only a question tells. Needs the model: None in other languages.
+    """
+    heard = _judge(text, usual)
+    return heard.kind if heard is not None and heard.doubtful else None
+
+
+def _judge(text: str, usual: Language) -> Heard | None:
     language = language_of(text, usual)
     said, compiled = plain(text, language), _compiled(language)
     if not said or compiled is None:
@@ -144,9 +165,13 @@ def hear_distress(text: str, usual: Language = FALLBACK) -> Heard | None:
         return None if excused else next(found, None)
     likely = model(said)
     likeliest, distress = KINDS[int(likely[:-1].argmax())], 1 - likely[-1]
-    if excused:
-        return Heard(likeliest) if distress > _SURE else None
-    if (first := next(found, None)) is not None:
+    first = None if excused else next(found, None)
+    if first is not None:
         return first if distress >= _SILENCES else None
-    denied = any(pattern.search(rest) for pattern in kinds.values())
-    return Heard(likeliest) if distress > (_SURE if denied else _FINDS) else None
+    excused = excused or any(pattern.search(rest) for pattern in kinds.values())
+    if distress > (_SURE if excused else _FINDS):
+        return Heard(likeliest)
+    if distress > (_WONDERS_STILL if excused else _WONDERS):
+        clear = likely[KINDS.index(likeliest)] > _WONDERS
+        return Heard(likeliest if clear else "help", doubtful=True)
+    return None

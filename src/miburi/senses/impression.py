@@ -45,6 +45,8 @@ class Impression:
         What is answered whatever it showed: ``asked`` where they asked what the partner feels.
     distress
         What they need help with now, if they do; then no feeling is looked for.
+    worry
+        What they may need help with: they are asked, and no feeling is looked for.
 
     Raises
     ------
@@ -58,6 +60,7 @@ class Impression:
     why: tuple[Brought, ...] = ()
     topic: Literal["asked"] | None = None
     distress: Distress | None = None
+    worry: Distress | None = None
 
     def __post_init__(self) -> None:
         if self.feeling is not None:
@@ -80,6 +83,8 @@ class Impression:
                 if self.why
                 else f"distress ({self.distress})"
             )
+        if self.worry is not None:
+            return f"perhaps distress ({self.worry})"
         return parts if self.feeling is None else f"{parts}: {self.feeling} {self.strength:.2f}"
 
 

@@ -6,7 +6,7 @@ __all__ = ["KINDS", "Distress"]
 
 #: The kinds of distress; of several that fit the first one is taken.
 Distress = Literal[
-    "suicide", "child", "breathing", "heart", "stroke", "poison", "fire", "gas", "abuse", "lost",
-    "fall", "injury", "help",
+    "suicide", "child", "breathing", "heart", "stroke", "poison", "fire", "gas", "abuse", "fraud",
+    "lost", "fall", "injury", "help",
 ]  # fmt: skip
 KINDS: tuple[Distress, ...] = get_args(Distress)

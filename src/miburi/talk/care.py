@@ -32,6 +32,7 @@ __all__ = [
     "Care",
     "Numbers",
     "WordsOfCare",
+    "agrees",
     "find_region",
     "may_be_said",
     "regions",
@@ -51,11 +52,28 @@ class Numbers(Table):
 
 
 class WordsOfCare(Table):
-    """One language's ``care.toml``: lines by kind, those of the ten minutes after, and patterns."""
+    """One language's ``care.toml``.
+
+    Attributes
+    ----------
+    unknown, listener
+        What stands for a region's number and for a line that listens, where none is known.
+    after
+        What is said in the ten minutes after.
+    ask, yes
+        Questions by kind, whether it is so, and regular expressions of plain words that agree; a
+        language in which nothing is doubtful has none.
+    help
+        What is said to a distress, by kind.
+    never
+        Regular expressions of what no language model may say.
+    """
 
     unknown: str
     listener: str
     after: list[_Line]
+    ask: dict[Distress, list[_Line]] = Field(default_factory=dict)
+    yes: list[str] = Field(default_factory=list)
     help: dict[Distress, list[_Line]]
     never: list[str]
 
@@ -75,6 +93,10 @@ class Care:
     def help(self, kind: Distress, language: Language, turn: int) -> str:
         """Return the help that fits; ``turn`` counts what has been said of it, from 0."""
         return self._fill(words_of_care(language).help[kind], language, turn)
+
+    def ask(self, kind: Distress, language: Language, turn: int) -> str:
+        """Return the question whether somebody needs help, with what to do then."""
+        return self._fill(words_of_care(language).ask[kind], language, turn)
 
     def stay(self, language: Language, turn: int) -> str:
         """Return what is said in the ten minutes after."""
@@ -105,6 +127,11 @@ def find_region(name: str) -> str:
     return name.upper()
 
 
+def agrees(text: str, language: Language) -> bool:
+    """Whether somebody says yes to a question whether they need help."""
+    return find_phrase(_yes(language), plain(text, language), language) is not None
+
+
 def may_be_said(text: str) -> bool:
     """Whether a language model's words may be spoken: no distress, no harm, nothing that hurts."""
     languages = {language_of(text), FALLBACK}
@@ -124,6 +151,11 @@ def regions() -> dict[str, Numbers]:
     file = resources.files(__package__) / "regions.toml"
     numbers = tomllib.loads(file.read_text(encoding="utf-8"))
     return TypeAdapter(dict[str, Numbers]).validate_python(numbers)
+
+
+@cache
+def _yes(language: Language) -> re.Pattern[str]:
+    return compile_phrases(words_of_care(language).yes or ["(?!)"], language)
 
 
 @cache
