@@ -44,6 +44,8 @@ const int32_t FURTHEST = 48;
 const int64_t YIELD_AFTER = 150000;
 // No more often in a row, lest a motor that turns backwards, or says that it is elsewhere, goes on.
 const uint8_t YIELDS = 20;
+// It yields to more than so many steps: encoders count whole ones.
+const int32_t NOTICED = 1;
 
 // µs after the longest ramp until which motors may push as they may to speed up: they follow behind
 // their profiles, and what they carry swings.
@@ -239,8 +241,9 @@ inline bool yield(Controller& c, const Rule& rule, const int16_t* positions, int
   bool kept = false;
   for (uint8_t motor = 0; motor < MOTORS; motor++) {
     const int16_t here = goal_here(c, motor, positions);
-    // By more than a motor at rest is granted; a hand that leads should feel less.
-    if ((led(c) ? 4 : 2) * distance_between(here, c.origin[motor]) > rule.guards[motor].slack) {
+    // By more than a motor at rest is granted; by hardly anything if a hand leads, which feels it.
+    const int32_t away = distance_between(here, c.origin[motor]);
+    if (led(c) ? away > NOTICED : 2 * away > rule.guards[motor].slack) {
       c.origin[motor] = c.yields > 0 ? here : c.origin[motor];
       kept = true;
     }

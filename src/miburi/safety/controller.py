@@ -274,8 +274,9 @@ class Controller:
             return
         self._yields_at = time + YIELD_AFTER if self._is_led else None
         here = positions + self._sag
-        # By more than a motor at rest is granted; a hand that leads should feel less.
-        blocked = (4 if self._is_led else 2) * np.abs(here - self.origin) > self.rule.guards.slack
+        # By more than a motor at rest is granted; by hardly anything if a hand leads, which feels it.
+        most = 2 if self._is_led else self.rule.guards.slack
+        blocked = 2 * np.abs(here - self.origin) > most
         if not blocked.any():
             self._yields = YIELDS
         elif self._yields > 0:
