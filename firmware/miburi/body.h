@@ -166,7 +166,7 @@ class Body {
   }
 
   Result ask_stop() {
-    if (table_.complete() && controller_.phase != Phase::stopped) {
+    if (table_.complete() && (controller_.phase != Phase::stopped || led(controller_))) {
       look_around();
       give_up(Reason::asked, NO_MOTOR);
       hold_.tell(table_, orders_, table_.settings.max_speed);
@@ -395,7 +395,9 @@ class Body {
       }
     }
     // A host that has gone leaves no body under full torque behind.
-    if (controller_.phase == Phase::idle && time() - heard_ > HOST_SILENT) {
+    const bool rests = controller_.phase == Phase::idle ||
+                       (controller_.phase == Phase::stopped && led(controller_));
+    if (rests && time() - heard_ > HOST_SILENT) {
       give_up(Reason::alone, NO_MOTOR);
     }
     if (controller_.phase == Phase::stopped) {
@@ -443,7 +445,7 @@ class Body {
   void fail(Reason reason, uint8_t motor) {
     const bool limp = reason == Reason::restarted || reason == Reason::faulty;
     const bool kept = hold_.loose() == 0 && controller_.latched.reason != reason;
-    if (controller_.phase != Phase::stopped) {
+    if (controller_.phase != Phase::stopped || led(controller_)) {
       give_up(reason, motor);
       if (reason == Reason::silent) {
         hold_.unpin(ALL);  // what was read last may be old

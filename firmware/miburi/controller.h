@@ -93,18 +93,24 @@ inline void latch(Controller& c, Reason reason, const Contact& contact, const in
   }
 }
 
-// Stop, and hold the motors where they are; a stop that holds already keeps its reason.
-inline void stop(Controller& c, Reason reason, uint8_t motor, const int16_t* positions,
-                 int64_t time) {
-  if (c.phase != Phase::stopped) {
-    latch(c, reason, Contact{Sign::none, motor, 0, 0, 0}, positions, time);
-  }
-}
-
 // A stop keeps its first reason, but not when this takes away what held the motors: limp is not held.
 inline void lose(Controller& c, Reason reason, uint8_t motor, int64_t time) {
   c.latched = Stop{reason, time, Contact{Sign::none, motor, 0, 0, 0}};
   c.yields_at = 0;
+}
+
+// Whether a hand leads the body, or led it last.
+inline bool led(const Controller& c) { return c.latched.reason == Reason::touched; }
+
+// Stop, and hold the motors where they are; a stop that holds already keeps its reason. A hand's touch
+// alone gives way to any other: it ends by itself, and the others do not.
+inline void stop(Controller& c, Reason reason, uint8_t motor, const int16_t* positions,
+                 int64_t time) {
+  if (c.phase != Phase::stopped) {
+    latch(c, reason, Contact{Sign::none, motor, 0, 0, 0}, positions, time);
+  } else if (led(c)) {
+    lose(c, reason, motor, time);
+  }
 }
 
 // The error that a motor's load takes at a move's beginning and end, in quarters of a step of the
@@ -199,9 +205,6 @@ inline void give_way(const Watch& watch, uint8_t met, const int16_t* positions, 
     goals[motor] = static_cast<int16_t>(goals[motor] - watch.direction[motor] * back);
   }
 }
-
-// Whether a hand leads the body, or led it last.
-inline bool led(const Controller& c) { return c.latched.reason == Reason::touched; }
 
 // The speed of the return, in steps/s: lower after a touch at rest.
 inline uint16_t return_speed(const Controller& c, uint16_t usual) {

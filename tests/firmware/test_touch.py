@@ -81,6 +81,37 @@ def test_a_hand_leads_a_body_at_rest(firmware: Path) -> None:
     rig.close()
 
 
+def test_stop_takes_the_place_of_a_touch(firmware: Path) -> None:
+    rig = at_rest(firmware)
+    push(rig, slack(rig) + 4)
+    rig.run(0.4)
+    assert rig.body.state.stop is not None
+    assert rig.body.state.stop.reason is StopReason.TOUCHED
+    rig.body.stop()
+    rig.run(0.1)
+    assert rig.body.state.stop.reason is StopReason.ASKED
+    goal = rig.servos[MOTOR].segment.goal
+    push(rig, 60)
+    rig.run(1.0)
+    assert rig.servos[MOTOR].segment.goal == goal
+    assert rig.body.report.held
+    free(rig)
+    rig.run(0.3)
+    rig.body.wake()
+    rig.close()
+
+
+def test_a_led_card_whose_host_has_gone_waits_for_a_person(firmware: Path) -> None:
+    rig = at_rest(firmware)
+    push(rig, slack(rig) + 4)
+    rig.run(0.4)
+    rig.line.run(rig.line.mega.time + 31_000_000)
+    rig.run(0.2)
+    assert rig.body.state.stop is not None
+    assert rig.body.state.stop.reason is StopReason.LINE_LOST
+    rig.close()
+
+
 def test_a_short_knock_at_rest_is_no_touch(firmware: Path) -> None:
     rig = at_rest(firmware)
     for _ in range(5):
@@ -139,6 +170,7 @@ MUTANTS = {
     "yields for ever": ("static_cast<uint8_t>(c.yields - 1)", "c.yields"),
     "hurries back": ("usual * 2u / 5u", "usual"),
     "names another motor": ("      motor = i;", "      motor = 0;"),
+    "keeps a touch at a Stop": ("} else if (led(c)) {\n    lose(", "} else if (0) {\n    lose("),
 }  # fmt: skip
 
 
@@ -161,6 +193,7 @@ def test_a_changed_card_is_noticed(firmware: Path, tmp_path: Path, name: str) ->
 
 CHECKS = (
     test_a_hand_leads_a_body_at_rest,
+    test_stop_takes_the_place_of_a_touch,
     test_a_short_knock_at_rest_is_no_touch,
     test_within_its_slack_a_motor_holds,
     test_a_motor_that_turns_backwards_at_rest_is_let_go,

@@ -206,6 +206,12 @@ def test_a_yes_to_something_else_is_none(talk: Talk, between: str | None, minute
     assert talk.say("yes").distress is None
 
 
+def test_who_did_not_hear_the_question_may_still_say_yes(talk: Talk) -> None:
+    talk.say(QUIET)
+    assert talk.say("Pardon?").meant == "repeat"
+    assert talk.say("Yes.").distress == "stroke"
+
+
 def test_where_it_knows_an_answer_it_asks_only_what_is_clear(talk: Talk) -> None:
     """What time is it, said in words like those of trouble, gets the time."""
     said = "Right, kettle on. Don't go anywhere. What's the time?"

@@ -69,6 +69,28 @@ def test_who_is_led_by_a_hand_keeps_its_mood_and_waits_until_it_is_still(robot: 
     assert of(Released, run(partner, 0.2))
 
 
+def test_who_is_led_slowly_is_not_released(robot: Robot) -> None:
+    """At 0.02 rad/s, which is slower than what counts as motion elsewhere."""
+    body = PaperBody(robot)
+    partner = Partner(body, happy())
+    body.touch(StopReason.TOUCHED)
+    partner.step(0.02)
+    for _ in range(500):
+        body.angles = body.angles + 0.0004
+        assert partner.step(0.02) == []
+    with pytest.raises(UnsettledError):
+        partner.release()
+    assert of(Released, run(partner, LET_GO + 0.3))
+
+
+def test_a_new_partner_of_a_led_body_waits_for_the_hand_too(robot: Robot) -> None:
+    body = PaperBody(robot)
+    body.touch(StopReason.TOUCHED)
+    body.time += 60.0
+    partner = Partner(body, happy())
+    assert of(Released, run(partner, LET_GO - 0.2)) == []
+
+
 def test_who_is_led_and_stopped_by_a_person_waits_for_the_person(robot: Robot) -> None:
     body = PaperBody(robot)
     partner = Partner(body, happy())

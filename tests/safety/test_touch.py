@@ -108,6 +108,29 @@ def test_it_goes_back_slowly(controller: Controller, robot: Robot) -> None:
     assert controller.phase is Phase.RETURNING
 
 
+def test_a_stop_that_somebody_asks_for_takes_the_place_of_a_touch(controller: Controller) -> None:
+    time = lead(controller, 2, 1.0, 40)
+    place = controller.origin.copy()
+    controller.stop(place, time)
+    see(controller, pushed(controller, 2, 100), time + TICK, time + 5 * SECOND)
+    np.testing.assert_array_equal(controller.origin, place)
+    assert controller.latched is not None
+    assert controller.latched.reason is StopReason.ASKED
+    controller.stop(place, time + SECOND, StopReason.LINE_LOST)
+    assert controller.latched.reason is StopReason.ASKED
+
+
+def test_a_body_that_never_moved_holds_under_its_load(controller: Controller) -> None:
+    """Its motors hang from their goals: a touch elsewhere lets none of them sink."""
+    hanging = pushed(controller, 7, -8)
+    see(controller, hanging, 0, SECOND)
+    led = hanging.copy()
+    led[2] += 2 * most(controller, 2)
+    see(controller, led, SECOND + TICK, 2 * SECOND)
+    assert controller.phase is Phase.STOPPED
+    assert controller.origin[7] == hanging[7] + 8
+
+
 @pytest.mark.parametrize("asked", [StopReason.ASKED, StopReason.LINE_LOST])
 def test_who_pushes_a_body_that_was_stopped_does_not_lead_it(
     controller: Controller, asked: StopReason

@@ -137,7 +137,7 @@ def test_what_may_be_distress_is_asked_about() -> None:
     assert all(hear(said).worry is None for said in ("Good morning!", "I am so happy", "おはよう"))
 
 
-@pytest.mark.parametrize(("language", "least", "most"), [("en", 0.65, 0.05), ("ja", 0.65, 0.06)])
+@pytest.mark.parametrize(("language", "least", "most"), [("en", 0.65, 0.08), ("ja", 0.65, 0.1)])
 def test_strangers_who_say_it_sideways(language: Language, least: float, most: float) -> None:
     """Told or asked about; the shares that bench/distress.txt gives, with room for chance."""
     folder = Path(__file__).parents[2] / "bench" / "distress-lines" / "fifth"
@@ -155,9 +155,38 @@ def test_strangers_who_say_it_sideways(language: Language, least: float, most: f
 def test_it_can_ask_about_every_kind(language: Language) -> None:
     for kind in KINDS:
         assert "{" not in Care("GB").ask(kind, language, 0)
-    assert agrees("Yes, I think so.", "en")
-    assert agrees("はい、そうです", "ja")
-    assert not any(agrees(text, "en") for text in ("no", "yes we have no bananas", "not really"))
+
+
+@pytest.mark.parametrize(
+    "said",
+    ["Yes, I think so.", "Yes, he is", "yes it hurts", "oh yes", "Yes there's smoke", "i do",
+     "うん", "はい、そうです", "はい、痛いです", "はい、ちょっと"],
+)  # fmt: skip
+def test_a_yes_is_heard(said: str) -> None:
+    assert agrees(said, language_of(said))
+
+
+@pytest.mark.parametrize(
+    "said",
+    ["no", "not really", "yes we have no bananas", "Yes, I'm fine", "はい、大丈夫です", "いいえ"],
+)
+def test_what_is_no_yes_is_none(said: str) -> None:
+    assert not agrees(said, language_of(said))
+
+
+@pytest.mark.parametrize(
+    ("said", "kind"),
+    [("I feel like killing myself", "suicide"), ("my two year old is choking", "child"),
+     ("I've been scammed", "fraud"), ("詐欺にあいました", "fraud")],
+)  # fmt: skip
+def test_plain_words_that_the_model_doubts_are_asked_about(said: str, kind: str) -> None:
+    heard = hear(said)
+    assert kind in (heard.distress, heard.worry)
+
+
+@pytest.mark.parametrize("said", ["Elle veut le code du wifi", "On demande le code postal"])
+def test_everyday_codes_are_no_fraud(said: str) -> None:
+    assert hear(said).distress is None
 
 
 @pytest.mark.parametrize("language", KEPT_BACK)

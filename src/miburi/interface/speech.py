@@ -118,23 +118,24 @@ class Speech:
             heard = Impression(None, 0.0, "speech", distress=asked[0])
         grave = heard.distress is not None
         wanted = script(language).intents_of(said.text)
-        if not grave and any(match.cue.acts for match in wanted):
-            heard = Impression(None, 0.0, "speech")  # an order shows nobody's feeling
-        elif heard.worry == "help" and wanted:
+        if heard.worry == "help" and wanted:
             heard = replace(heard, worry=None)  # it is not clear what it is, and an answer is known
+        if not grave and heard.worry is None and any(match.cue.acts for match in wanted):
+            heard = Impression(None, 0.0, "speech")  # an order shows nobody's feeling
         if (grave or heard.worry is not None) and self._conversation is not None:
             self._conversation.overtake()
         felt = await done(self._partner.take(heard, said.text))
         await self.count(felt)
-        if grave or self._partner.snapshot.state.distress is not None:
-            answer, meant = self._comfort(heard.distress, language), None
-            await done(self._partner.speak(answer, "partner"))
-        elif heard.worry is not None:
+        if heard.worry is not None:
             self._asked = heard.worry, self._clock()
             answer, meant = self._ask(heard.worry, language), None
             await done(self._partner.speak(answer, "partner"))
+        elif grave or self._partner.snapshot.state.distress is not None:
+            answer, meant = self._comfort(heard.distress, language), None
+            await done(self._partner.speak(answer, "partner"))
         else:
             answer, meant = await self._answer(said.text, heard, language, felt)
+            self._asked = asked if meant == "repeat" else None
         return SayOut(
             feeling=heard.feeling,
             asked=heard.topic == "asked",

@@ -101,8 +101,7 @@ class Runner:
         self.repertoire, self.recordings = repertoire or shipped_repertoire(), recordings
         #: Ports that may be opened besides those that the system lists.
         self.ports = {port} if port else set[str]()
-        self._feelings = feelings
-        self.own_temperament = feelings.temperament
+        self._feelings, self.own_temperament = feelings, feelings.temperament
         self._rule, self._solve = rule, solve or solve_with()
         self._move: Callable[[Body], Partner] = lambda body: Partner(
             body, feelings, repertoire=self.repertoire, period=_PERIOD, solve=self._solve,
@@ -200,10 +199,7 @@ class Runner:
             if heard.distress is not None:
                 self._speaker.attend(self._note("distress", name=heard.distress, text=told))
             calm = self._speaker.distress is not None and heard.source == "speech"
-            felt = () if calm else stimuli(heard, self._feelings.temperament)
-            for stimulus in felt:
-                self._feel(stimulus, heard)
-            return felt
+            return () if calm else self._sense(heard)
 
         return self._commands.ask(run)
 
@@ -329,8 +325,7 @@ class Runner:
         Raises what :func:`miburi.live.bodies.make_body` does where there is no such body here.
         """
         if port is not None and port == self._observer.port:
-            again = "a lost one is found again by itself"
-            raise BodyError(f"the card at {port} is this body already; {again}.")
+            raise BodyError(f"the card at {port} moves already; lost, it is found again by itself.")
         if port is not None and port not in self.ports:
             check_port(port)
         body = make_body(name, self.robot, port, self._rule)
@@ -373,7 +368,7 @@ class Runner:
             stopped = None
             self.excuse(error)
         if stopped and stopped.reason is StopReason.TOUCHED:
-            self.take(notice("lead"))
+            self._sense(notice("lead"))
         for event in events:
             self._wishes.take(event, stopped, self._motors.rule.ratio)
         self._record(events, stopped, sampled)
@@ -452,6 +447,11 @@ class Runner:
             why=impression and impression.why,
             by=by,
         )
+
+    def _sense(self, heard: Impression) -> tuple[Stimulus, ...]:
+        for stimulus in (felt := stimuli(heard, self._feelings.temperament)):
+            self._feel(stimulus, heard)
+        return felt
 
     def _use(self, name: str, port: str | None, body: Body) -> None:
         self._partner = self._move(body)

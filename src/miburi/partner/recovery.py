@@ -14,6 +14,7 @@ import numpy as np
 
 from miburi.bodies import BodyState
 from miburi.errors import BodyError
+from miburi.robot import Array
 from miburi.safety.stop import Stop
 
 __all__ = [
@@ -32,6 +33,8 @@ FIRST_PAUSE, LONGEST_PAUSE = 1.0, 16.0
 #: encoder steps in the window over which velocities are measured, and longer than a stopped
 #: motor waits before it yields.
 REST_SPEED, REST_TIME = 0.1, 0.25
+#: rad by which a body that is led slowly has moved on (ours): more than the steps of an encoder.
+_MOVED_ON = 0.004
 #: A hand that has moved the body has let go of it when it has been still for so long, s (ours).
 LET_GO = 2.0
 
@@ -53,6 +56,7 @@ class Recovery:
         self._pause_ends = self._moved_at = self._seen_at = 0.0
         self._silent = False
         self._stillness = REST_TIME
+        self._place: Array | None = None  # when it last moved
         self._stop: Stop | None = None
 
     def notice(self, stop: Stop) -> bool:
@@ -72,12 +76,16 @@ class Recovery:
     def follow(self, time: float) -> None:
         """Plan to release the body when the hand that moves it has let go."""
         self._release_at, self._stillness = time, LET_GO
+        self._moved_at, self._place = time, None
 
     def look(self, state: BodyState) -> None:
         """See whether the stopped body moves."""
         self._silent, self._seen_at = state.time == self._seen_at, state.time
-        if np.abs(state.velocities).max() > REST_SPEED:
-            self._moved_at = state.time
+        if self._place is None:
+            self._place = state.angles
+        led_on = np.abs(state.angles - self._place).max() > _MOVED_ON
+        if np.abs(state.velocities).max() > REST_SPEED or (led_on and self._stillness == LET_GO):
+            self._moved_at, self._place = state.time, state.angles
 
     def check(self, state: BodyState, *, by_person: bool) -> None:
         """Refuse a release that comes too early.
@@ -96,13 +104,14 @@ class Recovery:
             )
         if self._silent:
             return  # a lost card's clock stands still: it refuses a release in its own words
-        if state.stop != self._stop or not self._is_settled(state.time):
+        stillness = REST_TIME if by_person else self._stillness
+        if state.stop != self._stop or not self._is_still(state.time, stillness):
             raise UnsettledError(
                 "the stopped body has not come to rest yet; release it in a moment."
             )
 
-    def _is_settled(self, time: float) -> bool:
-        return time - self._moved_at >= REST_TIME - 1e-9
+    def _is_still(self, time: float, seconds: float) -> bool:
+        return time - self._moved_at >= seconds - 1e-9
 
     def succeed(self, other: "Recovery", then: float, now: float) -> bool:
         """Take over the stop, the pause and the encounters of another body.
@@ -125,13 +134,12 @@ class Recovery:
 
     def wait_for_a_person(self) -> None:
         """Plan no release: somebody asked for the stop, or something failed."""
-        self._release_at = None
+        self._release_at, self._stillness = None, REST_TIME
 
     def is_due(self, time: float) -> bool:
         """Whether to release the body now."""
         planned = self._release_at is not None and time >= self._release_at
-        still = time - self._moved_at >= self._stillness - 1e-9
-        return planned and not self.held and still
+        return planned and not self.held and self._is_still(time, self._stillness)
 
     def retry(self, time: float) -> None:
         """Plan another release, because the body was not ready."""

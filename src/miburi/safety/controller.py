@@ -146,9 +146,14 @@ class Controller:
         )
 
     def stop(self, positions: Steps, time: int, reason: StopReason = StopReason.ASKED) -> None:
-        """Stop and hold the motors where they are; a stopped body keeps its first reason."""
+        """Stop and hold the motors where they are; a stopped body keeps its first reason.
+
+        A hand's touch alone gives way to any other reason: it ends by itself.
+        """
         if self.phase is not Phase.STOPPED:
             self._hold(Stop(time / SECOND, reason), positions)
+        elif self._is_led:
+            self.latched, self._yields_at = Stop(time / SECOND, reason), None
 
     def release(self, positions: Steps, time: int) -> None:
         """Start the slow return to neutral, with the rule on.
@@ -265,6 +270,7 @@ class Controller:
         elif self._kept_since is None:
             self._kept_since = time
         elif time - self._kept_since >= YIELD_AFTER:
+            self._sag = self._measure_sag(self._rest)  # a body that never moved has none yet
             self._hold(Stop(time / SECOND, StopReason.TOUCHED, JOINTS[motor]), positions)
             self._yields_at, self._yields = time + YIELD_AFTER, YIELDS
 
@@ -274,7 +280,7 @@ class Controller:
             return
         self._yields_at = time + YIELD_AFTER if self._is_led else None
         here = positions + self._sag
-        # By more than a motor at rest is granted; by hardly anything if a hand leads, which feels it.
+        # By more than a motor at rest is granted; if a hand leads, by hardly anything.
         most = 2 if self._is_led else self.rule.guards.slack
         blocked = 2 * np.abs(here - self.origin) > most
         if not blocked.any():

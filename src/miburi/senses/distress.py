@@ -6,13 +6,13 @@ plain words: signs and capitals, which no recogniser of speech writes, change no
 Patterns written by hand (a language's ``distress.toml``) find the plainest words. For English and
 Japanese a small linear model (``distress.npz``, trained by ``tools/train_distress.py`` on sentences
 written for it, ours and those of strangers) reads beside them: it hears what no pattern knows, and
-silences a pattern that it is sure is wrong.
+doubts a pattern that it takes to be wrong.
 Neither was seen by an expert. This is no alarm and no medical device.
 """
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib import resources
 from itertools import pairwise
@@ -38,9 +38,12 @@ __all__ = ["Heard", "features", "hear_distress", "wonder"]
 
 
 #: Likelihoods above which the model alone reports distress, above which it does so even if the
-#: words excuse or deny it, and below which it overrules a pattern. Ours: chosen on our own lines,
-#: on everyday utterances and on talks by strangers, none of which are those of bench/distress.py.
-_FINDS, _SURE, _SILENCES = 0.75, 0.9, 0.3
+#: words excuse or deny it, below which it doubts a pattern, and below which it overrules it. Ours:
+#: chosen on our own lines, on everyday utterances and on talks by strangers, none of which are
+#: those of bench/distress.py.
+_FINDS, _SURE, _SILENCES, _SILENCES_FOR_SURE = 0.75, 0.9, 0.3, 0.15
+#: Kinds of which a pattern is never overruled, only doubted.
+_NEVER_SILENCED = ("suicide", "child", "fraud")
 #: Likelihoods above which it is asked about: it may be distress (ours, chosen on writers whom the
 #: model that was asked had not read). The second is for words that excuse or deny it.
 _WONDERS, _WONDERS_STILL = 0.45, 0.75
@@ -167,11 +170,13 @@ def _judge(text: str, usual: Language) -> Heard | None:
     likeliest, distress = KINDS[int(likely[:-1].argmax())], 1 - likely[-1]
     first = None if excused else next(found, None)
     if first is not None:
-        return first if distress >= _SILENCES else None
+        asks = distress >= _SILENCES_FOR_SURE or first.kind in _NEVER_SILENCED
+        doubted = replace(first, doubtful=True) if asks else None
+        return first if distress >= _SILENCES else doubted
     excused = excused or any(pattern.search(rest) for pattern in kinds.values())
+    if distress <= (_WONDERS_STILL if excused else _WONDERS):
+        return None
     if distress > (_SURE if excused else _FINDS):
         return Heard(likeliest)
-    if distress > (_WONDERS_STILL if excused else _WONDERS):
-        clear = likely[KINDS.index(likeliest)] > _WONDERS
-        return Heard(likeliest if clear else "help", doubtful=True)
-    return None
+    clear = likely[KINDS.index(likeliest)] > _WONDERS
+    return Heard(likeliest if clear else "help", doubtful=True)
