@@ -17,7 +17,7 @@ sys.path[:0] = [str(ROOT / "bench")]
 
 from words import share  # noqa: E402  (below the folder that holds it)
 
-from miburi.senses.distress import hear_distress, wonder  # noqa: E402  (below the folder that holds it)
+from miburi.senses.distress import hear_distress, judge_distress  # noqa: E402  (below the folder that holds it)
 from miburi.senses.kinds import KINDS  # noqa: E402  (below the folder that holds it)
 from miburi.senses.text import without_punctuation  # noqa: E402  (below the folder that holds it)
 
@@ -78,7 +78,8 @@ def count_strangers(writer: str, language: str) -> None:
         heard = [hear_distress(one) for one in said]
         bare = [hear_distress(without_punctuation(one)) for one in said]
         same = sum(a == b for a, b in zip(heard, bare, strict=True))
-        asked = sum(wonder(one) is not None for one in said)
+        doubted = [judge_distress(one) for one in said]
+        asked = sum(one is not None and one.doubtful for one in doubted)
         print(f"{what}: {share(sum(h is not None for h in heard), len(said))}")
         print(f"asked about beside: {share(asked, len(said))}")
         if name == "grave":

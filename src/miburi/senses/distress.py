@@ -34,7 +34,7 @@ from miburi.languages import (
 )
 from miburi.senses.kinds import KINDS, Distress
 
-__all__ = ["Heard", "features", "hear_distress", "wonder"]
+__all__ = ["Heard", "features", "hear_distress", "judge_distress"]
 
 
 #: Likelihoods above which the model alone reports distress, above which it does so even if the
@@ -136,21 +136,16 @@ def hear_distress(text: str, usual: Language = FALLBACK) -> Heard | None:
     Stories, what is past, what is denied, questions in general and turns of phrase are none. A
     text that could be of any language is of the ``usual`` one.
     """
-    heard = _judge(text, usual)
+    heard = judge_distress(text, usual)
     return None if heard is None or heard.doubtful else heard
 
 
-def wonder(text: str, usual: Language = FALLBACK) -> Distress | None:
-    """Return the distress that somebody may speak of, where it is not sure enough to be told.
+def judge_distress(text: str, usual: Language = FALLBACK) -> Heard | None:
+    """Return the distress that somebody speaks of, or may speak of: then it is ``doubtful``.
 
     Somebody who says it sideways ("I've been saving my tablets up"), and somebody who speaks of
-    something else in like words: only a question tells. Needs the model: None in other languages.
+    something else in like words: only a question tells. Only languages with a model doubt.
     """
-    heard = _judge(text, usual)
-    return heard.kind if heard is not None and heard.doubtful else None
-
-
-def _judge(text: str, usual: Language) -> Heard | None:
     language = language_of(text, usual)
     said, compiled = plain(text, language), _compiled(language)
     if not said or compiled is None:

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from miburi.languages import FALLBACK, Language, common_words, language_of
-from miburi.senses.distress import hear_distress, wonder
+from miburi.senses.distress import judge_distress
 from miburi.senses.impression import Brought, Impression
 from miburi.senses.phrases import (
     alarm_in,
@@ -173,13 +173,12 @@ def hear(text: str, usual: Language = FALLBACK) -> Impression:
         The language of a text that could be of any.
     """
     text = text[:LONGEST].encode(errors="ignore").decode()  # half a character is none
-    distress = hear_distress(text, usual)
+    distress = judge_distress(text, usual)
+    if distress is not None and distress.doubtful:
+        return Impression(None, 0.0, "speech", worry=distress.kind)
     if distress is not None:
         why = (Brought(distress.words, 0.0),) if distress.words else ()
         return Impression(None, 0.0, "speech", why, distress=distress.kind)
-    worry = wonder(text, usual)
-    if worry is not None:
-        return Impression(None, 0.0, "speech", worry=worry)
     language = language_of(text, usual)
     rest = cut_questions(text, language)
     if rest is None:
