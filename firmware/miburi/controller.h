@@ -42,9 +42,10 @@ const int32_t FURTHEST = 48;
 // A motor that is pushed from where it rests for as long stops the body, which then yields again and
 // again: it is led.
 const int64_t YIELD_AFTER = 150000;
-// No more often in a row, lest a motor that turns backwards, or says that it is elsewhere, goes on.
+// The most yields in a row. Without a limit, a motor that turns backwards or reports a wrong place
+// would go on for ever.
 const uint8_t YIELDS = 20;
-// It yields to more than so many steps: encoders count whole ones.
+// Only a displacement larger than this, in steps, makes it yield: encoders count whole steps.
 const int32_t NOTICED = 1;
 
 // µs after the longest ramp until which motors may push as they may to speed up: they follow behind
@@ -102,8 +103,8 @@ inline void lose(Controller& c, Reason reason, uint8_t motor, int64_t time) {
 // Whether a hand leads the body, or led it last.
 inline bool led(const Controller& c) { return c.latched.reason == Reason::touched; }
 
-// Stop, and hold the motors where they are; a stop that holds already keeps its reason. A hand's touch
-// alone gives way to any other: it ends by itself, and the others do not.
+// Stop, and hold the motors where they are. A latched stop keeps its reason, except for a touch: the
+// partner ends that one by itself, so any other reason replaces it.
 inline void stop(Controller& c, Reason reason, uint8_t motor, const int16_t* positions,
                  int64_t time) {
   if (c.phase != Phase::stopped) {

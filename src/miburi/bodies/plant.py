@@ -26,8 +26,8 @@ __all__ = ["Plant"]
 
 #: m by which parts may overlap at neutral: their shapes are only nearly the robot's (ours).
 _DEEP = 0.001
-#: m that a placed hand stays away from the trunk (ours): two that touch, and do not give way, press
-#: with whatever force the last digits give.
+#: Clearance between a placed hand and the trunk, m (ours). Both are rigid: if they touched, the
+#: force between them would be decided by rounding errors alone.
 _CLEAR = 0.0002
 
 

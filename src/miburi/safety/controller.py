@@ -148,7 +148,7 @@ class Controller:
     def stop(self, positions: Steps, time: int, reason: StopReason = StopReason.ASKED) -> None:
         """Stop and hold the motors where they are; a stopped body keeps its first reason.
 
-        A hand's touch alone gives way to any other reason: it ends by itself.
+        The exception is a touch, which the partner ends by itself: any other reason replaces it.
         """
         if self.phase is not Phase.STOPPED:
             self._hold(Stop(time / SECOND, reason), positions)

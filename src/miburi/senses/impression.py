@@ -46,7 +46,7 @@ class Impression:
     distress
         What they need help with now, if they do; then no feeling is looked for.
     worry
-        What they may need help with: they are asked, and no feeling is looked for.
+        A distress that is not certain. The partner asks about it, and no feeling is looked for.
 
     Raises
     ------

@@ -57,14 +57,14 @@ class WordsOfCare(Table):
     Attributes
     ----------
     unknown, listener
-        What stands for a region's number and for a line that listens, where none is known.
+        Words to use when no emergency number, or no helpline, is known for the region.
     after
-        What is said in the ten minutes after.
+        Lines for the ten minutes after a distress, used in turn.
     ask, yes
-        Questions by kind, whether it is so, and regular expressions of plain words that agree; a
-        language in which nothing is doubtful has none.
+        Questions to ask about a doubtful distress, by kind, and regular expressions for a yes. A
+        language without a model has neither.
     help
-        What is said to a distress, by kind.
+        Advice, by kind of distress.
     never
         Regular expressions of what no language model may say.
     """
