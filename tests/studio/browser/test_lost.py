@@ -14,6 +14,14 @@ ALONE = {"en": "Stop cannot reach it", "ja": "停止が届きません"}
 NO_STOP = {"en": "Stop: no connection", "ja": "停止（接続なし）"}
 
 
+#: A first connection that hangs as it opens, as with a computer that is too busy to answer.
+HANGS = """window.WebSocket = new Proxy(WebSocket, { construct(real, given) {
+  if (!String(given[0]).includes("/live") || window.hung) return Reflect.construct(real, given);
+  window.hung = { readyState: WebSocket.CONNECTING, close: () => window.hung.onclose({reason: ""}) };
+  return window.hung;
+} });"""
+
+
 def shown(page: Page) -> str:
     """All text that somebody sees on a page."""
     text = page.evaluate("document.body.innerText")
@@ -58,3 +66,14 @@ def test_the_pages_say_once_that_stop_reaches_nobody_and_send_it_later(
                 expect(page.locator(".stop-button .reached")).to_be_visible()
                 expect(page.locator(".unsent")).to_be_hidden()
                 expect(page.locator(".studio")).not_to_have_attribute("inert", "")
+
+
+def test_a_connection_that_hangs_as_it_opens_is_begun_anew(browser: Browser, url: str) -> None:
+    with visiting(browser) as visitor:
+        visitor.add_init_script(HANGS)
+        page = visitor.new_page()
+        page.clock.install()
+        page.goto(url + "/face")
+        page.wait_for_function("window.hung")
+        page.clock.run_for(30_000)
+        page.wait_for_function("document.documentElement.dataset.connected === 'true'")

@@ -97,7 +97,8 @@ export default {
       this.past.keep(state);
       const pose = state.hand;
       this.hand.visible = state.hand_out;
-      if (!state.hand_out) this.held = false;
+      // A hand that goes and comes again under a pressed pointer is still held.
+      this.held = Boolean(this.pressed && state.hand_out);
       if (this.held && performance.now() > this.told + AGAIN) {
         // A held hand goes as deep as the arms that have passed under the pointer since it came
         // there. Its place is sent again, in case the connection dropped it.
@@ -394,7 +395,7 @@ export default {
         aim(event);
         this.handle.updateMatrixWorld();
         if (!caster.intersectObject(this.handle).length) return;
-        this.held = true;
+        this.held = this.pressed = true;
         this.told = Infinity; // until it is moved
         this.nearer = 0;
         this.controls.enabled = false;
@@ -424,6 +425,7 @@ export default {
       });
       this.drop = () => {
         this.controls.enabled = true;
+        this.pressed = false;
         if (!this.held) return;
         this.held = false;
         this.steered = performance.now() + STEERED;
@@ -441,10 +443,13 @@ export default {
         const right = new THREE.Vector3(), up = new THREE.Vector3(), back = new THREE.Vector3();
         this.camera.matrixWorld.extractBasis(right, up, back);
         this.wish.addScaledVector(right, 0.01 * steps[0]);
-        if (event.shiftKey) this.nearer -= 0.01 * steps[1];
-        else this.wish.addScaledVector(up, 0.01 * steps[1]);
+        if (!event.shiftKey) this.wish.addScaledVector(up, 0.01 * steps[1]);
         const way = new THREE.Vector3().subVectors(this.wish, this.camera.position).normalize();
-        this.follow(new THREE.Ray(this.camera.position, way));
+        if (event.shiftKey) {
+          // From where it is: the depth of the arms may be another by now.
+          this.nearer -= 0.01 * steps[1];
+          this.wish.addScaledVector(way, 0.01 * steps[1]);
+        } else this.follow(new THREE.Ray(this.camera.position, way));
         this.tell();
       });
     },

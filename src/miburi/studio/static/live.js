@@ -2,7 +2,8 @@
 
 const listeners = new Set();
 let socket, timer, wait = 250, lastHeard = 0;
-export const live = { state: null, connected: null }; // connected is null until it is known
+// Whether it is connected is null until it is known; `refused` is why the last wish was refused.
+export const live = { state: null, connected: null, refused: null };
 
 export function listen(listener) {
   listeners.add(listener);
@@ -52,7 +53,10 @@ function open() {
   socket = new WebSocket(`${scheme}://${location.host}/api/v1/live?rate=${rate}`);
   socket.onmessage = (event) => {
     const message = JSON.parse(event.data);
-    if (message.refused) return;
+    if (message.refused) {
+      live.refused = message.refused;
+      return;
+    }
     wait = 250;
     lastHeard = performance.now();
     live.state = message;
@@ -79,9 +83,13 @@ export function lost() {
 }
 
 // A connection that is open but silent is lost as well. It is looked at twice, so that a page that
-// was too busy to read what had come is not taken for lonely.
-let silent = 0;
+// was too busy to read what had come is not taken for lonely. One that hangs as it opens is begun
+// anew: a browser would wait for it for minutes.
+const PATIENCE = 10; // s
+let silent = 0, opening = 0;
 setInterval(() => {
+  opening = socket?.readyState === WebSocket.CONNECTING ? opening + 1 : 0;
+  if (opening > PATIENCE) socket.close();
   silent = live.connected && performance.now() - lastHeard > 2000 ? silent + 1 : 0;
   if (silent < 2) return;
   lost();
