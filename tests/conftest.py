@@ -44,6 +44,7 @@ TOGETHER: list[tuple[str, ...]] = [
     tuple(f"tests/studio/browser/test_{name}" for name in ("st", "sp", "ta")),
     ("tests/studio/browser/",),
     ("tests/firmware/test_fuzz.py",),
+    ("tests/firmware/test_mutants.py",),
     ("tests/studies/experiment/",),
     ("tests/studies/paper/",),
     ("tests/studies/study/test_report.py",),

@@ -42,24 +42,24 @@ def emulation(firmware: Path, real: Robot) -> Iterator[EmulatedRobot]:
 
 @pytest.fixture
 def some(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Make the quicker free moves and two gestures; `make firmware-proof` makes all."""
+    """Make the quicker free moves of all joints and a gesture; `make firmware-proof`, all."""
     if "MIBURI_MOVES" not in os.environ:
-        monkeypatch.setattr(calibration, "free_moves", quicker)
-        monkeypatch.setattr(calibration, "gestures", lambda robot: [*gestures(robot)][-2:])
+        monkeypatch.setattr(calibration, "free_moves", together)
+        monkeypatch.setattr(calibration, "gestures", lambda robot: [*gestures(robot)][-1:])
 
 
-def quicker(robot: Robot) -> list[tuple[str, Move]]:
-    return [(name, move) for name, move in free_moves(robot) if move.speeds.max() >= 0.4]
+def together(robot: Robot) -> list[tuple[str, Move]]:
+    return [
+        (name, move)
+        for name, move in free_moves(robot)
+        if name not in JOINTS and move.speeds.max() >= 0.4
+    ]
 
 
 @pytest.fixture
 def few(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of the free moves only the quicker ones of all joints, and no gesture."""
-
-    def together(robot: Robot) -> list[tuple[str, Move]]:
-        return [(name, move) for name, move in quicker(robot) if name not in JOINTS]
-
-    monkeypatch.setattr(calibration, "free_moves", together)
+    """Of the free moves only three of all joints, and no gesture."""
+    monkeypatch.setattr(calibration, "free_moves", lambda robot: together(robot)[-3:])
     monkeypatch.setattr(calibration, "gestures", lambda _: [])
 
 
@@ -67,10 +67,10 @@ def few(monkeypatch: pytest.MonkeyPatch) -> None:
 def not_slowest(monkeypatch: pytest.MonkeyPatch) -> None:
     """The same, with slower ones: what servos are is seen in these."""
 
-    def together(robot: Robot) -> list[tuple[str, Move]]:
+    def slower(robot: Robot) -> list[tuple[str, Move]]:
         return [(name, move) for name, move in free_moves(robot) if name not in JOINTS][5:]
 
-    monkeypatch.setattr(calibration, "free_moves", together)
+    monkeypatch.setattr(calibration, "free_moves", slower)
     monkeypatch.setattr(calibration, "gestures", lambda _: [])
 
 
@@ -92,7 +92,8 @@ def test_a_robot_that_differs_is_identified_tested_and_stored(
     assert said[-1] == "testing: surprise"
     true = one.robot.servo.model
     motors = found.found.stiffness * found.robot.servo.model.stiffness
-    assert np.abs(motors / (true.stiffness * gain / true.drive.gain) - 1).max() < 0.2
+    near = 0.2 if "MIBURI_MOVES" in os.environ else 0.3  # few moves tell less
+    assert np.abs(motors / (true.stiffness * gain / true.drive.gain) - 1).max() < near
     assert describe(found)[0].startswith("          waist: ")
     card.save()
     path = tmp_path / "calibration.toml"
@@ -104,7 +105,7 @@ def test_a_robot_that_differs_is_identified_tested_and_stored(
     assert again.settings == settings
     again.wake()
     rng = np.random.default_rng(3)
-    for _ in range(8):
+    for _ in range(4):
         there = rng.uniform(0.7 * real.lower + 0.3 * real.neutral, 0.7 * real.upper)
         there = np.clip(there, real.lower, real.upper)
         there[[1, 4]] = np.abs(there[[1, 4]])  # the arms stay in front of the body

@@ -67,7 +67,7 @@ def test_a_host_that_has_gone_leaves_no_body_under_full_torque(firmware: Path) -
     rig = Rig(firmware, twin=False)
     assert rig.settle() is Phase.IDLE
     rig.body.ask(FrameKind.STATUS, struct.pack("<H", 0))  # the emulation is quicker without reports
-    rig.line.run(rig.line.mega.time + 29e6)
+    rig.line.run(rig.line.mega.time + 5e6)
     assert rig.body.ask(FrameKind.STATUS, struct.pack("<H", 0)) == b""  # half a minute begins anew
     before = rig.line.mega.time
     rig.line.run(before + 29e6)

@@ -18,8 +18,8 @@ from miburi.safety.move import Move
 from miburi.safety.stop import Phase
 
 #: Bytes for each fuzz on the AVR; `make firmware-proof` asks for 1,000,000.
-AVR_BYTES = int(os.environ.get("MIBURI_FUZZ", "12000"))
-NATIVE_BYTES = max(AVR_BYTES, 100_000)
+AVR_BYTES = int(os.environ.get("MIBURI_FUZZ", "6000"))
+NATIVE_BYTES = max(AVR_BYTES, 50_000)
 
 
 def frames(rng: np.random.Generator) -> bytes:

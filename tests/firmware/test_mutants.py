@@ -88,7 +88,7 @@ _LIBRARIES = "".join(
 )
 _INCLUDE = re.compile(r'^#include (?:"(.+)"|<.+>)$')
 #: Most changes are seen in a few traces already.
-FEW, ALL = 100, 1500
+FEW, ALL = 100, 800
 #: s of the processor's time for one change, some of which run for ever; the rule takes 0.05.
 LONGEST = 1
 

@@ -175,9 +175,9 @@ def test_the_descriptions_solids_load_the_motors_as_the_parts_do() -> None:
 
 def test_each_arm_has_the_stops_of_its_own_range() -> None:
     robot = with_range("right_elbow", max=1.2, neutral=1.1)
-    for name in ("joints", "stops"):
-        found = finding(name, robot, still(robot))
-        assert found.ok, found.words
+    found = {one.check: one for one in check(robot, {"a motion": still(robot)}, 4 * PERIOD)}
+    assert found["stops"].ok, found["stops"].words
+    assert found["joints"].ok, found["joints"].words
 
 
 def test_two_things_in_one_place_are_named() -> None:

@@ -137,7 +137,7 @@ def test_of_drawn_robots_each_is_built_or_told_which_length() -> None:
         table = meetings.by_link(bodies(robot, parts))
         assert all(len(part.solid.decompose()) == 1 for part in parts)
         assert list(meetings.in_one_link(table)) == []
-        assert list(meetings.over_the_range(robot, table)) == []
+    assert list(meetings.over_the_range(robot, table)) == []
 
 
 def test_the_papers_body_cannot_be_built_and_its_lengths_are_named() -> None:

@@ -30,7 +30,7 @@ def rested(partner: Partner, seconds: float) -> tuple[float, Array]:
 
 def test_levels_move_it_little_and_differently(robot: Robot) -> None:
     shares = [
-        rested(Partner(Simulated(robot), EmotionalModel(), life=2, rest=level, period=0.5), 240)[0]
+        rested(Partner(PaperBody(robot), EmotionalModel(), life=2, rest=level, period=0.5), 240)[0]
         for level in get_args(RestLevel)
     ]
     assert 0 < shares[0] < 0.1
@@ -40,7 +40,7 @@ def test_levels_move_it_little_and_differently(robot: Robot) -> None:
 
 def test_what_moves_can_be_seen_and_no_two_windows_are_alike(robot: Robot) -> None:
     partner = Partner(Simulated(robot), EmotionalModel(), life=3, period=0.5)
-    _, angles = rested(partner, 240)
+    _, angles = rested(partner, 120)
     places = np.array([forward(robot, pose) for pose in angles[::5]]).reshape(-1, 3, 3)
     far = np.linalg.norm(places - forward(robot, robot.neutral).reshape(3, 3), axis=2).max(axis=0)
     assert far[:2].min() > 0.015
@@ -112,4 +112,4 @@ def test_the_liveliest_acts_meet_nothing_on_longer_arms(tall_file: Path) -> None
     feelings = EmotionalModel(shipped_temperament())
     feelings.set_state(mood={"happiness": 1.0, "thrill": 1.0}, hold=True)
     body = Simulated(load_robot(tall_file))
-    rested(Partner(body, feelings, life=0, rest="lively", period=0.5), 240)
+    rested(Partner(body, feelings, life=0, rest="lively", period=0.5), 120)

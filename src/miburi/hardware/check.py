@@ -104,15 +104,16 @@ def check(
     table = meetings.by_link(things)
     # The quick ones first.
     yield Finding("parts", True, f"{len(parts)} parts, each one closed solid")
-    yield _walls(printed_parts(robot, fit, engraved=False))
     yield _shared(table)
     yield _fingers(robot)
     yield _screws()
     yield from _loads(robot, parts, motions, period)
     yield _cables(robot, motions)
     yield _drivers(robot, things)
-    yield from _joints(robot, table)
     yield _gestures(robot, table, motions)
+    yield _stops(robot, table)
+    yield _walls(printed_parts(robot, fit, engraved=False))
+    yield _joints(robot, table)
 
 
 def _walls(parts: Sequence[PrintedPart]) -> Finding:
@@ -150,7 +151,7 @@ def _shared(table: dict[str, list[Solid]]) -> Finding:
     return Finding("fit", not pairs, words)
 
 
-def _joints(robot: Robot, table: dict[str, list[Solid]]) -> Iterator[Finding]:
+def _joints(robot: Robot, table: dict[str, list[Solid]]) -> Finding:
     met = [
         f"{joint} at {np.degrees(angle):.0f}°"
         for joint, angle in meetings.over_the_range(robot, table, float(np.radians(5.0)))
@@ -158,12 +159,15 @@ def _joints(robot: Robot, table: dict[str, list[Solid]]) -> Iterator[Finding]:
     words = (
         "; ".join(met) if met else "free of what carries it over each joint's range and 5° beyond"
     )
-    yield Finding("joints", not met, words)
+    return Finding("joints", not met, words)
+
+
+def _stops(robot: Robot, table: dict[str, list[Solid]]) -> Finding:
     loose = [
         f"{joint} at {np.degrees(angle):.0f}°" for joint, angle in meetings.stops_hold(robot, table)
     ]
     words = f"no stop: {'; '.join(loose)}" if loose else "each joint is stopped within 9° beyond"
-    yield Finding("stops", not loose, words)
+    return Finding("stops", not loose, words)
 
 
 def _fingers(robot: Robot) -> Finding:

@@ -49,7 +49,7 @@ def test_no_move_passes_with_a_long_lag_and_all_do_with_none() -> None:
 
 @pytest.fixture(scope="module")
 def page(robot: Robot, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return write_paper(robot, tmp_path_factory.mktemp("paper"), targets=8, seeds=2)
+    return write_paper(robot, tmp_path_factory.mktemp("paper"), targets=5, seeds=2)
 
 
 def test_every_claim_has_a_verdict_and_a_number(page: Path) -> None:

@@ -5,16 +5,13 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from miburi.errors import needs_extra
+from miburi.errors import need
 from miburi.studies.trials.runs import as_array
 from miburi.studies.trials.trial import Outcome, TrialKind
 
 __all__ = ["ISO_LIMITS", "LATE", "MATTERS", "Summary", "quantile_interval", "summarise", "wilson"]
 
-try:
-    from scipy.stats import binom, binomtest
-except ModuleNotFoundError as error:
-    raise needs_extra("studies", error) from error
+need("scipy", "studies")  # loading it takes a second, so only a summary does
 
 #: A missed contact matters from this force on, N (ours).
 MATTERS = 2.0
@@ -37,6 +34,8 @@ def wilson(hits: int, trials: int) -> tuple[float, float]:
     """Return Wilson's 95 % interval (1927) of a share: ``hits`` of ``trials``; 0 to 1 of none."""
     if trials == 0:
         return 0.0, 1.0
+    from scipy.stats import binomtest
+
     low, high = binomtest(hits, trials).proportion_ci(method="wilson")
     return float(low), float(high)
 
@@ -51,6 +50,8 @@ def quantile_interval(
     count = len(values)
     if count == 0:
         return None
+    from scipy.stats import binom
+
     ordered = np.sort(values)
     low, high = binom.ppf((0.025, 0.975), count, share).astype(int)
     return float(ordered[max(low - 1, 0)]), float(ordered[min(high, count - 1)])
