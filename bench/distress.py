@@ -57,7 +57,7 @@ def main() -> None:
         same = sum(a == b for a, b in zip(heard, bare, strict=True))
         print(f"the same verdict without punctuation: {same}/{len(rows)}")
         print(f"{each:.2f} ms a line (of one core)\n")
-        for writer in ("second", "third", "fourth", "fifth"):
+        for writer in ("second", "third", "fourth", "fifth", "sixth"):
             print(f"## by strangers, the {writer}\n")
             count_strangers(writer, language)
 

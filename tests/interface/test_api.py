@@ -235,7 +235,7 @@ def test_the_description_is_kept_whatever_is_sent(server: Server) -> None:
     assert len(operations) >= 17
     for operation in operations:
 
-        @settings(max_examples=20, suppress_health_check=list(HealthCheck))
+        @settings(max_examples=10, suppress_health_check=list(HealthCheck))
         @given(case=operation.as_strategy())
         def keeps(case: schemathesis.Case) -> None:
             case.call_and_validate(checks=promises)

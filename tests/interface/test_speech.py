@@ -184,16 +184,16 @@ def test_it_begins_nothing_when_it_should_not(talk: Talk, hindrance: str) -> Non
     assert begun(talk, 120) == []
 
 
-QUIET = "Don't pull that face, it's all right. I like talking about her"
+QUIET = "There's a funny smell from the cooker"
 
 
 def test_it_asks_whether_somebody_needs_help_and_a_yes_is_distress(talk: Talk) -> None:
     asked = talk.say(QUIET)
-    assert (asked.distress, asked.worry, asked.felt) == (None, "stroke", [])
-    assert asked.answer == Care().ask("stroke", "en", 0)
+    assert (asked.distress, asked.worry, asked.felt) == (None, "gas", [])
+    assert asked.answer == Care().ask("gas", "en", 0)
     assert talk.runner.snapshot.state.distress is None
     answer = talk.say("yes, I think so")
-    assert (answer.distress, answer.answer) == ("stroke", Care().help("stroke", "en", 0))
+    assert (answer.distress, answer.answer) == ("gas", Care().help("gas", "en", 0))
     assert talk.runner.snapshot.state.distress is not None
 
 
@@ -209,7 +209,7 @@ def test_a_yes_to_something_else_is_none(talk: Talk, between: str | None, minute
 def test_who_did_not_hear_the_question_may_still_say_yes(talk: Talk) -> None:
     talk.say(QUIET)
     assert talk.say("Pardon?").meant == "repeat"
-    assert talk.say("Yes.").distress == "stroke"
+    assert talk.say("Yes.").distress == "gas"
 
 
 def test_where_it_knows_an_answer_it_asks_only_what_is_clear(talk: Talk) -> None:

@@ -122,6 +122,7 @@ def test_lines_that_nothing_was_chosen_on(language: Language) -> None:
         ("There is a man on the phone from the bank who wants my number", "fraud"),
         ("should i give him my pin", "fraud"),
         ("She woke up with a droopy face", "stroke"),
+        ("Who are you and why are you in my house?", "lost"),
         ("銀行の人が暗証番号を教えてと言うの", "fraud"),
         ("On m'a arnaquée au téléphone", "fraud"),
     ],
@@ -131,9 +132,9 @@ def test_what_is_said_sideways_is_heard(said: str, kind: str) -> None:
 
 
 def test_what_may_be_distress_is_asked_about() -> None:
-    heard = hear("Don't pull that face, it's all right. I like talking about her")
-    assert (heard.distress, heard.worry, heard.feeling) == (None, "stroke", None)
-    assert heard.reason == "perhaps distress (stroke)"
+    heard = hear("There's a funny smell from the cooker")
+    assert (heard.distress, heard.worry, heard.feeling) == (None, "gas", None)
+    assert heard.reason == "perhaps distress (gas)"
     assert all(hear(said).worry is None for said in ("Good morning!", "I am so happy", "おはよう"))
 
 
@@ -179,9 +180,8 @@ def test_what_is_no_yes_is_none(said: str) -> None:
     [("I feel like killing myself", "suicide"), ("my two year old is choking", "child"),
      ("I've been scammed", "fraud"), ("詐欺にあいました", "fraud")],
 )  # fmt: skip
-def test_plain_words_that_the_model_doubts_are_asked_about(said: str, kind: str) -> None:
-    heard = hear(said)
-    assert kind in (heard.distress, heard.worry)
+def test_plain_words_are_heard(said: str, kind: str) -> None:
+    assert hear(said).distress == kind
 
 
 @pytest.mark.parametrize("said", ["Elle veut le code du wifi", "On demande le code postal"])

@@ -3,23 +3,22 @@
 In goes a sentence; out comes a kind of distress, or None. It is judged before the feelings, on the
 plain words: signs and capitals, which no recogniser of speech writes, change nothing.
 
-Patterns written by hand (a language's ``distress.toml``) find the plainest words. For English and
-Japanese a small linear model (``distress.npz``, trained by ``tools/train_distress.py`` on sentences
-written for it, ours and those of strangers) reads beside them: it hears what no pattern knows, and
-doubts a pattern that it takes to be wrong.
+Patterns written by hand (a language's ``distress.toml``) find the plainest words, and what excuses
+them. For English and Japanese a small linear model (``distress.npz``, trained by
+``tools/train_distress.py`` on sentences written for it, ours and those of strangers) weighs what
+they find together with groups of words and letters; for a language without one they decide.
 Neither was seen by an expert. This is no alarm and no medical device.
 """
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 from itertools import pairwise
 from zlib import crc32
 
 import numpy as np
-from numpy.typing import NDArray
 
 from miburi.ground.tables import Table
 from miburi.languages import (
@@ -37,16 +36,11 @@ from miburi.senses.kinds import KINDS, Distress
 __all__ = ["Heard", "features", "hear_distress", "judge_distress"]
 
 
-#: Likelihoods above which the model alone reports distress, above which it does so even if the
-#: words excuse or deny it, below which it doubts a pattern, and below which it overrules it. Ours:
-#: chosen on our own lines, on everyday utterances and on talks by strangers, none of which are
-#: those of bench/distress.py.
-_FINDS, _SURE, _SILENCES, _SILENCES_FOR_SURE = 0.75, 0.9, 0.3, 0.15
-#: Kinds of which a pattern is never overruled, only doubted.
-_NEVER_SILENCED = ("suicide", "child", "fraud")
-#: Likelihoods above which it is asked about: it may be distress (ours, chosen on writers whom the
-#: model that was asked had not read). The second is for words that excuse or deny it.
-_WONDERS, _WONDERS_STILL = 0.45, 0.75
+#: Likelihoods above which it reports distress, and above which it asks whether there is any. Ours:
+#: chosen on lines by writers whom the model that was asked had not read.
+_FINDS, _WONDERS = 0.7, 0.4
+#: How many groups a pattern that fits counts as: a sentence has a hundred others (ours).
+_MARKS = 3
 
 
 class _Patterns(Table):
@@ -66,7 +60,7 @@ class Heard:
     kind
         One of ``KINDS``.
     words
-        The words that told it; empty where the model did.
+        The words that fit its patterns; empty where only the model heard it.
     doubtful
         Whether it may as well be none.
     """
@@ -93,25 +87,34 @@ def _compiled(
 
 
 def features(said: str, language: Language) -> list[int]:
-    """Return the numbers of the groups of words and letters in plain words."""
+    """Return the numbers of the groups of words and letters, and of the patterns that fit."""
+    marks = {f"6{k}{mark}" for mark in _marks(said, language) for k in range(_MARKS)}
     if not is_spaced(language):
         text = f"^{said}$"
-        groups = {text[i : i + n] for n in range(1, 6) for i in range(len(text) - n + 1)}
-    else:
-        words = ["^", *said.split(), "$"]
-        groups = {f"1{word}" for word in words}
-        groups |= {f"2{a} {b}" for a, b in pairwise(words)}
-        groups |= {f"3{' '.join(words[i : i + 3])}" for i in range(len(words) - 2)}
-        for gap in (2, 3):
-            groups |= {f"4{a} {b}" for a, b in zip(words, words[gap:], strict=False)}
-        for word in words[1:-1]:
-            edged = f"^{word}$"
-            groups |= {f"5{edged[i : i + n]}" for n in (3, 4, 5) for i in range(len(edged) - n + 1)}
+        groups = {f"1{text[i : i + n]}" for n in range(1, 6) for i in range(len(text) - n + 1)}
+        return sorted({crc32(group.encode()) for group in groups | marks})
+    words = ["^", *said.split(), "$"]
+    groups = marks | {f"1{word}" for word in words}
+    groups |= {f"2{a} {b}" for a, b in pairwise(words)}
+    groups |= {f"3{' '.join(words[i : i + 3])}" for i in range(len(words) - 2)}
+    for gap in (2, 3):
+        groups |= {f"4{a} {b}" for a, b in zip(words, words[gap:], strict=False)}
+    for word in words[1:-1]:
+        edged = f"^{word}$"
+        groups |= {f"5{edged[i : i + n]}" for n in (3, 4, 5) for i in range(len(edged) - n + 1)}
     return sorted({crc32(group.encode()) for group in groups})
 
 
+def _marks(said: str, language: Language) -> set[str]:
+    """Return which kinds' patterns fit plain words, and which excuses do."""
+    found, excuses = _fitting(said, language)
+    marks = {f"~{name}" for name in excuses}
+    denied = "~" if excuses - {"idioms"} else ""
+    return marks | {f"={kind}{denied}" for kind in found} | ({f"={denied}"} if found else set())
+
+
 @cache
-def _model(language: Language) -> Callable[[str], NDArray[np.float64]] | None:
+def _model(language: Language) -> Callable[[str], Heard | None] | None:
     with (resources.files(__package__) / "distress.npz").open("rb") as file:
         stored = dict(np.load(file))
     if f"{language}_keys" not in stored:
@@ -119,15 +122,21 @@ def _model(language: Language) -> Callable[[str], NDArray[np.float64]] | None:
     keys, weights = stored[f"{language}_keys"], stored[f"{language}_weights"]
     scale, bias = stored[f"{language}_scale"], stored[f"{language}_bias"]
 
-    def likely(said: str) -> NDArray[np.float64]:
+    def judge(said: str) -> Heard | None:
         numbers = np.array(features(said, language), dtype=np.uint32)
         place = np.minimum(np.searchsorted(keys, numbers), len(keys) - 1)
         place = place[keys[place] == numbers]
         score = bias + weights[place].sum(axis=0) * scale / np.sqrt(max(len(numbers), 1))
         odds = np.exp(score - score.max())
-        return np.asarray(odds / odds.sum(), dtype=np.float64)
+        likely = odds / odds.sum()
+        best, distress = int(likely[:-1].argmax()), 1 - likely[-1]
+        if distress <= _WONDERS:
+            return None
+        if distress <= _FINDS:
+            return Heard(KINDS[best] if likely[best] > _WONDERS else "help", doubtful=True)
+        return Heard(KINDS[best], _fitting(said, language)[0].get(KINDS[best], ""))
 
-    return likely
+    return judge
 
 
 def hear_distress(text: str, usual: Language = FALLBACK) -> Heard | None:
@@ -147,31 +156,29 @@ def judge_distress(text: str, usual: Language = FALLBACK) -> Heard | None:
     something else in like words: only a question tells. Only languages with a model doubt.
     """
     language = language_of(text, usual)
-    said, compiled = plain(text, language), _compiled(language)
-    if not said or compiled is None:
+    said = plain(text, language)
+    if not said:
         return None
+    model = _model(language)
+    return model(said) if model is not None else _by_patterns(said, language)
+
+
+def _by_patterns(said: str, language: Language) -> Heard | None:
+    found, excuses = _fitting(said, language)
+    if excuses - {"idioms"}:
+        return None
+    return next((Heard(kind, words) for kind, words in found.items()), None)
+
+
+def _fitting(said: str, language: Language) -> tuple[dict[Distress, str], set[str]]:
+    """Return the words that fit each kind's patterns, idioms left out, and the excuses that fit."""
+    compiled = _compiled(language)
+    if compiled is None:
+        return {}, set()
     kinds, excuses = compiled
     rest = excuses["idioms"].sub("#", said)
-    excused = any(excuses[name].search(rest) for name in excuses if name != "idioms")
-    found = (
-        Heard(kind, phrase)
-        for kind, pattern in kinds.items()
-        if (phrase := find_phrase(pattern, rest, language)) is not None
-    )
-    model = _model(language)
-    if model is None:
-        return None if excused else next(found, None)
-    likely = model(said)
-    likeliest, distress = KINDS[int(likely[:-1].argmax())], 1 - likely[-1]
-    first = None if excused else next(found, None)
-    if first is not None:
-        asks = distress >= _SILENCES_FOR_SURE or first.kind in _NEVER_SILENCED
-        doubted = replace(first, doubtful=True) if asks else None
-        return first if distress >= _SILENCES else doubted
-    excused = excused or any(pattern.search(rest) for pattern in kinds.values())
-    if distress <= (_WONDERS_STILL if excused else _WONDERS):
-        return None
-    if distress > (_SURE if excused else _FINDS):
-        return Heard(likeliest)
-    clear = likely[KINDS.index(likeliest)] > _WONDERS
-    return Heard(likeliest if clear else "help", doubtful=True)
+    excused = {name for name in excuses if name != "idioms" and excuses[name].search(rest)}
+    if rest != said:
+        excused.add("idioms")
+    found = ((kind, find_phrase(pattern, rest, language)) for kind, pattern in kinds.items())
+    return {kind: words for kind, words in found if words is not None}, excused

@@ -17,7 +17,8 @@ NO_STOP = {"en": "Stop: no connection", "ja": "停止（接続なし）"}
 #: A first connection that hangs as it opens, as with a computer that is too busy to answer.
 HANGS = """window.WebSocket = new Proxy(WebSocket, { construct(real, given) {
   if (!String(given[0]).includes("/live") || window.hung) return Reflect.construct(real, given);
-  window.hung = { readyState: WebSocket.CONNECTING, close: () => window.hung.onclose({reason: ""}) };
+  const close = () => window.hung.onclose({ reason: "" });
+  window.hung = { readyState: WebSocket.CONNECTING, close };
   return window.hung;
 } });"""
 
