@@ -1,11 +1,18 @@
 import json
+from concurrent.futures import ThreadPoolExecutor
 from importlib import resources
+from pathlib import Path
 
+import numpy as np
 import pytest
+from tests.fixtures.live import Server
 from typer.testing import CliRunner
 
 from miburi.cli.gestures import gesture_app
-from miburi.errors import InputError
+from miburi.errors import InputError, OutputError
+from miburi.gestures import key_poses, load
+from miburi.interface.client import connect
+from miburi.robot import forward
 
 
 def run(*arguments):
@@ -46,3 +53,48 @@ def test_a_step_that_is_no_step_is_refused():
 def test_the_schema_is_that_of_a_gesture_file():
     schema = json.loads(run("schema").stdout)
     assert {"name", "feeling", "duration", "effort", "pose"} == set(schema["required"])
+
+
+def test_what_a_hand_shows_is_kept_as_a_gesture(server: Server, tmp_path: Path) -> None:
+    """The simulated hand comes from the front and leads the right hand back by 6 cm."""
+    options = [
+        "record",
+        "pushed",
+        "--feeling",
+        "fear",
+        "--out",
+        str(tmp_path),
+        "--url",
+        server.url,
+        "--step",
+        "0.5",
+    ]
+
+    def lead() -> None:
+        along, ahead = (0.0, 1.0, 0.0), np.array([1.0, 0.0, 0.0])
+        with connect(server.url) as partner:
+            states = partner.watch(50)
+            rested = next(state for state in states if state.phase == "idle")
+            hand = forward(server.runner.robot, np.array(rested.angles))[:3]
+            partner.place_hand(hand + 0.06 * ahead, along)
+            for state in states:
+                way = max(0.06 - 0.08 * (state.time - rested.time - 0.6), -0.06)
+                partner.place_hand(hand + min(way, 0.06) * ahead, along)
+                if way == -0.06:
+                    break
+            partner.remove_hand()
+
+    with ThreadPoolExecutor(1) as pool:
+        done = pool.submit(lead)
+        result = CliRunner().invoke(gesture_app, options)
+        done.result()
+    assert "It is led." in result.stdout
+    assert "key poses in" in result.stdout
+    function = load(str(tmp_path / "pushed.toml"))
+    assert (function.name, function.feeling) == ("pushed", "fear")
+    farthest = key_poses(server.runner.robot, function, 1.0)
+    rest = forward(server.runner.robot, server.runner.robot.neutral)[:3]
+    assert max(np.linalg.norm(pose.right - rest) for pose in farthest) > 0.03
+    again = CliRunner().invoke(gesture_app, options)
+    assert isinstance(again.exception, OutputError)
+    assert "is there already" in str(again.exception)

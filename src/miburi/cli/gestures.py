@@ -1,11 +1,13 @@
 """``miburi gesture …`` and ``miburi gallery``: parse the arguments, call, print."""
 
 import json
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from miburi.cli.live import HERE, PartnerAddress, partner_at
 from miburi.cli.options import (
     GesturesFolder,
     IkWay,
@@ -15,7 +17,11 @@ from miburi.cli.options import (
     robot_of,
     settings_of,
 )
-from miburi.errors import InputError, need
+from miburi.errors import InputError, OutputError, need
+
+if TYPE_CHECKING:
+    from miburi.live.state import State
+    from miburi.robot import Array
 
 __all__ = [
     "Face",
@@ -27,6 +33,7 @@ __all__ = [
     "gesture_app",
     "measures",
     "preview",
+    "record",
     "schema",
 ]
 
@@ -110,6 +117,55 @@ def preview(
         pictures = show(body, function, mood, draft, camera, face=face, settings=settings)
     for name in (pictures.film, pictures.strip, pictures.paths):
         print(out / name)
+
+
+@gesture_app.command()
+def record(
+    name: Annotated[str, typer.Argument(help="Of the new gesture, such as wave.")],
+    feeling: Annotated[str, typer.Option(help="The feeling that it shows.")] = "happiness",
+    out: Annotated[Path, typer.Option(help="Folder for its file.")] = Path("mine"),
+    url: PartnerAddress = HERE,
+    step: Step = 0.1,
+    robot: RobotFile = None,
+) -> None:
+    """Lead a resting robot by its hand, and keep what you showed it as a gesture."""
+    from miburi.gestures.taught import as_toml, check_name, taught
+    from miburi.ground.files import write_whole
+
+    file = out / f"{name}.toml"
+    check_name(name, feeling)
+    if file.exists():
+        raise OutputError(f"{file} is there already; choose another name.")
+    body = robot_of(robot)
+    with partner_at(url) as partner:
+        print("Take a hand of the resting robot, and lead it slowly. To end, keep still for 2 s.")
+        times, angles = _shown(partner.watch(50))
+    function = taught(body, name, feeling, times, angles)
+    write_whole(file, as_toml(function))
+    print(f"{file}: {len(function.pose)} key poses in {function.duration} s.")
+    check(str(file), step=step, robot=robot)
+
+
+def _shown(states: "Iterable[State]") -> "tuple[Array, Array]":
+    """Return times, (n,) s, and angles, (n, 8) rad, from when a hand takes the body on."""
+    import numpy as np
+
+    from miburi.safety.stop import StopReason
+
+    shown: list[State] = []
+    for state in states:
+        reason = state.stop.reason if state.stop else None
+        if reason is StopReason.TOUCHED and state.phase == "stopped":
+            if not shown:
+                print("It is led.")
+            shown.append(state)
+        elif shown:
+            if reason not in (None, StopReason.TOUCHED):
+                raise InputError(
+                    f"the body was stopped while it was led ({reason}); show it again."
+                )
+            break
+    return np.array([one.time for one in shown]), np.array([one.angles for one in shown])
 
 
 @gesture_app.command()

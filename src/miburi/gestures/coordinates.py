@@ -15,7 +15,7 @@ import numpy as np
 from miburi.robot import Array, Robot, forward
 from miburi.robot.geometry import arm_reach, head_joint, shoulders
 
-__all__ = ["COORDINATES", "neutral", "polar", "targets"]
+__all__ = ["COORDINATES", "neutral", "polar", "relative", "targets"]
 
 #: Distance in arm's reaches, angles in rad. Spread is counted from the shoulders' axis (straight
 #: out) and swing about it, from hanging forward and up; turn to the left, rise up.
@@ -43,11 +43,16 @@ def polar(right: Array, left: Array, head: Array) -> Array:
 
 def neutral(robot: Robot) -> Array:
     """Return the coordinates of a robot's neutral pose, (8,)."""
-    right, left, head = forward(robot, robot.neutral).reshape(3, 3)
+    return polar(*relative(robot, robot.neutral))
+
+
+def relative(robot: Robot, angles: Array) -> tuple[Array, Array, Array]:
+    """Return right hand, left hand and head of a pose, (8,) rad, as :func:`polar` takes them."""
+    right, left, head = forward(robot, angles).reshape(3, 3)
     look = head - head_joint(robot)
     back = _turn(np.arctan2(look[1], look[0])).T
     right_shoulder, left_shoulder = shoulders(robot)
-    return polar(
+    return (
         (back @ right - right_shoulder) / arm_reach(robot) * [1, -1, 1],
         (back @ left - left_shoulder) / arm_reach(robot),
         look,

@@ -1,0 +1,157 @@
+"""Teach a gesture by hand: in goes what a hand showed a resting body, out comes a gesture.
+
+The way of hands and head is told by few key poses. Between two of them a body moves in its own
+way, from rest to rest, so what comes out is the shape and the time of what was shown, not its
+trembling.
+"""
+
+import re
+
+import numpy as np
+
+from miburi import feelings
+from miburi.errors import InputError
+from miburi.gestures import coordinates
+from miburi.gestures.effort import Effort
+from miburi.gestures.movement import MovementFunction, Posture
+from miburi.robot import Array, Robot, forward
+
+__all__ = ["as_toml", "check_name", "taught"]
+
+#: m that hands and head may be from straight lines between key poses, and that they must go to
+#: show anything (ours).
+_NEAR, _LEAST = 0.02, 0.03
+#: s that the way back takes, and the longest pause at the end (ours): a hand lets go slowly.
+_BACK, _REST = 0.8, 0.4
+#: Key poses at most (ours).
+_MOST = 12
+#: A gesture is played as it was shown: all the way, without halts, at its own tempo.
+_AS_SHOWN = Effort(space=1.0, weight=0.0, time=0.5, flow=1.0)
+
+
+def check_name(name: str, feeling: str) -> None:
+    """Refuse a name or a feeling that no gesture can have.
+
+    Raises
+    ------
+    InputError
+        The name has other signs than a-z, 0-9 and _, or the feeling is not known.
+    """
+    if not re.fullmatch("[a-z][a-z0-9_]*", name):
+        raise InputError(f"a gesture's name has a-z, 0-9 and _ and begins with a-z, got {name!r}.")
+    if feeling not in feelings.FEELINGS:
+        allowed = ", ".join(feelings.FEELINGS)
+        raise InputError(f"--feeling must be one of {allowed}, got {feeling!r}.")
+
+
+def taught(robot: Robot, name: str, feeling: str, times: Array, angles: Array) -> MovementFunction:
+    """Return the gesture that a hand showed.
+
+    Parameters
+    ----------
+    robot
+        The robot that was led.
+    name, feeling
+        Of the new gesture.
+    times
+        (n,) s, rising.
+    angles
+        (n, 8) rad, the first at rest, the last where the hand let go.
+
+    Raises
+    ------
+    InputError
+        Nothing moved by 30 mm, or it took longer than a gesture may.
+    """
+    places = np.array([forward(robot, pose) for pose in angles]).reshape(-1, 3, 3)
+    from_first, from_last = (_apart(places, places[end]) for end in (0, -1))
+    if len(times) < 2 or from_first.max() < _LEAST:
+        raise InputError(
+            f"the hand moved nothing by {1000 * _LEAST:.0f} mm; take a hand of the resting robot, "
+            "and lead it slowly."
+        )
+    first = max(int(np.argmax(from_first > _NEAR / 2)) - 1, 0)
+    last = int(np.flatnonzero(from_last > _NEAR / 2)[-1]) + 1
+    stays = min(float(times[-1] - times[last]), _REST)
+    shown = slice(first, last + 1)
+    keys = _key_poses(times[shown], places[shown])
+    begin, length = float(times[first]), float(times[last] - times[first]) + stays + _BACK
+    if length > 20:
+        raise InputError(f"a gesture takes 20 s at most, and this took {length:.0f} s.")
+    poses = []
+    for arrives, leaves in keys:
+        phase, until = ((float(times[first + k]) - begin) / length for k in (arrives, leaves))
+        if leaves == last - first:
+            until += stays / length
+        right, left, head = coordinates.relative(robot, angles[first + arrives])
+        poses.append(
+            Posture(
+                phase=round(phase, 3),
+                until=round(until, 3) if until - phase > 0.01 else None,
+                right=_within_reach(right),
+                left=_within_reach(left),
+                head=np.round(head / np.linalg.norm(head), 3).tolist(),
+            )
+        )
+    return MovementFunction(
+        name=name, feeling=feeling, duration=round(max(length, 0.2), 2),
+        effort=_AS_SHOWN, pose=tuple(poses),
+    )  # fmt: skip
+
+
+def as_toml(function: MovementFunction) -> str:
+    """Return a gesture as a file has it."""
+    lines = [
+        f'name = "{function.name}"',
+        f'feeling = "{function.feeling}"',
+        f"duration = {function.duration} # s, from neutral to neutral",
+        "\n[effort]",
+        *(f"{name} = {share}" for name, share in function.effort.model_dump().items()),
+    ]
+    for pose in function.pose:
+        lines += ["\n[[pose]]", f"phase = {pose.phase}"]
+        if pose.until is not None:
+            lines.append(f"until = {pose.until}")
+        lines += [f"{name} = {getattr(pose, name)}" for name in ("right", "left", "head")]
+    return "\n".join(lines) + "\n"
+
+
+def _apart(places: Array, other: Array) -> Array:
+    """Return how far the farthest of the three extremities is from another place, (n,) m."""
+    return np.asarray(np.linalg.norm(places - other, axis=-1).max(axis=-1))
+
+
+def _key_poses(times: Array, places: Array) -> list[tuple[int, int]]:
+    """Return when the body arrives at each key pose and when it leaves, as indices.
+
+    The way is split where it is farthest from a straight line (Ramer, Douglas and Peucker), until
+    it is near everywhere.
+    """
+    near, found = _NEAR, list(range(_MOST + 2))
+    while len(found) > _MOST + 1:
+        found = _split(times, places, near)
+        near *= 1.3
+    keys: list[tuple[int, int]] = []
+    for index in found[1:]:
+        if keys and _apart(places[keys[-1][1] : index + 1], places[index]).max() < _NEAR:
+            keys[-1] = (keys[-1][0], index)  # it stayed there
+        else:
+            keys.append((index, index))
+    return keys
+
+
+def _split(times: Array, places: Array, near: float) -> list[int]:
+    last = len(times) - 1
+    share = ((times - times[0]) / (times[-1] - times[0]))[:, None, None]
+    away = _apart(places, places[0] + share * (places[-1] - places[0]))
+    middle = int(away.argmax())
+    if away[middle] <= near or not 0 < middle < last:
+        return [0, last]
+    before = _split(times[: middle + 1], places[: middle + 1], near)
+    after = _split(times[middle:], places[middle:], near)
+    return [*before, *(middle + index for index in after[1:])]
+
+
+def _within_reach(hand: Array) -> list[float]:
+    rounded = np.round(hand / max(1.0, float(np.linalg.norm(hand)) * 1.002), 3)
+    return [float(x) for x in rounded]
