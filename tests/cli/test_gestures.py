@@ -74,7 +74,7 @@ def test_what_a_hand_shows_is_kept_as_a_gesture(server: Server, tmp_path: Path) 
         along, ahead = (0.0, 1.0, 0.0), np.array([1.0, 0.0, 0.0])
         with connect(server.url) as partner:
             states = partner.watch(50)
-            rested = next(state for state in states if state.phase == "idle")
+            rested = next(state for state in states if state.paused and state.phase == "idle")
             hand = forward(server.runner.robot, np.array(rested.angles))[:3]
             partner.place_hand(hand + 0.06 * ahead, along)
             for state in states:
@@ -88,6 +88,7 @@ def test_what_a_hand_shows_is_kept_as_a_gesture(server: Server, tmp_path: Path) 
         done = pool.submit(lead)
         result = CliRunner().invoke(gesture_app, options)
         done.result()
+    assert not server.runner.snapshot.state.paused
     assert "It is led." in result.stdout
     assert "key poses in" in result.stdout
     function = load(str(tmp_path / "pushed.toml"))

@@ -119,6 +119,9 @@ def preview(
         print(out / name)
 
 
+_LEAD = "Take a hand of the resting robot, and lead it slowly. To end, keep still for 2 s."
+
+
 @gesture_app.command()
 def record(
     name: Annotated[str, typer.Argument(help="Of the new gesture, such as wave.")],
@@ -138,8 +141,13 @@ def record(
         raise OutputError(f"{file} is there already; choose another name.")
     body = robot_of(robot)
     with partner_at(url) as partner:
-        print("Take a hand of the resting robot, and lead it slowly. To end, keep still for 2 s.")
-        times, angles = _shown(partner.watch(50))
+        paused = partner.state.paused
+        partner.pause()  # it would look around, and meet the hand
+        try:
+            print(_LEAD)
+            times, angles = _shown(partner.watch(50))
+        finally:
+            partner.pause(paused)
     function = taught(body, name, feeling, times, angles)
     write_whole(file, as_toml(function))
     print(f"{file}: {len(function.pose)} key poses in {function.duration} s.")
