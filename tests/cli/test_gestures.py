@@ -57,18 +57,9 @@ def test_the_schema_is_that_of_a_gesture_file():
 
 def test_what_a_hand_shows_is_kept_as_a_gesture(server: Server, tmp_path: Path) -> None:
     """The simulated hand comes from the front and leads the right hand back by 6 cm."""
-    options = [
-        "record",
-        "pushed",
-        "--feeling",
-        "fear",
-        "--out",
-        str(tmp_path),
-        "--url",
-        server.url,
-        "--step",
-        "0.5",
-    ]
+    mine = tmp_path / "mine"  # not there yet
+    options = ["record", "pushed", "--feeling", "fear", "--out", str(mine)]
+    options += ["--url", server.url, "--step", "0.5"]
 
     def lead() -> None:
         along, ahead = (0.0, 1.0, 0.0), np.array([1.0, 0.0, 0.0])
@@ -91,7 +82,7 @@ def test_what_a_hand_shows_is_kept_as_a_gesture(server: Server, tmp_path: Path) 
     assert not server.runner.snapshot.state.paused
     assert "It is led." in result.stdout
     assert "key poses in" in result.stdout
-    function = load(str(tmp_path / "pushed.toml"))
+    function = load(str(mine / "pushed.toml"))
     assert (function.name, function.feeling) == ("pushed", "fear")
     farthest = key_poses(server.runner.robot, function, 1.0)
     rest = forward(server.runner.robot, server.runner.robot.neutral)[:3]

@@ -133,23 +133,24 @@ def record(
 ) -> None:
     """Lead a resting robot by its hand, and keep what you showed it as a gesture."""
     from miburi.gestures.taught import as_toml, check_name, taught
-    from miburi.ground.files import write_whole
+    from miburi.ground.files import whole_files
 
     file = out / f"{name}.toml"
     check_name(name, feeling)
     if file.exists():
         raise OutputError(f"{file} is there already; choose another name.")
     body = robot_of(robot)
-    with partner_at(url) as partner:
+    # A folder that cannot be written to is told before anybody leads.
+    with whole_files(out) as draft, partner_at(url) as partner:
         paused = partner.state.paused
         partner.pause()  # it would look around, and meet the hand
         try:
-            print(_LEAD)
+            print(_LEAD, flush=True)
             times, angles = _shown(partner.watch(50))
         finally:
             partner.pause(paused)
-    function = taught(body, name, feeling, times, angles)
-    write_whole(file, as_toml(function))
+        function = taught(body, name, feeling, times, angles)
+        (draft / file.name).write_text(as_toml(function), "utf-8")
     print(f"{file}: {len(function.pose)} key poses in {function.duration} s.")
     check(str(file), step=step, robot=robot)
 
