@@ -80,7 +80,7 @@ def test_what_a_hand_shows_is_kept_as_a_gesture(server: Server, tmp_path: Path) 
         result = CliRunner().invoke(gesture_app, options)
         done.result()
     assert not server.runner.snapshot.state.paused
-    assert "It is led." in result.stdout
+    assert "Recording." in result.stdout
     assert "key poses in" in result.stdout
     function = load(str(mine / "pushed.toml"))
     assert (function.name, function.feeling) == ("pushed", "fear")

@@ -50,8 +50,22 @@ def test_it_goes_where_it_was_led(robot: Robot, tall_file: Path, tmp_path: Path,
 
 
 def test_of_a_still_hand_nothing_is_kept(robot: Robot) -> None:
-    with pytest.raises(InputError, match="moved nothing by 30 mm"):
+    with pytest.raises(InputError, match="no joint moved by 6°"):
         taught(robot, "wave", "happiness", *shown(robot, (0.05, 0.0, 0.5)))
+
+
+def test_a_look_alone_can_be_shown(robot: Robot) -> None:
+    times, angles = shown(robot, (0.0, 0.0, 2.0))
+    head = JOINTS.index("head")
+    angles[:, head] += 0.3 * np.clip((times - 100.5) / 0.5, 0, 1)
+    poses = taught(robot, "nod", "surprise", times, angles).pose
+    before = np.arctan2(*np.array(poses[0].head)[[2, 0]])
+    assert len({pose.head[2] for pose in poses}) > 1 or abs(before - robot.neutral[head]) > 0.2
+
+
+def test_nothing_at_all_is_refused(robot: Robot) -> None:
+    with pytest.raises(InputError, match="no joint moved"):
+        taught(robot, "wave", "happiness", np.empty(0), np.empty((0, 8)))
 
 
 def test_what_takes_longer_than_a_gesture_may_is_refused(robot: Robot) -> None:

@@ -119,7 +119,9 @@ def preview(
         print(out / name)
 
 
-_LEAD = "Take a hand of the resting robot, and lead it slowly. To end, keep still for 2 s."
+_LEAD = "Take a hand of the resting robot and lead it slowly. To end, keep still for 2 s."
+#: s without a state after which something may be missing (ours).
+_GAP = 0.5
 
 
 @gesture_app.command()
@@ -137,11 +139,16 @@ def record(
 
     file = out / f"{name}.toml"
     check_name(name, feeling)
+    _check_step(step)
     if file.exists():
         raise OutputError(f"{file} is there already; choose another name.")
     body = robot_of(robot)
-    # A folder that cannot be written to is told before anybody leads.
+    # The folder is tried first, so that nobody shows something that cannot be kept.
     with whole_files(out) as draft, partner_at(url) as partner:
+        if (its := partner.robot.name) != body.name:
+            raise InputError(
+                f"the partner's robot is {its}, not {body.name}; give its file: --robot."
+            )
         paused = partner.state.paused
         partner.pause()  # it would look around, and meet the hand
         try:
@@ -156,24 +163,30 @@ def record(
 
 
 def _shown(states: "Iterable[State]") -> "tuple[Array, Array]":
-    """Return times, (n,) s, and angles, (n, 8) rad, from when a hand takes the body on."""
+    """Return times, (n,) s, and angles, (n, 8) rad, of what a hand shows.
+
+    It ends when the body is back at neutral, so that nothing else moves it under the hand.
+    """
     import numpy as np
 
     from miburi.safety.stop import StopReason
 
     shown: list[State] = []
+    over = False
     for state in states:
         reason = state.stop.reason if state.stop else None
-        if reason is StopReason.TOUCHED and state.phase == "stopped":
-            if not shown:
-                print("It is led.")
-            shown.append(state)
-        elif shown:
-            if reason not in (None, StopReason.TOUCHED):
-                raise InputError(
-                    f"the body was stopped while it was led ({reason}); show it again."
-                )
+        if reason is not None and not reason.passes:
+            raise InputError(f"the body is stopped ({reason}); release it, and show it again.")
+        led = reason is StopReason.TOUCHED and state.phase == "stopped"
+        over = over or bool(shown and not led)
+        if over and state.phase == "idle":
             break
+        if led and not over:
+            if not shown:
+                print("Recording.", flush=True)
+            elif state.time - shown[-1].time > _GAP:
+                raise InputError("the connection was lost meanwhile; show it again.")
+            shown.append(state)
     return np.array([one.time for one in shown]), np.array([one.angles for one in shown])
 
 

@@ -1,8 +1,7 @@
 """Teach a gesture by hand: in goes what a hand showed a resting body, out comes a gesture.
 
-The way of hands and head is told by few key poses. Between two of them a body moves in its own
-way, from rest to rest, so what comes out is the shape and the time of what was shown, not its
-trembling.
+A few key poses describe the path of hands and head. Between two of them a body moves in its own
+way, from rest to rest, so the shape and the timing are kept, and the trembling is not.
 """
 
 import re
@@ -18,9 +17,12 @@ from miburi.robot import Array, Robot, forward
 
 __all__ = ["as_toml", "check_name", "taught"]
 
-#: m that hands and head may be from straight lines between key poses, and that they must go to
-#: show anything (ours).
-_NEAR, _LEAST = 0.02, 0.03
+#: m that hands and head may be off a straight path between two key poses (ours).
+_NEAR = 0.02
+#: rad that a joint must move to show anything (ours).
+_LEAST = 0.1
+#: What the head's way counts: a look is seen although the head goes only a few mm (ours).
+_HEAD = 4.0
 #: s that the way back takes, and the longest pause at the end (ours): a hand lets go slowly.
 _BACK, _REST = 0.8, 0.4
 #: Key poses at most (ours).
@@ -61,15 +63,16 @@ def taught(robot: Robot, name: str, feeling: str, times: Array, angles: Array) -
     Raises
     ------
     InputError
-        Nothing moved by 30 mm, or it took longer than a gesture may.
+        No joint moved by 0.1 rad, or the motion took longer than a gesture may.
     """
-    places = np.array([forward(robot, pose) for pose in angles]).reshape(-1, 3, 3)
-    from_first, from_last = (_apart(places, places[end]) for end in (0, -1))
-    if len(times) < 2 or from_first.max() < _LEAST:
+    if len(times) < 2 or np.abs(angles - angles[0]).max() < _LEAST:
         raise InputError(
-            f"the hand moved nothing by {1000 * _LEAST:.0f} mm; take a hand of the resting robot, "
-            "and lead it slowly."
+            f"no joint moved by {np.degrees(_LEAST):.0f}°; take a hand of the resting robot and "
+            "lead it slowly."
         )
+    places = np.array([forward(robot, pose) for pose in angles]).reshape(-1, 3, 3)
+    places[:, 2] *= _HEAD
+    from_first, from_last = (_apart(places, places[end]) for end in (0, -1))
     first = max(int(np.argmax(from_first > _NEAR / 2)) - 1, 0)
     last = int(np.flatnonzero(from_last > _NEAR / 2)[-1]) + 1
     stays = min(float(times[-1] - times[last]), _REST)

@@ -11,7 +11,7 @@ Neither was seen by an expert. This is no alarm and no medical device.
 """
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
@@ -19,6 +19,7 @@ from itertools import pairwise
 from zlib import crc32
 
 import numpy as np
+from numpy.typing import NDArray
 
 from miburi.ground.tables import Table
 from miburi.languages import (
@@ -39,6 +40,10 @@ __all__ = ["Heard", "features", "hear_distress", "judge_distress"]
 #: Likelihoods above which it reports distress, and above which it asks whether there is any. Ours:
 #: chosen on lines by writers whom the model that was asked had not read.
 _FINDS, _WONDERS = 0.7, 0.4
+#: A text of more words, or letters, is judged in parts as well, each so long, one every so many
+#: (ours): among a minute's chatter no line weighs much.
+_LONG_WORDS, _LONG_LETTERS = (24, 14, 4), (34, 24, 6)
+_LATIN = re.compile(r"[A-Za-z][A-Za-z'’]*")
 #: How many groups a pattern that fits counts as: a sentence has a hundred others (ours).
 _MARKS = 3
 
@@ -62,7 +67,7 @@ class Heard:
     words
         The words that fit its patterns; empty where only the model heard it.
     doubtful
-        Whether it may as well be none.
+        Whether it may be none: then only a question tells.
     """
 
     kind: Distress
@@ -105,6 +110,17 @@ def features(said: str, language: Language) -> list[int]:
     return sorted({crc32(group.encode()) for group in groups})
 
 
+def _parts(said: str, language: Language) -> list[str]:
+    """Return the overlapping parts of a text in which a cry for help would be lost."""
+    spaced = is_spaced(language)
+    longest, size, step = _LONG_WORDS if spaced else _LONG_LETTERS
+    units = said.split() if spaced else list(said)
+    if len(units) <= longest:
+        return []
+    begins = [*range(0, len(units) - size, step), len(units) - size]
+    return [(" " if spaced else "").join(units[begin : begin + size]) for begin in begins]
+
+
 def _marks(said: str, language: Language) -> set[str]:
     """Return which kinds' patterns fit plain words, and which excuses do."""
     found, excuses = _fitting(said, language)
@@ -122,13 +138,16 @@ def _model(language: Language) -> Callable[[str], Heard | None] | None:
     keys, weights = stored[f"{language}_keys"], stored[f"{language}_weights"]
     scale, bias = stored[f"{language}_scale"], stored[f"{language}_bias"]
 
-    def judge(said: str) -> Heard | None:
+    def likelihoods(said: str) -> NDArray[np.float64]:
         numbers = np.array(features(said, language), dtype=np.uint32)
         place = np.minimum(np.searchsorted(keys, numbers), len(keys) - 1)
         place = place[keys[place] == numbers]
         score = bias + weights[place].sum(axis=0) * scale / np.sqrt(max(len(numbers), 1))
         odds = np.exp(score - score.max())
-        likely = odds / odds.sum()
+        return np.asarray(odds / odds.sum(), dtype=np.float64)
+
+    def judge(said: str) -> Heard | None:
+        likely = min(map(likelihoods, (said, *_parts(said, language))), key=lambda each: each[-1])
         best, distress = int(likely[:-1].argmax()), 1 - likely[-1]
         if distress <= _WONDERS:
             return None
@@ -155,7 +174,21 @@ def judge_distress(text: str, usual: Language = FALLBACK) -> Heard | None:
     Somebody who says it sideways ("I've been saving my tablets up"), and somebody who speaks of
     something else in like words: only a question tells. Only languages with a model doubt.
     """
+    heard = [one for part in _by_language(text, usual) if (one := _judge(*part)) is not None]
+    return min(heard, key=lambda one: one.doubtful, default=None)
+
+
+def _by_language(text: str, usual: Language) -> Iterator[tuple[str, Language]]:
+    """Yield a text, and of one that mixes two scripts each script's part, with their languages."""
     language = language_of(text, usual)
+    yield text, language
+    words, rest = _LATIN.findall(text), _LATIN.sub(" ", text)
+    if words and not is_spaced(other := language_of(rest, language)):
+        yield rest, other
+        yield " ".join(words), FALLBACK
+
+
+def _judge(text: str, language: Language) -> Heard | None:
     said = plain(text, language)
     if not said:
         return None

@@ -2,7 +2,7 @@
 
 const listeners = new Set();
 let socket, timer, wait = 250, lastHeard = 0;
-// Whether it is connected is null until it is known; `refused` is why the last wish was refused.
+// Whether it is connected is null until it is known; `refused` is why a wish was refused last.
 export const live = { state: null, connected: null, refused: null };
 
 export function listen(listener) {
