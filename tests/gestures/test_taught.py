@@ -7,6 +7,7 @@ import pytest
 
 from miburi.errors import InputError
 from miburi.gestures import key_poses, load, load_for
+from miburi.gestures.coordinates import relative
 from miburi.gestures.taught import as_toml, check_name, taught
 from miburi.robot import JOINTS, Array, Robot, forward, load_robot
 
@@ -58,9 +59,10 @@ def test_a_look_alone_can_be_shown(robot: Robot) -> None:
     times, angles = shown(robot, (0.0, 0.0, 2.0))
     head = JOINTS.index("head")
     angles[:, head] += 0.3 * np.clip((times - 100.5) / 0.5, 0, 1)
-    poses = taught(robot, "nod", "surprise", times, angles).pose
-    before = np.arctan2(*np.array(poses[0].head)[[2, 0]])
-    assert len({pose.head[2] for pose in poses}) > 1 or abs(before - robot.neutral[head]) > 0.2
+    (*_, last) = taught(robot, "nod", "surprise", times, angles).pose
+    rises = [np.arctan2(to[2], np.hypot(*to[:2]))
+             for to in (last.head, relative(robot, robot.neutral)[2])]  # fmt: skip
+    assert abs(rises[0] - rises[1]) == pytest.approx(0.3, abs=0.02)
 
 
 def test_nothing_at_all_is_refused(robot: Robot) -> None:
@@ -84,7 +86,7 @@ def test_a_stay_is_kept_and_the_wait_at_the_end_is_not(robot: Robot, tmp_path: P
     (*_, last) = load(str(kept(robot, tmp_path, times, angles))).pose
     assert last.until is not None
     function = taught(robot, "wave", "happiness", times, angles)
-    assert (last.until - last.phase) * function.duration == pytest.approx(0.4, abs=0.06)
+    assert (last.until - last.phase) * function.duration == pytest.approx(0.4, abs=0.1)
 
 
 @pytest.mark.parametrize(

@@ -75,18 +75,17 @@ def taught(robot: Robot, name: str, feeling: str, times: Array, angles: Array) -
     from_first, from_last = (_apart(places, places[end]) for end in (0, -1))
     first = max(int(np.argmax(from_first > _NEAR / 2)) - 1, 0)
     last = int(np.flatnonzero(from_last > _NEAR / 2)[-1]) + 1
-    stays = min(float(times[-1] - times[last]), _REST)
+    last = min(int(np.searchsorted(times, times[last] + _REST)), len(times) - 1)
     shown = slice(first, last + 1)
     keys = _key_poses(times[shown], places[shown])
-    begin, length = float(times[first]), float(times[last] - times[first]) + stays + _BACK
+    begin, length = float(times[first]), float(times[last] - times[first]) + _BACK
     if length > 20:
         raise InputError(f"a gesture takes 20 s at most, and this took {length:.0f} s.")
     poses = []
     for arrives, leaves in keys:
         phase, until = ((float(times[first + k]) - begin) / length for k in (arrives, leaves))
-        if leaves == last - first:
-            until += stays / length
-        right, left, head = coordinates.relative(robot, angles[first + arrives])
+        stay = angles[first + (arrives + leaves) // 2]  # it settles after it has come near
+        right, left, head = coordinates.relative(robot, stay)
         poses.append(
             Posture(
                 phase=round(phase, 3),
