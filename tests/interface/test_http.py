@@ -1,7 +1,10 @@
 """The server's own limits: on headers, on connections, and on who is who."""
 
+import asyncio
+import logging
 import socket
 import ssl
+import threading
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from functools import partial
@@ -9,6 +12,7 @@ from urllib.parse import urlsplit
 
 import httpx
 import pytest
+from starlette.types import Receive, Scope, Send
 from tests.fixtures.live import interface, refuses_in_json, serving
 from tests.fixtures.waiting import get, post
 
@@ -109,3 +113,25 @@ def test_a_large_body_in_chunks_is_refused_as_one_in_one_piece(
             answer = post(url + path, content=iter([b" " * 7_000] * 10))
             assert answer.status_code == 413
             assert "bytes at most" in answer.json()["detail"]
+
+
+def open_line(url: str) -> socket.socket:
+    return socket.create_connection(("127.0.0.1", urlsplit(url).port or 0))
+
+
+def test_a_request_that_outlasts_the_server_leaves_no_traceback() -> None:
+    """As a page that is still being made when somebody presses Ctrl-C."""
+    begun, said = threading.Event(), list[str]()
+
+    async def lasts(scope: Scope, receive: Receive, send: Send) -> None:
+        begun.set()
+        await asyncio.Event().wait()
+
+    listener = logging.Handler()
+    listener.emit = lambda record: said.append(record.getMessage())  # type: ignore[method-assign]
+    with serving(lasts) as url, open_line(url) as line:
+        logging.getLogger("uvicorn.error").addHandler(listener)
+        line.sendall(b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
+        assert begun.wait(10)
+    logging.getLogger("uvicorn.error").removeHandler(listener)
+    assert said == []

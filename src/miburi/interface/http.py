@@ -10,6 +10,7 @@ comes through a :class:`Passage` with a connection of its own, which ends with t
 """
 
 import asyncio
+import logging
 import socket
 import ssl
 from asyncio.sslproto import SSLProtocol
@@ -155,7 +156,7 @@ def configure(app: ASGIApp, *, lifespan: bool = True) -> uvicorn.Config:
                 scope["state"] = {**scope["state"], CAME: note.came}
         await app(scope, receive, send)
 
-    return uvicorn.Config(
+    config = uvicorn.Config(
         known,
         http=_Connection,
         log_level="error",  # what strangers send wrong is no news
@@ -169,6 +170,15 @@ def configure(app: ASGIApp, *, lifespan: bool = True) -> uvicorn.Config:
         h11_max_incomplete_event_size=HEADERS,
         backlog=_BACKLOG,
     )
+    logging.getLogger("uvicorn.error").addFilter(_tells_more_than_the_end)
+    return config
+
+
+def _tells_more_than_the_end(record: logging.LogRecord) -> bool:
+    """Leave out that requests were cancelled because the server ended: it is no error."""
+    error = record.exc_info[1] if record.exc_info else None
+    cancels = str(record.msg).startswith("Cancel %s running task(s)")
+    return not (cancels or isinstance(error, asyncio.CancelledError))
 
 
 def _made(server: uvicorn.Server) -> _Connection:
