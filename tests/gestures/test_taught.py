@@ -15,9 +15,9 @@ SHOULDER, ELBOW = JOINTS.index("right_shoulder"), JOINTS.index("right_elbow")
 
 
 def shown(robot: Robot, *ways: tuple[float, float, float]) -> tuple[Array, Array]:
-    """Lead shoulder and elbow by so many rad, each way in so many s, and stay there for 0.5 s.
+    """Move shoulder and elbow by ``ways``, (rad, rad, s) each, with 0.5 s of rest after each.
 
-    In the end the hand lets go, and the body waits for two seconds.
+    At the end the hand lets go, and the body stands still for another 1.5 s.
     """
     rng, angles = np.random.default_rng(0), [robot.neutral]
     for shoulder, elbow, seconds in ways:

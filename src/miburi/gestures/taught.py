@@ -21,7 +21,7 @@ __all__ = ["as_toml", "check_name", "taught"]
 _NEAR = 0.02
 #: rad that a joint must move to show anything (ours).
 _LEAST = 0.1
-#: What the head's way counts: a look is seen although the head goes only a few mm (ours).
+#: Weight of the head's path: it moves only a few mm, but people see where it looks (ours).
 _HEAD = 4.0
 #: s that the way back takes, and the longest pause at the end (ours): a hand lets go slowly.
 _BACK, _REST = 0.8, 0.4

@@ -40,11 +40,11 @@ __all__ = ["Heard", "features", "hear_distress", "judge_distress"]
 #: Likelihoods above which it reports distress, and above which it asks whether there is any. Ours:
 #: chosen on lines by writers whom the model that was asked had not read.
 _FINDS, _WONDERS = 0.7, 0.4
-#: A text of more words, or letters, is judged in parts as well, each so long, one every so many
-#: (ours): among a minute's chatter no line weighs much.
+#: Longest text that is judged only as a whole, the length of the parts of a longer one, and the
+#: distance between two parts (ours). A cry for help has little weight in a minute's chatter.
 _LONG_WORDS, _LONG_LETTERS = (24, 14, 4), (34, 24, 6)
 _LATIN = re.compile(r"[A-Za-z][A-Za-z'’]*")
-#: How many groups a pattern that fits counts as: a sentence has a hundred others (ours).
+#: Number of features for each pattern that fits, next to a hundred groups of letters (ours).
 _MARKS = 3
 
 

@@ -83,8 +83,8 @@ export function lost() {
 }
 
 // A connection that is open but silent is lost as well. It is looked at twice, so that a page that
-// was too busy to read what had come is not taken for lonely. One that hangs as it opens is begun
-// anew: a browser would wait for it for minutes.
+// was too busy to read what had come is not taken for lonely. One that hangs while it opens is
+// replaced after 10 s; a browser would wait for minutes.
 const PATIENCE = 10; // s
 let silent = 0, opening = 0;
 setInterval(() => {
