@@ -82,7 +82,9 @@ def page(
     """The tab, as a visitor has it who was never here; the partner is well and free afterwards."""
     page = context.pages[0] if context.pages else context.new_page()
     trouble.clear()
-    yield page
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(page, "route_web_socket", _needs_own_tab)
+        yield page
     if page.url.startswith(url):
         page.evaluate("localStorage.clear(), sessionStorage.clear()")
     page.unroute_all()
@@ -101,6 +103,16 @@ def page(
         page.set_viewport_size(WIDE)
         page.emulate_media(color_scheme="light", reduced_motion="reduce")
     assert [words for words in trouble if "409" not in words] == []
+
+
+def _needs_own_tab(*_: object) -> None:
+    pytest.fail("a tab keeps its sockets' routes for all that come after; take `own_tab`.")
+
+
+@pytest.fixture
+def own_tab(page: Page) -> Page:
+    """A second tab, which is closed after the test; the partner is well and free afterwards."""
+    return page.context.new_page()
 
 
 @pytest.fixture

@@ -381,7 +381,7 @@ def test_a_feeling_of_a_users_own_has_a_face(browser: Browser, url: str, tmp_pat
     assert len({face for face, _ in drawn.values()}) == 3
 
 
-def test_the_face_says_when_it_is_alone_and_comes_back(page: Page, url: str) -> None:
+def test_the_face_says_when_it_is_alone_and_comes_back(own_tab: Page, url: str) -> None:
     lines: list[Any] = []
 
     def route(line: Any) -> None:
@@ -391,24 +391,24 @@ def test_the_face_says_when_it_is_alone_and_comes_back(page: Page, url: str) -> 
             line.close()
         lines.append(line)
 
-    page.route_web_socket("**/api/v1/live*", route)
-    page.goto(url + "/face")
-    page.wait_for_function("document.documentElement.dataset.connected === 'true'")
+    own_tab.route_web_socket("**/api/v1/live*", route)
+    own_tab.goto(url + "/face")
+    own_tab.wait_for_function("document.documentElement.dataset.connected === 'true'")
     lines[0].close()
-    expect(page.locator(".lost")).to_be_visible()
-    page.wait_for_function("document.documentElement.dataset.connected === 'true'")
-    expect(page.locator(".lost")).to_be_hidden()
-    before = state(page)["emotion"][0]
-    page.locator("#face").click()
-    until(page, lambda now: now["emotion"][0] > max(0.2, before))
-    until(page, lambda now: now["phase"] != "stopped")  # a late loop stops it, too, for a while
-    page.locator("#stop").click()
-    until(page, lambda now: now["held"])
-    page.locator("#release").click()
-    until(page, lambda now: now["phase"] != "stopped")
+    expect(own_tab.locator(".lost")).to_be_visible()
+    own_tab.wait_for_function("document.documentElement.dataset.connected === 'true'")
+    expect(own_tab.locator(".lost")).to_be_hidden()
+    before = state(own_tab)["emotion"][0]
+    own_tab.locator("#face").click()
+    until(own_tab, lambda now: now["emotion"][0] > max(0.2, before))
+    until(own_tab, lambda now: now["phase"] != "stopped")  # a late loop stops it, too, for a while
+    own_tab.locator("#stop").click()
+    until(own_tab, lambda now: now["held"])
+    own_tab.locator("#release").click()
+    until(own_tab, lambda now: now["phase"] != "stopped")
 
 
-def test_the_slower_copy_of_a_stop_undoes_no_release(page: Page, url: str) -> None:
+def test_the_slower_copy_of_a_stop_undoes_no_release(own_tab: Page, url: str) -> None:
     """A page sends each press by its socket and by HTTP; here the socket is the slow way."""
     slow: list[Any] = []
 
@@ -416,15 +416,15 @@ def test_the_slower_copy_of_a_stop_undoes_no_release(page: Page, url: str) -> No
         server = line.connect_to_server()
         line.on_message(lambda text: slow.append((server, text)) if "stop" in text else None)
 
-    page.route_web_socket("**/api/v1/live*", route)
-    page.goto(url + "/face")
-    page.wait_for_function("document.documentElement.dataset.connected === 'true'")
-    page.locator("#stop").click()
-    until(page, lambda now: now["held"])
-    page.locator("#release").click()
-    until(page, lambda now: not now["held"])
+    own_tab.route_web_socket("**/api/v1/live*", route)
+    own_tab.goto(url + "/face")
+    own_tab.wait_for_function("document.documentElement.dataset.connected === 'true'")
+    own_tab.locator("#stop").click()
+    until(own_tab, lambda now: now["held"])
+    own_tab.locator("#release").click()
+    until(own_tab, lambda now: not now["held"])
     [(server, text)] = slow
     server.send(text)
-    then = state(page)["time"]
-    until(page, lambda now: now["time"] > then + 1)
-    assert not state(page)["held"]
+    then = state(own_tab)["time"]
+    until(own_tab, lambda now: now["time"] > then + 1)
+    assert not state(own_tab)["held"]

@@ -17,7 +17,7 @@ def test_what_it_knows_is_seen_corrected_and_deleted(page: Page, url: str, langu
         ask(page, "/say", text=text)
     page.context.add_cookies([{"name": "miburi_language", "value": language, "url": url}])
     page.reload()
-    page.on("dialog", lambda dialog: dialog.accept())
+    page.once("dialog", lambda dialog: dialog.accept())
     expect(page.get_by_role("heading", name="Anna")).to_be_visible()
     page.get_by_role("button", name=say["allow"]).click()
     expect(page.get_by_role("button", name=say["forbid"])).to_be_visible()
