@@ -150,7 +150,7 @@ docs-images: .venv/test.stamp ## the documents' pictures anew (a few minutes; to
 	$(BIN)/python tools/renew-images
 
 .PHONY: docs-paper
-docs-paper: .venv/run.stamp ## the paper, claim by claim, and its figures (about 8 minutes)
+docs-paper: .venv/run.stamp ## the paper, claim by claim, and its figures (about 10 minutes)
 	$(BIN)/miburi paper --out docs
 
 # Peers of the inverse kinematics, in an environment of their own; results in bench/ik.

@@ -3,6 +3,7 @@
 import io
 import json
 import os
+import re
 import signal
 import sys
 import threading
@@ -293,13 +294,32 @@ def _warn_of_limits(robot: "Robot", angles: list[float]) -> None:
 
 def paper(
     out: Annotated[Path, typer.Option(help="Folder for paper.md and images.")] = Path("out/paper"),
+    claim: Annotated[
+        str | None, typer.Option(help="Carry out this claim alone, and write nothing.")
+    ] = None,
     robot: RobotFile = None,
 ) -> None:
     """Carry out the paper's claims; write a page with verdicts, numbers and figures."""
     need("scipy", "studies")
+    if claim is not None:
+        _carry_out_claim(claim, robot_of(robot))
+        return
     from miburi.studies.paper.page import write_paper
 
     print(write_paper(robot_of(robot), out, lambda what: typer.echo(what, err=True)))
+
+
+def _carry_out_claim(name: str, robot: "Robot") -> None:
+    """Print what a run says about one sentence of the paper."""
+    from miburi.studies.paper.claims import CLAIMS
+    from miburi.studies.paper.runs import Runs
+
+    if name not in CLAIMS:
+        raise InputError(f"--claim: one of {', '.join(CLAIMS)}, got {name!r}.")
+    claim = CLAIMS[name](Runs(robot, lambda what: typer.echo(what, err=True)))
+    print(f"Section {claim.section}: {claim.sentence}\n{claim.verdict}: {claim.number}")
+    if claim.ours:
+        print("Ours:", re.sub(r"\[.*?\]\((.*?)\)", r"docs/\1", claim.ours))
 
 
 def ik(

@@ -147,7 +147,7 @@ def test_the_mood_heals_beside_its_untouched_twin(robot: Robot) -> None:
 
 def test_other_conditions_are_kept(robot: Robot) -> None:
     paper = experiment.Setup(
-        seconds=9, feeling="surprise", mood=0.6, period=4.0, settings=Settings.paper()
+        seconds=12, feeling="surprise", mood=0.6, period=4.0, settings=Settings.paper(), hand=False
     )
     report = experiment.conduct(Simulated(robot), paper).report()
     gestures, ik = report["gestures"], report["ik"]

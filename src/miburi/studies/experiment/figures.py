@@ -115,7 +115,10 @@ def _draw_stop(
         if stop.contact_time is not None:
             touched = 1e3 * (stop.contact_time - stop.time)
             panel.axvline(touched, color=_CORAL, linewidth=0.9, linestyle=":")
-    axes.set_title(f"{(stop.motor or '').replace('_', ' ')}, {stop.time:.2f} s", fontsize=8)
+    title = (
+        f"{(stop.motor or '').replace('_', ' ')}\n{stop.time:.2f} s, by {stop.sign or 'no sign'}"
+    )
+    axes.set_title(title, fontsize=8)
     if first:
         axes.set_ylabel("speed (rad/s)")
         ratio.set_ylabel("ratio")
@@ -124,16 +127,9 @@ def _draw_stop(
 
 def _draw_healing(healing: Healing, axes: Axes) -> None:
     minutes = np.array(healing.times) / 60
-    axes.plot(minutes, healing.untouched, color=_GREY)
-    axes.plot(minutes, healing.moods, color=_INK)
-    for values, name, offset in (
-        (healing.untouched, "untouched twin", -11),
-        (healing.moods, "touched", -14),
-    ):
-        axes.annotate(
-            name, (minutes[-1], values[-1]), (0, offset), ha="right", fontsize=7,
-            textcoords="offset points",
-        )  # fmt: skip
+    axes.plot(minutes, healing.untouched, color=_GREY, label="untouched twin")
+    axes.plot(minutes, healing.moods, color=_INK, label="touched")
+    axes.legend(fontsize=7, loc="lower right", frameon=False, borderpad=0)
     axes.set(xlabel="min after it", ylim=(0, 1.05))
     axes.set_title("the mood heals", fontsize=8)
 
@@ -144,7 +140,8 @@ def _say_what_it_is(figure: Figure, result: Experiment) -> None:
         f"{at.feeling.capitalize()} at μ = {at.mood:g}, a gesture each {at.period:g} s, seed "
         f"{at.seed}. Dashed: contact stop, with the motor that met the hand.\n"
         "Extent: farthest that a hand went in a gesture; hatched: broken off. Below: the first "
-        "stops;\ndotted: first touch; the rule stops the body where the ratio crosses its limit.",
+        "stops;\ndotted: first touch. By speed: the ratio crosses its limit; by tracking: the "
+        "motor lags\nbehind its way by more than a free servo does.",
         fontsize=9,
         x=0.01,
         ha="left",

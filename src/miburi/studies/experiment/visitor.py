@@ -1,8 +1,8 @@
 """The person who gets in the way: the scripted hand of the experiment.
 
 A :class:`Visitor` reads the robot's angles and the partner's events, and moves the simulated hand.
-At every third or fourth gesture, during one move, the hand reaches into the path of an arm, stays
-a moment after the robot has stopped, and goes away.
+At some gestures, during one move, the hand reaches into the path of an arm, stays a moment after
+the robot has stopped, and goes away.
 """
 
 from dataclasses import dataclass
@@ -31,7 +31,9 @@ _DIRECTIONS = (
     (0.6, -0.6, 0.3),
 )
 #: A move shorter than this, in m, ends before a hand could block it.
-_WORTH_BLOCKING = 0.08
+_WORTH_BLOCKING = 0.05
+#: Gestures that pass before the first visit, and between two: at least, and fewer than (ours).
+_BEFORE, _BETWEEN = (0, 4), (1, 4)
 #: Seconds that the hand waits for an arm that does not come.
 _PATIENCE = 2.5
 
@@ -46,7 +48,7 @@ class _Visit:
 
 
 class Visitor:
-    """Block an arm at every third or fourth gesture.
+    """Block an arm now and then: in one of the first four gestures, then in each second to fourth.
 
     Parameters
     ----------
@@ -62,8 +64,8 @@ class Visitor:
         self._robot = robot
         self._body = body
         self._rng = rng
-        self._gestures_left = 2
-        self._key_pose = 0
+        self._gestures_left = int(rng.integers(*_BEFORE))
+        self._key_pose = int(rng.integers(0, 3))
         self._visit: _Visit | None = None
 
     def step(self, angles: Array, events: list[Event], dt: float) -> None:
@@ -76,7 +78,7 @@ class Visitor:
                 case GestureStarted():
                     self._gestures_left -= 1
                 case MoveSent() if self._is_due(angles, event):
-                    self._gestures_left = int(self._rng.integers(2, 4))
+                    self._gestures_left = int(self._rng.integers(*_BETWEEN))
                     self._key_pose = int(self._rng.integers(0, 3))
                     self._visit = self._plan(angles, event)
                 case Stopped() if self._visit is not None:
@@ -106,7 +108,7 @@ class Visitor:
         """Choose a place on the path of an arm that really moves, and a way to reach it."""
         end = event.move.angles
         # Aim at the later part of the way, so that the hand is there before the arm.
-        part = self._rng.uniform(0.55, 0.75)
+        part = self._rng.uniform(0.5, 0.8)
         ways = [forward(self._robot, angles + f * (end - angles)) for f in (part, part + 0.05)]
         travel = self._travel(angles, event)
         arms = np.flatnonzero(travel >= 0.6 * travel.max())
@@ -115,7 +117,7 @@ class Visitor:
         shoulder = shoulders(self._robot)[arm]
         radial, motion = here - shoulder, ahead - here
         along = np.cross(motion, radial)
-        place = shoulder + self._rng.uniform(0.75, 0.95) * radial
+        place = shoulder + self._rng.uniform(0.5, 0.95) * radial
         outside = self._free_way(angles, end, part, arm, place)
         return _Visit(place, outside, along)
 

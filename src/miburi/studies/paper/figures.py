@@ -1,6 +1,7 @@
 """Draw the paper's figures anew, from the running code."""
 
 from collections import Counter
+from collections.abc import Callable, Mapping
 from itertools import pairwise
 from pathlib import Path
 
@@ -11,6 +12,9 @@ matplotlib.use("Agg")
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import FancyBboxPatch
+from matplotlib.text import Text
 
 from miburi import ik
 from miburi.bodies import Body
@@ -20,6 +24,7 @@ from miburi.partner import Event, Partner
 from miburi.robot import Robot, forward
 from miburi.studies.day import COLOURS
 from miburi.studies.experiment import Setup
+from miburi.studies.gestures.measures import Measures
 from miburi.studies.paper.denavit import TABLES, frames
 from miburi.studies.paper.rule import FIRST_WINDOW, pass_map
 
@@ -28,10 +33,36 @@ __all__ += ["safety_figure"]
 
 _INK, _CORAL, _GREY = "#2b2b2b", "#d9553f", "#9a9a9a"
 _AXES = ("#c3202f", "#3d8b37", "#2f6f9f")
+XY = tuple[float, float]
 
 
 def _save(figure: Figure, path: Path) -> None:
     figure.savefig(path, dpi=130, metadata={"Software": None})
+
+
+_BOX = {"boxstyle": "round,pad=0.5", "facecolor": "#f6efe6", "edgecolor": _INK}
+_ARROW = {"arrowstyle": "-|>", "shrinkA": 0, "shrinkB": 0}
+
+
+def _edge(box: Text) -> FancyBboxPatch:
+    patch = box.get_bbox_patch()
+    if patch is None:
+        raise ValueError("this text has no box.")
+    return patch
+
+
+def _join(axes: Axes, before: Text, after: Text, colour: str, **bent: object) -> None:
+    """Draw an arrow from the edge of one box to that of another."""
+    arrow = _ARROW | {"color": colour, **bent}
+    arrow |= {"patchA": _edge(before), "patchB": _edge(after)}
+    axes.annotate("", after.get_position(), before.get_position(), arrowprops=arrow)
+
+
+def _loop(axes: Axes, box: Text, start: XY, end: XY, rad: float, colour: str) -> None:
+    """Draw an arrow from one place at a box's edge to another, in its own size (0 to 1)."""
+    arrow = _ARROW | {"color": colour, "connectionstyle": f"arc3,rad={rad}"}
+    patch = _edge(box)
+    axes.annotate("", end, start, xycoords=patch, textcoords=patch, arrowprops=arrow)
 
 
 def safety_figure(path: Path) -> None:
@@ -47,27 +78,38 @@ def safety_figure(path: Path) -> None:
     axes = figure.subplots()
     axes.axis("off")
     axes.set(xlim=(0, 10), ylim=(-0.7, 10))
-    box = {"boxstyle": "round,pad=0.5", "facecolor": "#f6efe6", "edgecolor": _INK}
     heights = [9.4 - 2.3 * k for k in range(len(steps))]
-    for height, words in zip(heights, steps, strict=True):
-        axes.text(5, height, words, ha="center", va="center", fontsize=9, bbox=box)
-    arrow = {"arrowstyle": "->", "color": _INK}
-    for (above, below), word in zip(pairwise(heights), ("", "", "", "yes"), strict=True):
-        axes.annotate("", (5, below + 0.6), (5, above - 0.6), arrowprops=arrow)
-        axes.text(5.2, (above + below) / 2, word, fontsize=9, color=_CORAL, va="center")
-    bent = arrow | {"connectionstyle": "arc3,rad=-0.8"}
-    axes.annotate("", (8.2, heights[2]), (8.2, heights[3]), arrowprops=bent | {
-        "connectionstyle": "arc3,rad=0.8"})  # fmt: skip
-    axes.text(9.4, (heights[2] + heights[3]) / 2, "no", fontsize=9, ha="center", va="center")
+    boxes = [
+        axes.text(5, height, words, ha="center", va="center", fontsize=9, bbox=_BOX)
+        for height, words in zip(heights, steps, strict=True)
+    ]
+    figure.draw_without_rendering()
+    for before, after in pairwise(boxes):
+        _join(axes, before, after, _INK)
+    middle = (heights[3] + heights[4]) / 2
+    axes.text(5.2, middle, "yes", fontsize=9, color=_CORAL, va="center")
+    reading, question = _edge(boxes[2]), _edge(boxes[3])
+    back = _ARROW | {"color": _INK, "connectionstyle": "arc3,rad=0.5"}
+    axes.annotate("", (1, 0.5), (1, 0.5), xycoords=reading, textcoords=question, arrowprops=back)
+    axes.text(8.4, (heights[2] + heights[3]) / 2, "no", fontsize=9, ha="center", va="center")
     _save(figure, path)
+
+
+#: Where the name of a joint stands beside its axis, in points.
+_BESIDE = {
+    "waist": (6, 8), "right_shoulder": (-8, 16), "right_elbow": (-30, 2),
+    "right_fingertip": (-14, 4), "left_shoulder": (8, 16), "left_elbow": (30, 2),
+    "left_fingertip": (14, 4), "head": (10, 0),
+}  # fmt: skip
 
 
 def dh_figure(robot: Robot, path: Path) -> None:
     """Draw the frames of the three chains at neutral (Figs. 2 and 3): x red, y green, z blue."""
-    figure = Figure(figsize=(6.6, 4.6), layout="constrained")
+    figure = Figure(figsize=(7.2, 5.2), layout="constrained")
     views = (("from the front", 1), ("from the robot's left", 0))
-    for axes, (title, across) in zip(figure.subplots(1, 2, sharey=True), views, strict=True):
-        for extremity in TABLES:
+    panels = figure.subplots(1, 2, sharey=True, width_ratios=[1.7, 1])
+    for axes, (title, across) in zip(panels, views, strict=True):
+        for extremity, rows in TABLES.items():
             chain = frames(robot, extremity, robot.neutral)
             axes.plot(chain[:, across, 3], chain[:, 2, 3], color=_GREY, lw=3)
             for frame in chain:
@@ -76,33 +118,56 @@ def dh_figure(robot: Robot, path: Path) -> None:
                     axes.annotate(
                         "", start + along, start, arrowprops={"arrowstyle": "->", "color": colour}
                     )
-            axes.text(chain[-1][across, 3], chain[-1][2, 3] - 0.03, extremity, fontsize=8)
+            # A row's joint turns about z of the frame before it.
+            for row, frame in zip(rows, chain[:-1], strict=True):
+                if across == 1 and (row.joint != "waist" or extremity == "head"):
+                    offset = _BESIDE[row.joint]
+                    axes.annotate(
+                        row.joint.replace("_", " "), (frame[across, 3], frame[2, 3]), offset,
+                        textcoords="offset points", fontsize=8, va="center",
+                        ha="left" if offset[0] > 0 else "right",
+                    )  # fmt: skip
+            if across == 1:
+                end = "head centre" if extremity == "head" else f"{extremity} hand"
+                place = (chain[-1][across, 3], chain[-1][2, 3])
+                axes.annotate(end, place, (0, 30 if extremity == "head" else -32), ha="center",
+                              textcoords="offset points", fontsize=8, color=_GREY)  # fmt: skip
         axes.set(aspect="equal", xlabel=f"{'xy'[across]} (m)")
+        if across == 1:
+            axes.set(xlim=(-0.16, 0.16), ylabel="z (m)")
+        else:
+            axes.set(xlim=(-0.06, 0.1))
         axes.set_title(title, fontsize=8)
-        axes.margins(0.25)
+        axes.set_ylim(-0.07, 0.25)
+    names = [
+        Line2D([], [], color=colour, label=name) for name, colour in zip("xyz", _AXES, strict=True)
+    ]
+    panels[1].legend(handles=names, fontsize=8, frameon=False, title="a frame's axes",
+                     title_fontsize=8, loc="lower right")  # fmt: skip
     _save(figure, path)
 
 
-def effort_figure(path: Path) -> None:
-    """Draw Laban's effort of each gesture at full intensity (Fig. 5)."""
-    names = ("space", "weight", "time", "flow")
-    ends = ("indirect – direct", "light – strong", "sustained – sudden", "bound – free")
-    figure = Figure(figsize=(7, 2.8), layout="constrained")
-    axes = figure.subplots()
-    for index, (feeling, colour) in enumerate(zip(FEELINGS, COLOURS, strict=True)):
-        effort = load(feeling).effort
-        heights = [getattr(effort, name) for name in names]
-        axes.bar(np.arange(4) + 0.1 * (index - 3.5), heights, width=0.09, color=colour,
-                 label=feeling)  # fmt: skip
-    axes.set_xticks(range(4), [f"{n}\n{e}" for n, e in zip(names, ends, strict=True)], fontsize=8)
-    axes.set(ylim=(0, 1.05))
-    figure.legend(fontsize=7, loc="outside right upper", frameon=False)
-    axes.spines[["top", "right"]].set_visible(False)
+def effort_figure(measured: Mapping[str, Measures], path: Path) -> None:
+    """Draw Laban's effort of each gesture at full intensity, as it is measured (Fig. 5)."""
+    panels: tuple[tuple[str, str, Callable[[Measures], float]], ...] = (
+        ("space", "hull of hands and head (litres)", lambda one: 1e3 * one.volume),
+        ("weight", "mean acceleration (m/s²)", lambda one: one.mean_acceleration),
+        ("time", "mean speed of the hands (m/s)", lambda one: one.mean_speed),
+        ("flow", "mean jerk (m/s³): less is freer", lambda one: one.mean_jerk),
+    )
+    figure = Figure(figsize=(7.6, 2.7), layout="constrained")
+    for axes, (name, what, value) in zip(figure.subplots(1, 4, sharey=True), panels, strict=True):
+        axes.barh(FEELINGS, [value(measured[feeling]) for feeling in FEELINGS], color=COLOURS)
+        axes.set_title(name, fontsize=9)
+        axes.set_xlabel(what, fontsize=7)
+        axes.tick_params(labelsize=7)
+        axes.spines[["top", "right"]].set_visible(False)
+    axes.yaxis.set_inverted(True)
     _save(figure, path)
 
 
-def flow_figure(body: Body, path: Path) -> dict[tuple[str, str], int]:
-    """Run a partner, and draw which event followed which (Fig. 6); return the counts.
+def flow_figure(body: Body, path: Path) -> None:
+    """Run a partner, and draw which event followed which (Fig. 6).
 
     The body is touched once: somebody's hand is put in the way of the second gesture.
     """
@@ -129,30 +194,19 @@ def flow_figure(body: Body, path: Path) -> dict[tuple[str, str], int]:
     figure = Figure(figsize=(7, 4.2), layout="constrained")
     axes = figure.subplots()
     axes.axis("off")
-    axes.set(xlim=(-0.1, 1.1), ylim=(-0.1, 1.15))
+    axes.set(xlim=(-0.1, 1.1), ylim=(-0.1, 1.2))
     boxes = {
-        name: axes.text(x, y, words, ha="center", va="center", fontsize=9,
-                        bbox={"boxstyle": "round,pad=0.5", "facecolor": "#f6efe6"})
+        name: axes.text(x, y, words, ha="center", va="center", fontsize=9, bbox=_BOX)
         for name, (x, y, words) in places.items()
-    }  # fmt: skip
+    }
+    figure.draw_without_rendering()
     for (before, after), count in sorted(follows.items()):
         (x0, y0, _), (x1, y1, _) = places[before], places[after]
         if before == after:
-            axes.text(x0, y0 + 0.14, f"↻ {count} ×", fontsize=9, color=_CORAL, ha="center")
+            _loop(axes, boxes[before], (0.75, 1), (0.25, 1), 1.2, _CORAL)
+            axes.text(x0, y0 + 0.125, f"{count} ×", fontsize=9, color=_CORAL, ha="center")
             continue
-        axes.annotate(
-            "",
-            (x1, y1),
-            (x0, y0),
-            arrowprops={
-                "arrowstyle": "-|>",
-                "color": _CORAL,
-                "shrinkA": 4,
-                "shrinkB": 4,
-                "patchA": boxes[before].get_bbox_patch(),
-                "patchB": boxes[after].get_bbox_patch(),
-            },
-        )
+        _join(axes, boxes[before], boxes[after], _CORAL)
         axes.text(
             (x0 + x1) / 2,
             (y0 + y1) / 2,
@@ -164,7 +218,6 @@ def flow_figure(body: Body, path: Path) -> dict[tuple[str, str], int]:
             bbox={"facecolor": "white", "lw": 0, "pad": 2},
         )
     _save(figure, path)
-    return dict(follows)
 
 
 def function_figure(robot: Robot, path: Path) -> None:
@@ -180,31 +233,35 @@ def function_figure(robot: Robot, path: Path) -> None:
     panel.set_title("membership of μ", fontsize=8)
     panel.legend(fontsize=6, frameon=False)
     grid[1, 0].axis("off")
-    grid[1, 0].text(0, 0.5, "Hands from the front\nat μ = 0.3, 0.6, 0.9\n(darker: more)\n\n"
-                    "Dots: key poses", fontsize=8, va="center")  # fmt: skip
+    grid[1, 0].text(0, 0.5, "Hands and head (black)\nfrom the front at\nμ = 0.3, 0.6, 0.9\n"
+                    "(darker: more)\n\nDots: key poses\nGrey: the body at neutral\n"
+                    "The bar is 100 mm", fontsize=8, va="center")  # fmt: skip
+    body = [1e3 * frames(robot, extremity, robot.neutral)[:, 1:3, 3] for extremity in TABLES]
     for index, (feeling, colour) in enumerate(zip(FEELINGS, COLOURS, strict=True)):
         axes = grid[index // 4, 1 + index % 4]
+        for chain in body:
+            axes.plot(chain[:, 0], chain[:, 1], color=_GREY, lw=0.8, alpha=0.6)
+        axes.plot([90, 190], [-25, -25], color=_INK, lw=1.5)
         for mood, alpha in ((0.3, 0.35), (0.6, 0.6), (0.9, 1.0)):
             angles = [robot.neutral]
             for pose in key_poses(robot, load(feeling), mood):
                 angles.append(ik.solve(robot, pose.target, start=angles[-1]).angles)
             steps = [a + part * (b - a) for a, b in pairwise(angles)
                      for part in np.linspace(0, 1, 15)]  # fmt: skip
-            for hand in (0, 3):
-                track, dots = (1e3 * forward(robot, np.array(q)) for q in (steps, angles))
-                axes.plot(track[:, hand + 1], track[:, hand + 2], lw=1, color=colour, alpha=alpha)
-                axes.plot(dots[:, hand + 1], dots[:, hand + 2], "o", ms=2, color=colour,
+            track, dots = (1e3 * forward(robot, np.array(q)) for q in (steps, angles))
+            for part, ink in ((0, colour), (3, colour), (6, _INK)):
+                axes.plot(track[:, part + 1], track[:, part + 2], lw=1, color=ink, alpha=alpha)
+                axes.plot(dots[:, part + 1], dots[:, part + 2], "o", ms=2, color=ink,
                           alpha=alpha)  # fmt: skip
         axes.set(xlim=(-210, 210), ylim=(-40, 270), aspect="equal", xticks=[], yticks=[])
         axes.set_title(feeling, fontsize=8)
     _save(figure, path)
 
 
-def rule_figure(moves: list[tuple[float, float]], path: Path) -> float:
+def rule_figure(moves: list[tuple[float, float]], path: Path) -> None:
     """Draw which share of moves the printed rule lets pass, over lag and ramp.
 
-    ``moves`` are (distance rad, speed rad/s) of the fastest motor. Returns the share at the
-    imagined servo's 20 ms and 40 rad/s².
+    ``moves`` are (distance rad, speed rad/s) of the fastest motor.
     """
     lags = np.linspace(0, 0.04, 41)
     ramps = np.geomspace(20, 4000, 47)
@@ -223,4 +280,3 @@ def rule_figure(moves: list[tuple[float, float]], path: Path) -> float:
         fontsize=8,
     )
     _save(figure, path)
-    return float(pass_map(moves, np.array([0.02]), np.array([40.0]))[0, 0])

@@ -6,12 +6,15 @@ passes that window only if lag + v / 2a is at most 0.0628 p, 6.28 ms. No motor t
 judged.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from miburi.robot import Array
+from miburi.robot import Array, Robot
 from miburi.safety.contact import PAPER_RATIO
+from miburi.safety.move import Move
 
-__all__ = ["FIRST_WINDOW", "is_stopped", "pass_map"]
+__all__ = ["FIRST_WINDOW", "fastest", "is_stopped", "pass_map"]
 
 _PERIOD, _RATIO = 0.1, PAPER_RATIO / 10_000
 #: s: lag + v / 2a of a motor that just passes its first window.
@@ -50,6 +53,21 @@ def is_stopped(distance: float, speed: float, ramp: float, lag: float) -> bool:
         if place(begin + _PERIOD) - place(begin) < _RATIO * speed * _PERIOD - 1e-12:
             return True
     return False
+
+
+def fastest(robot: Robot, moves: Sequence[tuple[Array, Move]]) -> list[tuple[float, float]]:
+    """Return distance, rad, and speed, rad/s, of each move's fastest motor.
+
+    A move comes with the pose (8,) rad in which it begins; one of a step of the encoder is left
+    out.
+    """
+    found = []
+    for start, move in moves:
+        motor = int(np.argmax(move.speeds))
+        distance = float(np.abs(move.angles - start)[motor])
+        if distance > robot.servo.step:
+            found.append((distance, float(move.speeds[motor])))
+    return found
 
 
 def pass_map(moves: list[tuple[float, float]], lags: Array, ramps: Array) -> Array:

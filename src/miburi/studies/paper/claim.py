@@ -1,0 +1,45 @@
+"""A sentence of the paper, and what a run says about it."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+__all__ = ["Claim", "ClaimVerdict", "holds"]
+
+
+class ClaimVerdict(StrEnum):
+    """What a run says about a sentence."""
+
+    HOLDS = "holds"
+    HOLDS_IF = "holds with a condition"
+    DIFFERS = "differs"
+    UNKNOWN = "cannot be known here"
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A sentence of the paper, and what a run says about it.
+
+    Attributes
+    ----------
+    section
+        Where the sentence stands.
+    sentence
+        In the paper's words where they are quoted.
+    verdict
+        What the run says.
+    number
+        The figures behind the verdict.
+    ours
+        What in it is our assumption; empty if all of it is the paper's.
+    """
+
+    section: str
+    sentence: str
+    verdict: ClaimVerdict
+    number: str
+    ours: str = ""
+
+
+def holds(condition: object, otherwise: ClaimVerdict = ClaimVerdict.DIFFERS) -> ClaimVerdict:
+    """Return *holds* if the condition is true, else the other verdict."""
+    return ClaimVerdict.HOLDS if condition else otherwise

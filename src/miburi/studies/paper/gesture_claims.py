@@ -1,0 +1,187 @@
+"""Section 4 of the paper: emotions, gestures and contacts.
+
+Each function takes the :class:`~miburi.studies.paper.runs.Runs` and returns one
+:class:`~miburi.studies.paper.claim.Claim`; its name is the claim's name.
+"""
+
+from itertools import pairwise
+
+import numpy as np
+
+from miburi.feelings import FEELINGS, EmotionalModel, Stimulus
+from miburi.robot import forward
+from miburi.studies.paper.claim import Claim, ClaimVerdict, holds
+from miburi.studies.paper.runs import Runs
+
+__all__ = [
+    "back_to_neutral",
+    "emotion_before_mood",
+    "healing",
+    "mood_changes_no_gesture",
+    "repetition",
+    "space_and_time",
+    "strongest_emotion",
+    "twenty_percent",
+]
+
+_DRAWN = 1000
+
+
+def emotion_before_mood(_: Runs) -> Claim:
+    """Say something happy once, and for a quarter of an hour."""
+    happy = FEELINGS.index("happiness")
+    model = EmotionalModel()
+    rest = model.mood[happy]
+    model.stimulate(Stimulus("happiness", 0.8, "speech"))
+    emotion, mood = model.emotion[happy], model.mood[happy]
+    for _minute in range(60):
+        model.step(15)
+        model.stimulate(Stimulus("happiness", 0.8, "speech"))
+    return Claim(
+        "4",
+        "“When speaking to a happy user, the robot will automatically get a happy emotion, but it "
+        "will take a longer time … to get a happy mood.”",
+        holds(emotion > 0.5 and mood - rest < 0.01 < model.mood[happy] - rest),
+        f"one remark: emotion {emotion:.2f}, mood {rest:.2f} → {mood:.2f}; a quarter of an hour: "
+        f"mood {model.mood[happy]:.2f}",
+        "all constants, and the mood's rest",
+    )
+
+
+def repetition(_: Runs) -> Claim:
+    """Hold an emotion, and let it go: only what lasts makes a mood."""
+    happy = FEELINGS.index("happiness")
+    held, once = EmotionalModel(), EmotionalModel()
+    held.set_state(emotion={"happiness": 1.0}, hold=True)
+    once.stimulate(Stimulus("happiness", 1.0, "speech"))
+    rest = once.mood[happy]
+    for model in (held, once):
+        model.step(300)
+    soon = held.feeling[happy], held.mood[happy]
+    for model in (held, once):
+        model.step(3300)
+    return Claim(
+        "4",
+        "“The mood's value … is created by a repetition of the same emotions.”",
+        holds(held.mood[happy] > 0.9 and once.mood[happy] < 0.6),
+        f"an emotion held at 1: after 5 min feeling {soon[0]:.2f} and mood {soon[1]:.2f}, after an "
+        f"hour {held.feeling[happy]:.2f} and {held.mood[happy]:.2f}; one remark: after an hour "
+        f"mood {once.mood[happy]:.2f}, from {rest:.2f}",
+        "all constants",
+    )
+
+
+def strongest_emotion(_: Runs) -> Claim:
+    """Draw emotions and moods, and see what is shown."""
+    right = 0
+    for emotions, moods in np.random.default_rng(0).uniform(0.1, 1.0, (_DRAWN, 2, len(FEELINGS))):
+        model = EmotionalModel()
+        model.set_state(
+            emotion=dict(zip(FEELINGS, emotions, strict=True)),
+            mood=dict(zip(FEELINGS, moods, strict=True)),
+        )
+        shown, strongest = model.express(), int(emotions.argmax())
+        right += shown is not None and shown.feeling == FEELINGS[strongest] and bool(
+            np.isclose(shown.mood, moods[strongest])
+        )  # fmt: skip
+    return Claim(
+        "4",
+        "The strongest emotion chooses the movement function; its mood μ is the input (Fig. 6).",
+        holds(right == _DRAWN),
+        f"{right} of {_DRAWN} drawn states of the eight feelings",
+    )
+
+
+def mood_changes_no_gesture(_: Runs) -> Claim:
+    """Keep the emotions, and draw other moods."""
+    rng, same = np.random.default_rng(1), 0
+    for _draw in range(_DRAWN):
+        emotions = dict(zip(FEELINGS, rng.uniform(0.1, 1.0, len(FEELINGS)), strict=True))
+        shown = set()
+        for _mood in range(2):
+            model = EmotionalModel()
+            moods = dict(zip(FEELINGS, rng.uniform(0.0, 1.0, len(FEELINGS)), strict=True))
+            model.set_state(emotion=emotions, mood=moods)
+            expressed = model.express()
+            shown.add(expressed and expressed.feeling)
+        same += len(shown) == 1 and None not in shown
+    return Claim(
+        "4",
+        "The mood has no “influence on the robot's current type of gesture”.",
+        holds(same == _DRAWN),
+        f"{same} of {_DRAWN} drawn emotions show the same gesture with two drawn moods",
+    )
+
+
+def space_and_time(runs: Runs) -> Claim:
+    """Perform each gesture at six moods."""
+    rises = [
+        all(a.measures.volume < b.measures.volume for a, b in pairwise(row))
+        and all(a.measures.mean_speed < b.measures.mean_speed for a, b in pairwise(row))
+        for row in runs.gestures.values()
+    ]
+    met = sum(one.self_collisions > 0 for row in runs.gestures.values() for one in row)
+    stopped = sum(one.contact_stops for row in runs.gestures.values() for one in row)
+    return Claim(
+        "4",
+        "“The greater the mood value is, the more space the movement will use, and the faster it "
+        "will be executed.”",
+        holds(all(rises) and met == stopped == 0),
+        f"{sum(rises)} of {len(rises)} gestures rise strictly in volume and mean speed from μ = 0 "
+        f"to 1; {met} performances meet themselves, {stopped} stop",
+        "the movement functions: the paper draws them and prints no number",
+    )
+
+
+def back_to_neutral(runs: Runs) -> Claim:
+    """Look where the hands are when the gesture after a stop begins."""
+    rest = forward(runs.robot, runs.robot.neutral)[:6].reshape(2, 3)
+    off = []
+    for run in runs.experiments:
+        times = np.array(run.times)
+        for stop in run.stops:
+            after = [gesture.start for gesture in run.gestures if gesture.start > stop.time]
+            if after:
+                index = int(np.searchsorted(times, after[0] - 0.03))
+                hands = run.hands[index].reshape(2, 3)
+                off.append(float(np.linalg.norm(hands - rest, axis=1).max()))
+    return Claim(
+        "4",
+        "After a contact “it will come back into the neutral position”.",
+        holds(bool(off) and max(off) < 0.01),
+        f"{len(off)} returns: when the next gesture begins both hands are within "
+        f"{1e3 * max(off, default=np.inf):.1f} mm of neutral",
+    )
+
+
+def twenty_percent(runs: Runs) -> Claim:
+    """Compare the mood before and after each stop."""
+    ratios = [s.mood_after / s.mood_before for run in runs.experiments for s in run.stops]
+    return Claim(
+        "4",
+        "“Decrease the mood value by 20 % after every encounter.”",
+        holds(bool(ratios) and np.allclose(ratios, 0.8, atol=1e-6)),
+        f"{len(ratios)} encounters, each × {min(ratios, default=1):.3f} to "
+        f"{max(ratios, default=1):.3f}",
+    )
+
+
+def healing(runs: Runs) -> Claim:
+    """Let the mood heal beside an untouched twin."""
+    sentence = (
+        "“The decrease will then be able to be erased within some time, at the same rhythm as the "
+        "mood value.”"
+    )
+    watched = runs.experiments[0].healing
+    if watched is None or watched.untouched[0] == watched.moods[0]:
+        return Claim("4", sentence, ClaimVerdict.DIFFERS, "nothing was lost: 0 stops")
+    index = watched.times.index(watched.time_constant)
+    lost = [watched.untouched[k] - watched.moods[k] for k in (0, index)]
+    return Claim(
+        "4",
+        sentence,
+        holds(abs(lost[1] / lost[0] - np.exp(-1)) < 1e-3),
+        f"of a loss of {lost[0]:.2f}, {lost[1]:.2f} is left after the mood's time constant "
+        f"({watched.time_constant:.0f} s), beside an untouched twin",
+        "the time constant",
+    )

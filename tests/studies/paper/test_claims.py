@@ -1,0 +1,218 @@
+"""Each claim that holds stops holding when the thing that it is about is broken."""
+
+import itertools
+from collections.abc import Callable
+from copy import copy
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from miburi.emulation.card import EmulatedCard
+from miburi.feelings import FEELINGS, EmotionalModel, Expression
+from miburi.robot import JOINTS, Robot, iphonoid
+from miburi.safety.controller import Controller
+from miburi.safety.stop import Phase
+from miburi.studies.experiment import procedure
+from miburi.studies.paper import denavit, gesture_claims
+from miburi.studies.paper import runs as paper_runs
+from miburi.studies.paper.claim import ClaimVerdict
+from miburi.studies.paper.claims import CLAIMS
+from miburi.studies.paper.runs import Runs
+from miburi.studies.trials.trial import Outcome
+
+Break = Callable[[pytest.MonkeyPatch], Runs]
+HOLDS = (ClaimVerdict.HOLDS, ClaimVerdict.HOLDS_IF)
+
+
+def small(robot: Robot | None = None) -> Runs:
+    return Runs(robot or iphonoid(), targets=5, seeds=1, trials=25)
+
+
+@cache
+def sound() -> Runs:
+    """Runs of an unbroken robot: its trials are looked at by several tests."""
+    return small()
+
+
+def patched(owner: object, name: str, value: object) -> Break:
+    def broken(patch: pytest.MonkeyPatch) -> Runs:
+        patch.setattr(owner, name, value)
+        return small()
+
+    return broken
+
+
+def without_rule_while(phase: Phase) -> Break:
+    update = Controller.update
+
+    def deaf(self: Controller, positions: np.ndarray, time: int) -> None:
+        if self.phase is not phase or self.watch.arrived(positions, time - self.began):
+            update(self, positions, time)
+
+    return patched(Controller, "update", deaf)
+
+
+def only_one_stops(patch: pytest.MonkeyPatch) -> Runs:
+    """Stop the motor that is behind; the others go on."""
+    update, setpoint = Controller.update, Controller.setpoint
+    going: dict[int, Controller] = {}
+
+    def updated(self: Controller, positions: np.ndarray, time: int) -> None:
+        before = copy(self)
+        update(self, positions, time)
+        if before.phase is not Phase.STOPPED and self.phase is Phase.STOPPED:
+            going[id(self)] = before
+
+    def split(self: Controller, time: int) -> np.ndarray:
+        stop, before = self.latched, going.get(id(self))
+        if stop is None or stop.motor is None or before is None:
+            return setpoint(self, time)
+        named = np.arange(8) == JOINTS.index(stop.motor)
+        return np.where(named, setpoint(self, time), setpoint(before, time))
+
+    patch.setattr(Controller, "update", updated)
+    patch.setattr(Controller, "setpoint", split)
+    return small()
+
+
+def stays(self: Controller, positions: np.ndarray, time: int) -> None:
+    """Release a body where it is."""
+    self.latched = None
+    self.start(Phase.RETURNING, self.origin, np.ones_like(positions), positions, time)
+
+
+class ByMood(EmotionalModel):
+    """Chooses the gesture by the mood."""
+
+    def express(self) -> Expression | None:
+        best = int(np.argmax(self.mood))
+        return Expression(FEELINGS[best], float(self.mood[best]))
+
+
+class Moody(EmotionalModel):
+    """One remark makes a mood at once, and it stays."""
+
+    def stimulate(self, stimulus: object) -> None:
+        super().stimulate(stimulus)  # type: ignore[arg-type]
+        self.set_state(mood=dict.fromkeys(FEELINGS, 0.95), hold=True)
+
+
+class Even(EmotionalModel):
+    """No repetition makes a mood."""
+
+    @property
+    def mood(self) -> np.ndarray:
+        return np.full(len(FEELINGS), 0.5)
+
+
+def twice_as_fast(self: EmotionalModel, dt: float) -> None:
+    pass_time(self, 2 * dt)
+
+
+pass_time = EmotionalModel.step
+
+
+def pressed_harder(patch: pytest.MonkeyPatch) -> Runs:
+    runs = small()
+    harder = [replace(one, sustained_force=3 * one.sustained_force) for one in sound().outcomes]
+    patch.setattr(Runs, "outcomes", harder)
+    return runs
+
+
+def later(patch: pytest.MonkeyPatch) -> Runs:
+    patch.setattr(
+        Runs, "outcomes", [changed(one, latency=one.latency + 1.0) for one in sound().outcomes]
+    )
+    return small()
+
+
+def missing(patch: pytest.MonkeyPatch) -> Runs:
+    unseen = [changed(one, stopped=False, sustained_force=2.5) for one in sound().outcomes]
+    patch.setattr(Runs, "outcomes", unseen)
+    return small()
+
+
+def changed(outcome: Outcome, **values: object) -> Outcome:
+    return replace(outcome, **values) if outcome.touched else outcome  # type: ignore[arg-type]
+
+
+def unnoticed(patch: pytest.MonkeyPatch) -> Runs:
+    patch.setattr(Runs, "outcomes", sound().outcomes)
+    return without_rule_while(Phase.MOVING)(patch)
+
+
+def slow_card(patch: pytest.MonkeyPatch) -> Runs:
+    patch.setattr(Runs, "on_card", paper_runs.OnCard(None, 0.0, np.array([0.02, 0.12])))
+    return small()
+
+
+def other_limits(_: pytest.MonkeyPatch) -> Runs:
+    robot = iphonoid()
+    waist = robot.joints.waist.model_copy(update={"max": 1.745})
+    return small(
+        robot.model_copy(update={"joints": robot.joints.model_copy(update={"waist": waist})})
+    )
+
+
+def other_table(patch: pytest.MonkeyPatch) -> Runs:
+    waist, *rows = denavit.TABLES["right"]
+    patch.setitem(denavit.TABLES, "right", (replace(waist, tilt=-waist.tilt), *rows))
+    return small()
+
+
+def slow_clock(patch: pytest.MonkeyPatch) -> Runs:
+    patch.setattr(procedure, "perf_counter", itertools.count(0.0, 1.5).__next__)
+    patch.setattr(Runs, "printed_solver", property(lambda runs: runs.experiments[0]))
+    return small()
+
+
+def one_size(patch: pytest.MonkeyPatch) -> Runs:
+    perform = paper_runs.perform
+    patch.setattr(
+        paper_runs, "perform", lambda robot, function, _mood: perform(robot, function, 0.5)
+    )
+    return small()
+
+
+#: For each claim that holds, one fault or more of the product that it must notice.
+BREAKS: dict[str, list[Break]] = {
+    "always-active": [
+        without_rule_while(phase) for phase in (Phase.MOVING, Phase.RETURNING, Phase.IDLE)
+    ],
+    "on-the-card": [patched(EmulatedCard, "wait", lambda _self, _until: None)],  # no host, no card
+    "one-motor-stops-all": [only_one_stops],
+    "stops-at-once": [later],
+    "period-and-card": [slow_card],
+    "effort": [pressed_harder],
+    "table-1": [other_limits],
+    "denavit-hartenberg": [other_table],
+    "within-a-second": [slow_clock],
+    "emotion-before-mood": [
+        patched(gesture_claims, "EmotionalModel", model) for model in (Moody, Even)
+    ],
+    "repetition": [patched(gesture_claims, "EmotionalModel", model) for model in (Moody, Even)],
+    "strongest-emotion": [patched(gesture_claims, "EmotionalModel", ByMood)],
+    "mood-changes-no-gesture": [patched(gesture_claims, "EmotionalModel", ByMood)],
+    "space-and-time": [one_size],
+    "twenty-percent": [patched(EmotionalModel, "contact", lambda _self: None)],
+    "back-to-neutral": [patched(Controller, "release", stays)],
+    "healing": [patched(EmotionalModel, "step", twice_as_fast)],
+    "whenever-and-only-when": [missing, unnoticed],
+    "slower-and-smaller": [patched(EmotionalModel, "contact", lambda _self: None)],
+}
+
+
+@pytest.mark.parametrize(
+    ("name", "broken"),
+    [pytest.param(name, broken, id=f"{name}-{k}") for name, breaks in BREAKS.items()
+     for k, broken in enumerate(breaks)],
+)  # fmt: skip
+def test_a_claim_notices_the_fault_that_it_is_about(
+    name: str, broken: Break, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    runs = broken(monkeypatch)
+    if name == "on-the-card" and runs.on_card is None:
+        pytest.skip("needs the emulated card: make firmware")
+    assert CLAIMS[name](runs).verdict not in HOLDS
