@@ -153,6 +153,16 @@ docs-images: .venv/test.stamp ## the documents' pictures anew (a few minutes; to
 docs-paper: .venv/run.stamp ## the paper, claim by claim, and its figures (about 10 minutes)
 	$(BIN)/miburi paper --out docs
 
+# What the pages show is made by commands. Continuous integration does this each night, and fails
+# where a page is older than what it tells of.
+.PHONY: docs-renew docs-check
+docs-renew: .venv/test.stamp ## all that commands make of the documents anew (about 40 minutes)
+	rm -rf out/trials
+	$(MAKE) --no-print-directory docs-images docs-paper docs-safety
+	$(BIN)/python tools/renew-learn docs/learn/*.md
+docs-check: docs-renew ## the same, and fail if what was committed is stale
+	$(BIN)/python tools/stale-docs
+
 # Peers of the inverse kinematics, in an environment of their own; results in bench/ik.
 .PHONY: bench-ik bench-functions reproduce-ik
 bench-ik: .venv-bench/stamp ## the inverse kinematics beside its peers (about 10 minutes)
