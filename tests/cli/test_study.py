@@ -33,6 +33,26 @@ def test_a_new_study_is_whole_and_replaces_none(tmp_path: Path) -> None:
     assert (tmp_path / "mine" / FILE).read_text(encoding="utf-8") == "mine"
 
 
+def test_a_study_must_say_who_runs_it_but_can_be_tried_out(tmp_path: Path) -> None:
+    run("new", tmp_path)
+    with pytest.raises(InputError, match=r"still says 'This study is run by: \(your name"):
+        run("run", tmp_path)
+    lab = Lab(tmp_path / "two")
+    with served(lab.folder, "--rehearsal") as (home, said), httpx.Client() as browser:
+        browser.post(home, data={"agree": "yes"})
+    assert "rehearsal.sqlite" in said[-1]
+    assert lab.store.counts(4).began == 0
+
+
+def test_a_closed_study_is_over(tmp_path: Path) -> None:
+    lab = Lab(tmp_path)
+    lab.begin()
+    assert "Codes erased: 1" in run("close", tmp_path)
+    assert "Codes erased: 0" in run("close", tmp_path)
+    with pytest.raises(InputError, match="is closed"):
+        run("run", tmp_path)
+
+
 def test_a_study_is_served_until_somebody_ends_it(tmp_path: Path) -> None:
     lab = Lab(tmp_path)
     with served(tmp_path) as (home, said), httpx.Client(follow_redirects=True) as browser:

@@ -11,7 +11,7 @@ from miburi.cli.options import GesturesFolder, RobotFile, repertoire_of, robot_o
 from miburi.cli.trials import show_progress
 from miburi.errors import InputError
 
-__all__ = ["Folder", "new", "report", "run", "study_app"]
+__all__ = ["Folder", "close", "new", "report", "run", "study_app"]
 
 study_app = typer.Typer(help="Ask people what they see in the robot.", no_args_is_help=True)
 
@@ -45,17 +45,28 @@ def run(
     ] = "http://127.0.0.1:8080",
     robot: RobotFile = None,
     gestures: GesturesFolder = None,
+    rehearsal: Annotated[
+        bool, typer.Option("--rehearsal", help="Try it out: answers are kept apart.")
+    ] = False,
 ) -> None:
     """Draw the films that are missing, and serve the study's pages until Ctrl-C."""
     from miburi.interface.client import connect
     from miburi.studies.study.films import draw_missing, find_films
-    from miburi.studies.study.plan import load_study
-    from miburi.studies.study.report import ANSWERS
+    from miburi.studies.study.plan import FILE, load_study
+    from miburi.studies.study.report import ANSWERS, REHEARSED
     from miburi.studies.study.server import serve_study
     from miburi.studies.study.store import open_store
 
     study = load_study(folder)
-    store = open_store(folder / ANSWERS, study)
+    if study.unfilled and not rehearsal:
+        raise InputError(
+            f"{folder / FILE}: information still says {study.unfilled[0]!r}. Write there who you "
+            "are and how to reach you, or try the pages out with --rehearsal."
+        )
+    answers = folder / (REHEARSED if rehearsal else ANSWERS)
+    store = open_store(answers, study)
+    if store.closed:
+        raise InputError(f"{folder}: this study is closed; begin another one in another folder.")
     films = find_films(study, folder)
     if len(films) < sum(not film.live for film in study.films):
         body = robot_of(robot)
@@ -74,7 +85,7 @@ def run(
             living = stack.enter_context(connect(partner, *known))
             print(f"{partner} makes the gestures, with its {living.state.body} body.", flush=True)
         serve_study(study, store, films, host, port, say, living)
-    print(f"The answers are in {folder / ANSWERS}. Next: miburi study report {folder}")
+    print(f"The answers are in {answers}. Next: miburi study report {folder}")
 
 
 @study_app.command()
@@ -87,6 +98,20 @@ def report(
     from miburi.studies.study.report import write_report
 
     print(write_report(load_study(folder), folder, out or folder / "report"))
+
+
+@study_app.command()
+def close(folder: Folder) -> None:
+    """End a study: erase the participants' codes, so that no answer can be traced to anybody."""
+    from miburi.studies.study.plan import load_study
+    from miburi.studies.study.report import ANSWERS
+    from miburi.studies.study.store import open_store
+
+    study = load_study(folder)
+    if not (folder / ANSWERS).is_file():
+        raise InputError(f"{folder} has no {ANSWERS}: nobody has answered yet.")
+    erased = open_store(folder / ANSWERS, study).close()
+    print(f"{folder} is closed. Codes erased: {erased}. Nobody can answer or withdraw any more.")
 
 
 def _names(host: str) -> list[str]:

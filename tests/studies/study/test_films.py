@@ -6,7 +6,7 @@ import pytest
 from tests.fixtures.study import TWO_FILMS, Lab
 
 from miburi.errors import InputError
-from miburi.gestures import shipped_repertoire
+from miburi.gestures import Repertoire, shipped_repertoire
 from miburi.robot import Robot
 from miburi.studies.study.films import FILMS, draw_missing, find_films
 from miburi.studies.study.plan import FILE, load_study
@@ -17,8 +17,11 @@ def test_only_what_is_missing_is_drawn(robot: Robot, tmp_path: Path) -> None:
     there = find_films(lab.study, tmp_path)
     there["fear-0.9"].unlink()
     steps: list[tuple[int, int]] = []
+    short = tuple(
+        function.model_copy(update={"duration": 0.3}) for function in shipped_repertoire().functions
+    )
     films = draw_missing(
-        lab.study, tmp_path, robot, shipped_repertoire(), lambda *step: steps.append(step)
+        lab.study, tmp_path, robot, Repertoire(short), lambda *step: steps.append(step)
     )
     assert steps == [(0, 1), (1, 1)]
     assert films["fright-0.9"].read_text() == "fright-0.9"  # as it was

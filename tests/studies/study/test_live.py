@@ -2,7 +2,6 @@
 
 import itertools
 import socket
-import sqlite3
 from collections.abc import Callable, Generator
 from contextlib import ExitStack
 from functools import partial
@@ -24,7 +23,7 @@ from miburi.live.state import State
 from miburi.robot import forward
 from miburi.studies.study.live import IDLE, Ending, Showing, show
 from miburi.studies.study.order import film_order
-from miburi.studies.study.report import ANSWERS, write_report
+from miburi.studies.study.report import write_report
 
 FEAR = Expression("fear", 0.9)
 
@@ -350,13 +349,3 @@ def test_after_a_fault_of_ours_the_button_works_again(tmp_path: Path) -> None:
     with pytest.raises(RuntimeError):
         post(lab, browser, "/perform")
     assert post(lab, browser, "/perform").status_code == 303
-
-
-def test_answers_from_before_there_were_live_gestures_can_be_gone_on_with(tmp_path: Path) -> None:
-    lab = Lab(tmp_path)
-    with sqlite3.connect(tmp_path / ANSWERS) as database:
-        database.execute("DROP TABLE showing")
-    database.close()
-    lab.begin()
-    (tmp_path / "films").rename(tmp_path / "old")
-    assert Lab(tmp_path).store.showings() == {}

@@ -19,8 +19,10 @@ def test_the_study_that_ships_asks_about_eight_feelings_at_three_moods(tmp_path:
     (tmp_path / FILE).write_text(TEMPLATE.read_text(encoding="utf-8"), encoding="utf-8")
     study = load_study(tmp_path)
     assert len(study.films) == 24
-    assert len(study.steps) == 24 * 3 + 1
-    assert len(study.options(study.question[0])) == 9
+    assert len(study.steps) == 2 + (1 + 24) * 3 + 2 + 1
+    assert len(study.unfilled) == 2  # who runs it, in both languages
+    [feeling] = [question for question in study.question if question.name == "feeling"]
+    assert len(study.options(feeling)) == 9
 
 
 @pytest.mark.parametrize(
@@ -38,6 +40,14 @@ def test_the_study_that_ships_asks_about_eight_feelings_at_three_moods(tmp_path:
         (', ja = "一言で？"', "", "'In a word.' is missing in ja"),
         ('name = "word"', 'name = "feeling"', "feeling is there twice among the questions"),
         ('name = "two"', 'name = "two"\ntrails = 3', "allowed are .*trials"),
+        ('kind = "word"', 'kind = "pick"', "has answers, at least two"),
+        ('kind = "word"', 'kind = "word"\nright = "fear"', "has right and at"),
+        ('kind = "word"', 'kind = "check"\nright = "joy"\nat = 1', "joy"),
+        ('kind = "word"', 'kind = "check"\nright = "anger"\nat = 1', "nobody can choose"),
+        ('kind = "word"', 'kind = "check"\nright = "fear"\nat = 3', "fewer films"),
+        ('kind = "word"', 'kind = "word"\nonly_if = "word"', "choices are"),
+        ('kind = "word"', 'kind = "number"\nlow = 9\nhigh = 9', "low must be less than high"),
+        ('kind = "choice"', 'kind = "choice"\noptional = true', "may be optional"),
     ],
 )
 def test_a_wrong_study_is_refused(tmp_path: Path, old: str, new: str, words: str) -> None:

@@ -107,10 +107,15 @@ def test_the_confusion_is_the_one_that_was_put_in(found: dict) -> None:
         [0, 0, 0, 0, 0],
     ]
     assert (choice["right"]["hits"], choice["right"]["of"]) == (180, 240)
-    # Wilson (1927) by hand: (0.75 + a) / (1 + 2a) -+ z sqrt(0.1875 / 240 + a / 480) / (1 + 2a),
-    # where z = 1.96 and a = z² / 480 = 0.008003.
-    assert choice["right"]["low"] == pytest.approx(0.6915, abs=1e-4)
-    assert choice["right"]["high"] == pytest.approx(0.8006, abs=1e-4)
+    # Wilson (1927) by hand: (0.75 + a) / (1 + 2a) -+ t sqrt(0.1875 / 240 + a / 480) / (1 + 2a),
+    # where t = 2.0930 of 19 degrees of freedom and a = t² / 480 = 0.009126.
+    assert choice["right"]["low"] == pytest.approx(0.6874, abs=1e-4)
+    assert choice["right"]["high"] == pytest.approx(0.8037, abs=1e-4)
+    # Guessing one of five: sum over k >= 180 of C(240, k) 0.2^k 0.8^(240 - k).
+    assert choice["right"]["p"] < 1e-60
+    assert choice["by_feeling"]["fear"]["p"] == 1
+    # Wagner (1993): 60² / (60 · 120) of fright, since fear was taken for it, too.
+    assert choice["unbiased"] == {"happiness": 1, "fright": 0.5, "fear": 0, "anger": 1}
     assert {mood: share["hits"] for mood, share in choice["by_mood"].items()} == {
         "0.3": 60, "0.6": 60, "0.9": 60,
     }  # fmt: skip
@@ -125,16 +130,24 @@ def test_kappas_are_those_of_the_confusion(found: dict) -> None:
 
 def test_the_order_of_intensities(found: dict) -> None:
     strength = found["ratings"][0]
-    assert strength["order"] == {"right": 240 - 30, "pairs": 240}
-    assert strength["by_feeling"]["anger"] == {"right": 30, "pairs": 60}
-    assert strength["means"]["fear"] == {"0.3": 2, "0.6": 4, "0.9": 6}
+    assert (strength["order"]["right"], strength["order"]["pairs"]) == (240 - 30, 240)
+    anger = strength["by_feeling"]["anger"]
+    assert (anger["right"], anger["pairs"]) == (30, 60)
+    # Ten people with 0 and ten with 1: 0.5 -+ t sqrt(0.25 / 19).
+    assert anger["low"] == pytest.approx(0.5 - 2.0930 * 0.25**0.5 / 19**0.5, abs=1e-4)
+    fear = strength["means"]["fear"]
+    assert {mood: one["mean"] for mood, one in fear.items()} == {"0.3": 2, "0.6": 4, "0.9": 6}
+    assert {(one["sd"], one["low"], one["high"]) for one in fear.values()} == {
+        (0, 2, 2), (0, 4, 4), (0, 6, 6),
+    }  # fmt: skip
     assert strength["alpha"] is None  # one item
 
 
 def test_alpha_with_a_reversed_item(found: dict) -> None:
     service = found["ratings"][1]
     assert service["alpha"] == pytest.approx(0.7734375)
-    assert service["items"]["q3"] == pytest.approx(sum(row[2] for row in GUESTS) / 10)
+    assert service["items"]["q3"]["mean"] == pytest.approx(sum(row[2] for row in GUESTS) / 10)
+    assert service["turned"] == ["q3"]
     assert service["means"] == {}
 
 
@@ -150,7 +163,7 @@ def test_csv_and_parquet_hold_every_answer_and_no_code(lab: Lab, out: Path) -> N
     }
     assert set(rows[0]) == {
         "participant", "language", "step", "film", "feeling", "mood", "face", "whole",
-        "broken", "question", "item", "value",
+        "broken", "question", "item", "value", "practice", "seconds", "plays", "left_out",
     }  # fmt: skip
 
 
@@ -168,10 +181,16 @@ def test_the_same_answers_give_the_same_report(lab: Lab, out: Path, tmp_path: Pa
 def test_the_page_says_how_many_and_shows_the_figures(out: Path) -> None:
     page = (out / "index.html").read_text(encoding="utf-8")
     for words in (
-        "20 people began, 20 finished, 0 withdrew", "180 of 240, 75 % (69 to 80 %)",
-        "κ of the choice against the intended feeling is 0.67", "88 % are rated in the order",
-        "α of its 3 items is 0.77", 'src="feeling.png"', 'src="strength.png"',
-    ):  # fmt: skip
+        "20 people began, 20 finished, 0 withdrew",
+        "180 of 240, 75 % (69 to 80 %)",
+        "&lt; 0.001",
+        "shown turned, 6 \N{MINUS SIGN} value",
+        "κ of the choice against the intended feeling is 0.67",
+        "88 % (81 to 94 %) are rated in the order",
+        "α of its 3 items is 0.77",
+        'src="feeling.png"',
+        'src="strength.png"',
+    ):
         assert words in page
 
 

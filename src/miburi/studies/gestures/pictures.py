@@ -110,12 +110,24 @@ def strip(camera: Camera, rehearsal: Rehearsal, face: Picture | None = None) -> 
     return contact_sheet(moments, _STRIP_COLUMNS)
 
 
-def film(robot: Robot, rehearsal: Rehearsal, path: Path, face: Picture | None = None) -> Path:
-    """Write a film of a performance in real time; see :func:`miburi.studies.film.write_film`."""
-    rate = 1 / (_FILM_EVERY * PERIOD)
-    scenes = [Scene(angles, face=face) for angles in rehearsal.angles[::_FILM_EVERY]]
+def film(
+    robot: Robot,
+    rehearsal: Rehearsal,
+    path: Path,
+    face: Picture | None = None,
+    *,
+    pixels: int = _PIXELS,
+    every: int = _FILM_EVERY,
+) -> Path:
+    """Write a film of a performance in real time; see :func:`miburi.studies.film.write_film`.
+
+    It is ``pixels`` wide and high, and shows one of ``every`` records: 1 gives 50 pictures a
+    second.
+    """
+    rate = 1 / (every * PERIOD)
+    scenes = [Scene(angles, face=face) for angles in rehearsal.angles[::every]]
     last = [scenes[-1]] * round(rate / 2)
-    return write_film(robot, [*scenes, *last], path, rate=rate, size=(_PIXELS, _PIXELS))
+    return write_film(robot, [*scenes, *last], path, rate=rate, size=(pixels, pixels))
 
 
 def paths(robot: Robot, rehearsal: Rehearsal, path: Path) -> Path:

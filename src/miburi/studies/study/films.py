@@ -17,6 +17,8 @@ __all__ = ["FILMS", "draw_missing", "find_films"]
 
 #: The folder of films in a study's folder.
 FILMS = "films"
+#: Its width and height; it shows every record, so that people see 50 pictures a second.
+_PIXELS = 640
 #: How a drawn film ends: without ffmpeg a film is a sheet of pictures.
 _ENDINGS = (".mp4", ".sheet.png")
 
@@ -71,4 +73,5 @@ def _draw(film: Film, folder: Path, robot: Robot, repertoire: Repertoire) -> Non
     performance = rehearse(robot, key_poses(robot, function, film.mood))
     screen = face(Expression(film.feeling, film.mood)) if film.face else None
     with whole_files(folder) as draft:
-        write_film(robot, performance, draft / f"{film.name}.mp4", screen)
+        path = draft / f"{film.name}.mp4"
+        write_film(robot, performance, path, screen, pixels=_PIXELS, every=1)

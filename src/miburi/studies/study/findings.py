@@ -3,21 +3,29 @@
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from statistics import quantiles, stdev
+from typing import TypeVar
 
-from miburi.studies.study.plan import Film, Question, Study
+from miburi.studies.study.exclusions import LeftOut, left_out
+from miburi.studies.study.plan import SKIPPED, Film, Question, Study
 from miburi.studies.study.statistics import (
+    above_guessing,
     cohen_kappa,
     cronbach_alpha,
     fleiss_kappa,
+    mean_interval,
     right_order,
+    share_interval,
+    unbiased_hit_rates,
 )
-from miburi.studies.study.store import Counts, Shown, StudyAnswer
-from miburi.studies.trials.summary import wilson
+from miburi.studies.study.store import AnswerPace, Counts, Shown, StudyAnswer
 
 __all__ = [
     "ChoiceFindings",
     "Findings",
+    "MeanRating",
     "PairOrder",
+    "PersonFindings",
     "RatingFindings",
     "Share",
     "WordFindings",
@@ -25,14 +33,28 @@ __all__ = [
 ]
 
 
+Value = TypeVar("Value", bool, float)
+
+
 @dataclass(frozen=True)
 class Share:
-    """So many hits of so many, and Wilson's 95 % interval of the share."""
+    """So many hits of so many.
+
+    Attributes
+    ----------
+    hits, of
+        The numbers.
+    low, high
+        The 95 % interval of the share, clustered by participant; None of fewer than two people.
+    p
+        The exact probability of as many hits by guessing; None where nobody answered.
+    """
 
     hits: int
     of: int
-    low: float
-    high: float
+    low: float | None
+    high: float | None
+    p: float | None
 
     @property
     def value(self) -> float:
@@ -54,6 +76,8 @@ class ChoiceFindings:
         How often the intended feeling was chosen; ``by_feeling`` of each, and ``by_mood``.
     chance
         The share that guessing gives.
+    unbiased
+        Wagner's unbiased hit rate (1993) of each feeling that was shown.
     kappa
         Cohen's, of the choice against the intended feeling; over all answers.
     fleiss
@@ -68,16 +92,36 @@ class ChoiceFindings:
     by_mood: dict[str, Share]
     by_face: dict[str, Share]
     chance: float
+    unbiased: dict[str, float | None]
     kappa: float | None
     fleiss: float | None
 
 
 @dataclass(frozen=True)
+class MeanRating:
+    """A mean rating: how many answers, their standard deviation, and the clustered 95 % interval.
+
+    None where there are too few answers, or people.
+    """
+
+    answers: int
+    mean: float | None
+    sd: float | None
+    low: float | None
+    high: float | None
+
+
+@dataclass(frozen=True)
 class PairOrder:
-    """So many pairs of one person's films of one feeling have their ratings in the moods' order."""
+    """So many pairs of one person's films of one feeling have their ratings in the moods' order.
+
+    ``low`` and ``high`` are the share's 95 % interval, clustered by participant.
+    """
 
     right: float
     pairs: int
+    low: float | None
+    high: float | None
 
     @property
     def share(self) -> float | None:
@@ -87,18 +131,19 @@ class PairOrder:
 
 @dataclass(frozen=True)
 class RatingFindings:
-    """How people rated; the value of an answer is the mean of its items, reversed ones turned.
+    """How people rated; the value of an answer is the mean of its items.
 
-    ``means`` by feeling and mood, and ``order``, are empty where the question is about all films.
+    Items in ``turned`` are reversed: their values stand here as points + 1 - value. ``means`` by
+    feeling and mood, and ``order``, are empty where the question is about all films.
     """
 
     question: str
     points: int
-    answers: int
-    mean: float | None
-    items: dict[str, float]
+    all: MeanRating
+    items: dict[str, MeanRating]
+    turned: tuple[str, ...]
     alpha: float | None
-    means: dict[str, dict[str, float]]
+    means: dict[str, dict[str, MeanRating]]
     order: PairOrder
     by_feeling: dict[str, PairOrder]
 
@@ -112,11 +157,42 @@ class WordFindings:
 
 
 @dataclass(frozen=True)
+class PersonFindings:
+    """What people said of themselves: how many gave each answer, or the numbers' quartiles.
+
+    ``silent`` is how many would rather not say.
+    """
+
+    question: str
+    counts: dict[str, int]
+    quartiles: tuple[float, float, float] | None
+    silent: int
+
+
+@dataclass(frozen=True)
 class Findings:
-    """All findings of a study; ``shown`` counts its live gestures."""
+    """All findings of a study.
+
+    Attributes
+    ----------
+    counts
+        Who took part.
+    left_out
+        Who is in no figure below, and why.
+    wordings
+        From which participants on the study's words were others than before.
+    seconds
+        How long a page about a film took, s: the quartiles; None where it was not kept.
+    shown
+        Counts live gestures.
+    """
 
     counts: Counts
+    left_out: tuple[LeftOut, ...]
+    wordings: tuple[int, ...]
+    seconds: tuple[float, float, float] | None
     shown: Shown
+    people: tuple[PersonFindings, ...]
     choices: tuple[ChoiceFindings, ...]
     ratings: tuple[RatingFindings, ...]
     words: tuple[WordFindings, ...]
@@ -127,25 +203,54 @@ def find(
     answers: Sequence[StudyAnswer],
     counts: Counts,
     showings: Mapping[tuple[int, int], Shown],
+    paces: Mapping[tuple[int, int], AnswerPace] | None = None,
+    wordings: Sequence[int] = (),
 ) -> Findings:
-    """Sum up the answers of a study; people who have not finished count as far as they came."""
+    """Sum up the answers of a study; people who have not finished count as far as they came.
+
+    Practice counts nowhere, and neither do people whom the study's own rule leaves out.
+    """
+    paces = paces or {}
     films = {film.name: film for film in study.films}
-    of = {
-        q.name: [answer for answer in answers if answer.question == q.name] for q in study.question
-    }
-    kinds = {
-        kind: [question for question in study.question if question.kind == kind]
-        for kind in ("choice", "rating", "word")
-    }
+    real = [answer for answer in answers if not study.steps[answer.step].practice]
+    out = left_out(study, real, paces)
+    gone = {one.participant for one in out}
+    kept = [a for a in real if a.participant not in gone and a.value != SKIPPED]
+    of = {q.name: [answer for answer in kept if answer.question == q.name] for q in study.question}
+    silent = Counter(a.question for a in real if a.participant not in gone and a.value == SKIPPED)
+    kinds: dict[str, list[Question]] = defaultdict(list)
+    for question in study.question:
+        kinds[question.kind].append(question)
+    taken = [
+        pace.seconds
+        for (number, step), pace in paces.items()
+        if number not in gone and (study.steps[step].trial or 0) >= 0 and pace.seconds is not None
+        and study.steps[step].trial is not None
+    ]  # fmt: skip
     return Findings(
         counts,
+        out,
+        tuple(wordings),
+        _quartiles(taken),
         Shown(
             sum(shown.whole for shown in showings.values()),
             sum(shown.broken for shown in showings.values()),
         ),
+        tuple(_person(q, of[q.name], silent[q.name]) for q in kinds["pick"] + kinds["number"]),
         tuple(_choices(study, question, of[question.name], films) for question in kinds["choice"]),
         tuple(_ratings(question, of[question.name], films) for question in kinds["rating"]),
         tuple(_words(question, of[question.name], films) for question in kinds["word"]),
+    )
+
+
+def _person(question: Question, answers: list[StudyAnswer], silent: int) -> PersonFindings:
+    if question.kind == "number":
+        return PersonFindings(
+            question.name, {}, _quartiles([float(answer.value) for answer in answers]), silent
+        )
+    counts = Counter(answer.value for answer in answers)
+    return PersonFindings(
+        question.name, {one.name: counts[one.name] for one in question.answers}, None, silent
     )
 
 
@@ -153,15 +258,16 @@ def _choices(
     study: Study, question: Question, answers: list[StudyAnswer], films: dict[str, Film]
 ) -> ChoiceFindings:
     options = study.options(question)
-    pairs = [(films[answer.film or ""], answer.value) for answer in answers]
+    pairs = [(films[answer.film or ""], answer) for answer in answers]
+    chance = 1 / len(options)
     shown = dict.fromkeys(film.feeling for film in study.films)
     labels = tuple(dict.fromkeys((*options, *shown)))
-    count = Counter((film.feeling, value) for film, value in pairs)
+    count = Counter((film.feeling, answer.value) for film, answer in pairs)
     confusion = tuple(tuple(count[row, column] for column in labels) for row in labels)
 
     def shares(group: Callable[[Film], str], names: Iterable[str]) -> dict[str, Share]:
         return {
-            name: _share([film.feeling == value for film, value in pairs if group(film) == name])
+            name: _share([pair for pair in pairs if group(pair[0]) == name], chance)
             for name in names
         }
 
@@ -169,11 +275,16 @@ def _choices(
         question.name,
         labels,
         confusion,
-        _share([film.feeling == value for film, value in pairs]),
+        _share(pairs, chance),
         shares(lambda film: film.feeling, shown),
         shares(_mood, sorted({_mood(film) for film in study.films})),
         shares(_face, sorted({_face(film) for film in study.films}, reverse=True)),
-        1 / len(options),
+        chance,
+        {
+            label: rate
+            for label, rate in zip(labels, unbiased_hit_rates(confusion), strict=True)
+            if label in shown
+        },
         cohen_kappa(confusion),
         _fleiss(study, answers, options),
     )
@@ -201,26 +312,30 @@ def _ratings(
     names = [item.name for item in question.items]
     table = [[page[name] for name in names] for page in pages.values()]
     value_of = {page: _mean(list(values.values())) for page, values in pages.items()}
-    cells: dict[str, dict[str, list[float]]] = defaultdict(lambda: defaultdict(list))
+    cells: dict[str, dict[str, list[tuple[int, float]]]] = defaultdict(lambda: defaultdict(list))
     # Pairs are one person's, of one feeling, with or without the face, or live.
     groups: dict[tuple[int, str, str], list[tuple[float, float]]] = defaultdict(list)
     for page, film in film_of.items():
         if film is not None:
-            cells[film.feeling][_mood(film)].append(value_of[page])
+            cells[film.feeling][_mood(film)].append((page[0], value_of[page]))
             groups[page[0], film.feeling, _face(film)].append((film.mood, value_of[page]))
-    orders: dict[str, list[tuple[float, int]]] = defaultdict(list)
-    for (_, feeling, _), pairs in groups.items():
+    orders: dict[str, list[tuple[int, float, int]]] = defaultdict(list)
+    for (number, feeling, _), pairs in groups.items():
         moods, ratings = zip(*pairs, strict=True)
-        orders[feeling].append(right_order(moods, ratings))
+        orders[feeling].append((number, *right_order(moods, ratings)))
     return RatingFindings(
         question.name,
         question.points,
-        len(table),
-        _mean(list(value_of.values())) if table else None,
-        {name: _mean([row[k] for row in table]) for k, name in enumerate(names) if table},
+        _rating([(page[0], value) for page, value in value_of.items()]),
+        {
+            name: _rating([(page[0], values[name]) for page, values in pages.items()])
+            for name in names
+            if table
+        },
+        tuple(name for name in names if name in turned),
         cronbach_alpha(table),
         {
-            feeling: {mood: _mean(values) for mood, values in sorted(row.items())}
+            feeling: {mood: _rating(values) for mood, values in sorted(row.items())}
             for feeling, row in sorted(cells.items())
         },
         _sum([order for each in orders.values() for order in each]),
@@ -243,14 +358,52 @@ def _words(question: Question, answers: list[StudyAnswer], films: dict[str, Film
     )
 
 
-def _share(right: list[bool]) -> Share:
-    hits = sum(right)
-    low, high = wilson(hits, len(right))
-    return Share(hits, len(right), low, high)
+def _share(pairs: list[tuple[Film, StudyAnswer]], chance: float) -> Share:
+    right = [film.feeling == answer.value for film, answer in pairs]
+    clusters = _by_person([answer.participant for _, answer in pairs], right)
+    low, high = share_interval(clusters) or (None, None)
+    return Share(sum(right), len(right), low, high, above_guessing(sum(right), len(right), chance))
 
 
-def _sum(orders: list[tuple[float, int]]) -> PairOrder:
-    return PairOrder(sum(right for right, _ in orders), sum(pairs for _, pairs in orders))
+def _rating(values: list[tuple[int, float]]) -> MeanRating:
+    numbers = [value for _, value in values]
+    low, high = mean_interval(_by_person([who for who, _ in values], numbers)) or (None, None)
+    return MeanRating(
+        len(numbers),
+        _mean(numbers) if numbers else None,
+        stdev(numbers) if len(numbers) > 1 else None,
+        low,
+        high,
+    )
+
+
+def _sum(orders: list[tuple[int, float, int]]) -> PairOrder:
+    right, pairs = sum(one for _, one, _ in orders), sum(one for _, _, one in orders)
+    # Each pair of a person is worth their share of right ones: the total is the same.
+    each = [(who, one / of) for who, one, of in orders if of for _ in range(of)]
+    low, high = mean_interval(
+        _by_person([who for who, _ in each], [value for _, value in each])
+    ) or (None, None)
+    low, high = (None if end is None else min(max(end, 0.0), 1.0) for end in (low, high))
+    return PairOrder(right, pairs, low, high)
+
+
+def _by_person(people: Sequence[int], values: Sequence[Value]) -> list[list[Value]]:
+    """Return the values of each person."""
+    clusters: dict[int, list[Value]] = defaultdict(list)
+    for person, value in zip(people, values, strict=True):
+        clusters[person].append(value)
+    return list(clusters.values())
+
+
+def _quartiles(values: list[float]) -> tuple[float, float, float] | None:
+    """Return the quartiles; None of no values."""
+    if not values:
+        return None
+    if len(values) == 1:
+        return values[0], values[0], values[0]
+    first, second, third = quantiles(values, n=4, method="inclusive")
+    return first, second, third
 
 
 def _mean(values: list[float]) -> float:

@@ -1,8 +1,8 @@
 """The pages that a participant sees: information and consent, one question a page, thanks.
 
-Plain HTML forms, without JavaScript. The participant's code is in a cookie, so that a reload goes
-on where it was. An answer counts once, and only on the page that comes next: two tabs, or the
-browser's Back, mix nothing.
+Plain HTML forms, which need no JavaScript: one script lets a button start a film. The
+participant's code is in a cookie, so that a reload goes on where it was. An answer counts once, and
+only on the page that comes next: two tabs, or the browser's Back, mix nothing.
 """
 
 import hashlib
@@ -29,8 +29,8 @@ from miburi.ground.templates import render
 from miburi.interface.access import Allowance, is_loopback
 from miburi.studies.study.live import Ending, Perform, Turn, Turns
 from miburi.studies.study.order import film_order, option_order
-from miburi.studies.study.plan import NONE, Film, Question, Study, pick
-from miburi.studies.study.store import Participant, Store
+from miburi.studies.study.plan import NONE, SKIPPED, Film, Question, Step, Study, pick
+from miburi.studies.study.store import AnswerPace, Participant, Store
 
 __all__ = ["COOKIE", "make_app", "make_code", "preferred"]
 
@@ -45,12 +45,18 @@ _LONGEST, _LARGEST = 80, 16_384
 #: New participants, and tries to withdraw, a second and at once from one address (ours).
 _RATE, _BURST = 0.5, 60.0
 _DAYS = 30
+#: s without a page after which somebody who has not finished is gone: the next may have their place
+#: in the order (ours).
+_GONE = 7200.0
+#: A film's starts that are believed (ours).
+_MOST_PLAYS = 100
 _HEADERS = (
     (b"x-content-type-options", b"nosniff"),
     (b"referrer-policy", b"same-origin"),
     (
         b"content-security-policy",
         b"default-src 'none'; style-src 'self'; img-src 'self'; media-src 'self'; "
+        b"script-src 'self'; "
         b"form-action 'self'; base-uri 'none'; frame-ancestors 'none'",
     ),
 )
@@ -87,11 +93,10 @@ def make_app(
     perform
         Lets the robot in the room make a gesture; for a study with live gestures.
     clock
-        Gives s; whoever does nothing for :data:`.live.IDLE` leaves the robot to the next, and
-        after a rush of newcomers the next ones may begin.
+        Gives s; by it answers are timed, whoever does nothing for :data:`.live.IDLE` leaves the
+        robot to the next, and after a rush of newcomers the next ones may begin.
     """
-    allowance = Allowance(_RATE, _BURST, clock)
-    pages = _Pages(study, store, films, code, perform, Turns(clock), allowance)
+    pages = _Pages(study, store, films, code, perform, clock)
     home = pages.home
     routes = [
         Route("/", lambda _: RedirectResponse(home)),
@@ -105,6 +110,7 @@ def make_app(
         Route(f"{home}/withdraw", _posted(pages.withdraw), methods=["POST"]),
         Route(f"{home}/film/{{key}}", pages.film),
         Route(f"{home}/style.css", lambda _: FileResponse(_PAGES / "style.css")),
+        Route(f"{home}/film.js", lambda _: FileResponse(_PAGES / "film.js")),
     ]
     app = Starlette(routes=routes, exception_handlers={OutputError: pages.refuse_for_now})
     return _Door(app, local)
@@ -120,12 +126,15 @@ class _Pages:
         films: Mapping[str, Path],
         code: Callable[[], str],
         perform: Perform | None,
-        turns: Turns,
-        allowance: Allowance,
+        clock: Callable[[], float],
     ) -> None:
         self.home = f"/study/{study.name}"
         self._study, self._store, self._code = study, store, code
-        self._perform, self._turns, self._allowance = perform, turns, allowance
+        self._perform, self._turns, self._clock = perform, Turns(clock), clock
+        self._allowance = Allowance(_RATE, _BURST, clock)
+        self._shown: dict[tuple[int, int], float] = {}  # when a page came first, by number and step
+        self._seen: dict[int, float] = {}  # when somebody last asked for a page
+        self._began = clock()
         # An address must not tell what a film is meant to show.
         self._keys = {name: _key(study, name) for name in films}
         self._films = {self._keys[name]: path for name, path in films.items()}
@@ -144,7 +153,7 @@ class _Pages:
         if not self._allowance.take(_asker(request)):
             return self._show("notice.html", language, 429, notice="busy")
         code = self._code()
-        self._store.enter(code, language)
+        self._store.enter(code, language, self._gone())
         response = RedirectResponse(f"{self.home}/page", 303)
         response.set_cookie(
             COOKIE, code, _DAYS * 86_400, path=self.home, httponly=True, samesite="lax"
@@ -166,13 +175,43 @@ class _Pages:
             values = _values(self._study, question, form)
             if values is None:
                 return self._ask(request, who, form)
-            code = request.cookies[COOKIE]
-            film = self._film(who)
-            if not self._has_seen(who):
-                return RedirectResponse(f"{self.home}/page", 303)
-            about = film.name if film else None
-            self._store.keep(code, who.step, about, question.name, values)
+            if self._has_seen(who):
+                self._keep(request.cookies[COOKIE], who, values, self._pace(who, form))
         return RedirectResponse(f"{self.home}/page", 303)
+
+    def _keep(
+        self, code: str, who: Participant, values: Mapping[str, str], pace: AnswerPace | None
+    ) -> None:
+        """Keep an answer, and pass over the questions that it makes needless."""
+        step, film = self._study.steps[who.step], self._film(who)
+        about = film.name if film else None
+        if not self._store.keep(code, who.step, about, step.question.name, values, pace):
+            return
+        if step.question.kind != "choice" or values[""] != NONE:
+            return
+        for place, later in enumerate(self._study.steps[who.step + 1 :], who.step + 1):
+            if later.trial != step.trial or later.question.only_if != step.question.name:
+                break
+            self._store.keep(code, place, about, later.question.name, {"": SKIPPED})
+
+    def _pace(self, who: Participant, form: Form) -> AnswerPace | None:
+        """Return how long an answer took, unless the study keeps no times."""
+        shown = self._shown.pop((who.number, who.step), None)
+        if not self._study.times:
+            return None
+        plays = form.get("plays", "")
+        known = plays.isascii() and plays.isdigit() and int(plays) <= _MOST_PLAYS
+        seconds = None if shown is None else round(self._clock() - shown, 1)
+        return AnswerPace(seconds, int(plays) if known else None)
+
+    def _gone(self) -> set[int]:
+        """Return who has begun and is gone: their place in the order is somebody else's."""
+        now = self._clock()
+        return {
+            number
+            for number in self._store.unfinished(len(self._study.steps))
+            if now - self._seen.get(number, self._began) > _GONE
+        }
 
     def perform(self, request: Request, _form: Form) -> Response:
         """Let the robot in the room make the gesture that is asked about, and wait for its end.
@@ -258,7 +297,10 @@ class _Pages:
         if trial is None:
             return None
         films, trials = self._study.films, self._study.trials or len(self._study.films)
-        order = film_order(len(films), trials, who.number, self._study.seed)
+        if trial < 0:  # for practice; the same films for everybody
+            order = film_order(len(films), self._study.practice, 1, self._study.seed + 1)
+            return films[order[trial]]
+        order = film_order(len(films), trials, who.place, self._study.seed)
         return films[order[trial]]
 
     def _has_seen(self, who: Participant) -> bool:
@@ -275,14 +317,16 @@ class _Pages:
         if who.step >= len(study.steps):
             self._turns.leave(who.number)
             return self._show("thanks.html", who.language, code=code)
+        self._seen[who.number] = self._clock()
         turn = self._turns.look(who.number)
         progress: dict[str, Any] = {"code": code, "step": who.step, "steps": len(study.steps)}
         if not self._has_seen(who):
             if turn is not Turn.YOURS:
                 return self._show("notice.html", who.language, 409, notice=turn)
             return self._show("watch.html", who.language, **progress)
-        question = study.steps[who.step].question
-        film = self._film(who)
+        step: Step = study.steps[who.step]
+        question, film = step.question, self._film(who)
+        self._shown.setdefault((who.number, who.step), self._clock())
         options = study.options(question)
         feelings = tuple(option for option in options if option != NONE)
         options = (*option_order(feelings, who.number, study.seed), *options[len(feelings) :])
@@ -293,7 +337,10 @@ class _Pages:
             200 if given is None else 422,
             **progress,
             question=question,
-            options=[(option, study.words(question, option, who.language)) for option in options],
+            practice=step.practice,
+            options=[(option, study.words(question, option, who.language)) for option in options]
+            if question.kind != "pick"
+            else [(one.name, pick(one.words, who.language)) for one in question.answers],
             film=f"{self.home}/film/{key}" if key else None,
             moving=key is not None and self._films[key].suffix in (".mp4", ".webm"),
             live=film is not None and film.live,
@@ -311,7 +358,8 @@ class _Pages:
             language=language,
             languages=[(each, _words()[each]["own_name"]) for each in study.languages],
             title=pick(study.title, language),
-            paragraphs=pick(study.information, language).strip().split("\n\n"),
+            paragraphs=_paragraphs(pick(study.information, language)),
+            debriefing=_paragraphs(pick(study.debriefing, language)) if study.debriefing else [],
             words=_words()[language],
             text=lambda words: pick(words, language),
             **values,
@@ -329,15 +377,27 @@ def preferred(study: Study, wishes: str) -> str:
     return study.languages[0]
 
 
+def _paragraphs(text: str) -> list[str]:
+    return text.strip().split("\n\n")
+
+
 def _values(study: Study, question: Question, form: Mapping[str, str]) -> dict[str, str] | None:
     """Return the values of an answer by item; None if it is not whole, or none of the allowed."""
     if question.kind == "rating":
         allowed = [str(point) for point in range(1, question.points + 1)]
         values = {item.name: form.get(item.name, "") for item in question.items}
         return values if all(value in allowed for value in values.values()) else None
-    value = form.get("answer", "")
-    if question.kind == "choice":
+    value = form.get("answer", "").strip()
+    if question.optional and not value:
+        return {"": SKIPPED}
+    if question.kind in ("choice", "check"):
         return {"": value} if value in study.options(question) else None
+    if question.kind == "pick":
+        return {"": value} if value in [option.name for option in question.answers] else None
+    if question.kind == "number":
+        whole = value.isascii() and value.isdigit() and len(value) <= 6
+        allowed_here = whole and question.low <= int(value) <= question.high
+        return {"": str(int(value))} if allowed_here else None
     # One form for what looks the same, and no characters that nobody sees.
     plain = unicodedata.normalize("NFKC", value)
     shown = "".join(letter for letter in plain if letter.isprintable()).strip()

@@ -4,6 +4,7 @@
 """
 
 import hashlib
+import json
 from collections import Counter
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,9 +20,12 @@ from miburi.ground.tables import Table, load_table
 __all__ = [
     "FILE",
     "NONE",
+    "SKIPPED",
     "TEMPLATE",
+    "Exclude",
     "Film",
     "Item",
+    "Option",
     "Question",
     "Show",
     "Step",
@@ -34,8 +38,11 @@ __all__ = [
 FILE = "study.toml"
 #: The study that ships, to start from.
 TEMPLATE = Path(__file__).with_name("eight-feelings.toml")
-#: What is kept when somebody chooses the option that is no feeling.
-NONE = "none"
+#: What is kept when somebody chooses the option that is no feeling, and for a question that was
+#: not asked or may be left out.
+NONE, SKIPPED = "none", ""
+#: What the shipped study leaves for its author to fill in.
+_UNFILLED = ("(your name", "（お名前")
 
 Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_-]{0,39}$")]
 Mood = Annotated[float, Field(ge=0, le=1)]
@@ -111,16 +118,39 @@ class Item(Table):
     reversed: bool = False
 
 
-class Question(Table):
-    """One question, on a page of its own."""
+class Option(Table):
+    """One answer to a question about the person, in words."""
 
     name: Name
-    kind: Literal["choice", "word", "rating"]
+    words: Text
+
+
+class Question(Table):
+    """One question, on a page of its own.
+
+    A ``choice`` is of feelings, a ``pick`` of answers of the study's own, such as yes and no. A
+    ``check`` tells whether somebody reads: its text says what to choose.
+    """
+
+    name: Name
+    kind: Literal["choice", "word", "rating", "pick", "number", "check"]
     ask: Text
-    #: Asked after each film, or once at the end.
-    after: Literal["film", "all"] = "film"
-    #: Of a choice: the feelings to choose from; default: those of all films.
+    #: Asked before the films, after each film, or once at the end; a check after the film ``at``.
+    after: Literal["start", "film", "all"] = "film"
+    #: Whether it may be left out; of a word, a pick, or a number.
+    optional: bool = False
+    #: Of a choice or a check: the feelings to choose from; default: those of all films.
     options: Annotated[tuple[FeelingName, ...], Field(strict=False)] = ()
+    #: Of a check: the right option, and after how many films it is asked.
+    right: FeelingName | None = None
+    at: Annotated[int | None, Field(ge=1)] = None
+    #: Of a pick: what to pick from.
+    answers: Annotated[tuple[Option, ...], Field(strict=False)] = ()
+    #: Of a number: the smallest and the largest that are allowed.
+    low: int = 0
+    high: int = 120
+    #: The name of a choice: this is asked only where that was a feeling.
+    only_if: Name | None = None
     #: Of a choice: the words of a last option that is no feeling; default: there is none.
     none: Text | None = None
     #: Of a rating: its rows, and the points of each.
@@ -129,32 +159,69 @@ class Question(Table):
 
     @model_validator(mode="after")
     def _check_kind(self) -> Self:
-        if self.kind == "choice" and self.after == "all":
+        if self.kind in ("choice", "check") and self.after != "film":
             raise ValueError("a choice of feelings belongs to a film; leave after out")
-        if self.kind != "choice" and (self.options or self.none):
+        if self.kind not in ("choice", "check") and (self.options or self.none):
             raise ValueError(f"options and none are for a choice, this is a {self.kind}")
+        if {self.kind == "check"} != {self.right is not None, self.at is not None}:
+            raise ValueError("a check, and nothing else, has right and at")
+        if (self.kind == "pick") != (len(self.answers) > 1):
+            raise ValueError("a pick, and nothing else, has answers, at least two")
+        if self.optional and self.kind not in ("word", "pick", "number"):
+            raise ValueError("only a word, a pick or a number may be optional")
+        if self.low >= self.high:
+            raise ValueError(f"low must be less than high, got {self.low} and {self.high}")
         if (self.kind == "rating") != bool(self.items):
             raise ValueError("a rating, and nothing else, has items, at least one")
         _check_once("items", [item.name for item in self.items])
         _check_once("options", self.options)
+        _check_once("answers", [option.name for option in self.answers])
         return self
 
     @property
     def texts(self) -> list[dict[Language, str]]:
         """All its words."""
         items = [text for item in self.items for text in (item.low, item.high)]
-        return [self.ask, *([self.none] if self.none else []), *items]
+        answers = [option.words for option in self.answers]
+        return [self.ask, *([self.none] if self.none else []), *items, *answers]
 
 
 @dataclass(frozen=True)
 class Step:
     """One page of a participant: a question, about the film at a place in the order, or about all.
 
-    ``trial`` counts from 0; None at the end.
+    ``trial`` counts from 0, and below 0 for practice; None where no film is asked about.
     """
 
     trial: int | None
     question: Question
+
+    @property
+    def practice(self) -> bool:
+        """Whether its answer is for practice, and counts nowhere."""
+        return self.trial is not None and self.trial < 0
+
+
+class Exclude(Table):
+    """Who is left out of the findings; written before there are answers.
+
+    Attributes
+    ----------
+    checks
+        Whoever gets so many checks wrong, or more.
+    fastest
+        Whoever answers pages about films in less than so many seconds, in the median.
+    same
+        Whoever gives one answer to a choice in more than such a share of the films.
+    unplayed
+        Whoever started fewer than such a share of the films; known only where a browser runs
+        scripts.
+    """
+
+    checks: Annotated[int | None, Field(ge=1)] = None
+    fastest: Annotated[float | None, Field(gt=0)] = None
+    same: Annotated[float | None, Field(gt=0, lt=1)] = None
+    unplayed: Annotated[float | None, Field(gt=0, le=1)] = None
 
 
 class Study(Table):
@@ -165,8 +232,15 @@ class Study(Table):
     languages: Annotated[tuple[Language, ...], Field(strict=False, min_length=1)]
     title: Text
     information: Text
-    #: How many films each participant sees; default: each once.
+    #: What the last page says after the thanks, and where it leads, such as to a panel's page.
+    debriefing: Text | None = None
+    completion: Annotated[str | None, Field(pattern=r"^https://\S+$")] = None
+    #: How many films each participant sees; default: each once. Before them, films for practice.
     trials: Annotated[int | None, Field(ge=1, le=1000)] = None
+    practice: Annotated[int, Field(ge=0, le=10)] = 0
+    #: Whether to keep how long each answer took, and how often its film was started.
+    times: bool = True
+    exclude: Exclude = Exclude()
     show: Annotated[tuple[Show, ...], Field(strict=False, min_length=1)]
     question: Annotated[tuple[Question, ...], Field(strict=False, min_length=1)]
 
@@ -178,16 +252,33 @@ class Study(Table):
     @cached_property
     def steps(self) -> tuple[Step, ...]:
         """The pages of every participant; which film a trial shows is :mod:`.order`'s matter."""
-        each = [question for question in self.question if question.after == "film"]
-        last = [question for question in self.question if question.after == "all"]
-        trials = self.trials or len(self.films)
-        asked = [Step(trial, question) for trial in range(trials) for question in each]
-        return (*asked, *(Step(None, question) for question in last))
+        first, each, last = (
+            [question for question in self.question if question.after == after]
+            for after in ("start", "film", "all")
+        )
+        checks = [question for question in each if question.kind == "check"]
+        each = [question for question in each if question.kind != "check"]
+        steps = [Step(None, question) for question in first]
+        for trial in range(-self.practice, self.trials or len(self.films)):
+            steps += [Step(trial, question) for question in each]
+            steps += [Step(None, check) for check in checks if check.at == trial + 1]
+        return (*steps, *(Step(None, question) for question in last))
 
     @cached_property
     def digest(self) -> str:
-        """A check sum of the whole file: answers belong to one."""
-        return hashlib.sha256(self.model_dump_json().encode()).hexdigest()
+        """A check sum of what is asked, without the words: answers belong to one."""
+        return _digest(_without_words(self.model_dump(mode="json")))
+
+    @cached_property
+    def wording(self) -> str:
+        """A check sum of the words."""
+        return _digest(self.model_dump(mode="json"))
+
+    @property
+    def unfilled(self) -> list[str]:
+        """The beginnings of paragraphs that its author has still to fill in."""
+        paragraphs = [part for text in self.information.values() for part in text.split("\n\n")]
+        return [part.strip()[:40] for part in paragraphs if any(one in part for one in _UNFILLED)]
 
     def options(self, question: Question) -> tuple[str, ...]:
         """Return what a choice may be: feelings, and perhaps :data:`NONE` at the end."""
@@ -207,9 +298,18 @@ class Study(Table):
         _check_once("films", [film.name for film in self.films])
         _check_once("questions", [question.name for question in self.question])
         _check_once("languages", self.languages)
-        if all(question.after == "all" for question in self.question):
+        if not any(q.after == "film" and q.kind != "check" for q in self.question):
             raise ValueError('no question is asked after a film; one needs after = "film"')
+        choices = [question.name for question in self.question if question.kind == "choice"]
+        for question in self.question:
+            if question.only_if is not None and question.only_if not in choices:
+                raise ValueError(f"only_if is {question.only_if!r}; choices are {choices}")
+            if question.right is not None and question.right not in self.options(question):
+                raise ValueError(f"right is {question.right!r}, which nobody can choose")
+            if (question.at or 0) > (self.trials or len(self.films)):
+                raise ValueError(f"at is {question.at}, and there are fewer films")
         texts = [self.title, self.information, *(t for q in self.question for t in q.texts)]
+        texts += [self.debriefing] if self.debriefing else []
         for text in texts:
             if missing := [language for language in self.languages if language not in text]:
                 beginning = next(iter(text.values()))[:40]
@@ -231,6 +331,22 @@ def load_study(folder: Path) -> Study:
         It cannot be read, or a key is missing, unknown or out of range.
     """
     return load_table(Study, folder / FILE)
+
+
+def _without_words(value: object) -> object:
+    """Return a dumped table without its texts, which are tables of languages."""
+    if isinstance(value, dict):
+        kept = {key: one for key, one in value.items() if not _is_text(one)}
+        return {key: _without_words(one) for key, one in kept.items() if key != "completion"}
+    return [_without_words(one) for one in value] if isinstance(value, list) else value
+
+
+def _is_text(value: object) -> bool:
+    return isinstance(value, dict) and bool(value) and set(value) <= {"en", "ja"}
+
+
+def _digest(value: object) -> str:
+    return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()
 
 
 def _check_once(what: str, names: tuple[str, ...] | list[str]) -> None:

@@ -1,8 +1,9 @@
 """Report on a study: a page with figures, the findings as JSON, the answers as CSV and Parquet."""
 
 import csv
+import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import asdict, astuple, dataclass
 from pathlib import Path
 
@@ -17,14 +18,16 @@ from miburi.errors import InputError, need
 from miburi.feelings.catalogue import CATALOGUE
 from miburi.ground.files import whole_files
 from miburi.ground.templates import render
+from miburi.studies.study.films import find_films
 from miburi.studies.study.findings import ChoiceFindings, RatingFindings, find
 from miburi.studies.study.plan import Study
-from miburi.studies.study.store import Shown, StudyAnswer, open_store
+from miburi.studies.study.store import AnswerPace, Shown, StudyAnswer, open_store
+from miburi.version import __version__
 
-__all__ = ["ANSWERS", "AnswerRow", "write_report"]
+__all__ = ["ANSWERS", "REHEARSED", "AnswerRow", "write_report"]
 
-#: The answers' file in a study's folder.
-ANSWERS = "answers.sqlite"
+#: The answers' file in a study's folder, and that of answers that only try the pages out.
+ANSWERS, REHEARSED = "answers.sqlite", "rehearsal.sqlite"
 _PAGE = Path(__file__).with_suffix(".html")
 
 
@@ -33,6 +36,8 @@ class AnswerRow:
     """One value of one answer, with the film that it is about; a participant is only a number.
 
     ``whole`` and ``broken`` say how often a live gesture was shown in that trial; None for a film.
+    ``seconds`` is how long the page took, and ``plays`` how often its film was started; None where
+    that is not known. ``left_out`` says whether the findings leave the participant out.
     """
 
     participant: int
@@ -47,6 +52,10 @@ class AnswerRow:
     question: str
     item: str
     value: str
+    practice: bool
+    seconds: float | None
+    plays: int | None
+    left_out: bool
 
 
 def write_report(study: Study, folder: Path, out: Path) -> Path:
@@ -71,23 +80,47 @@ def write_report(study: Study, folder: Path, out: Path) -> Path:
     if not (folder / ANSWERS).is_file():
         raise InputError(f"{folder} has no {ANSWERS}: nobody has answered yet.")
     store = open_store(folder / ANSWERS, study)
-    answers, showings = store.answers(), store.showings()
-    findings = find(study, answers, store.counts(len(study.steps)), showings)
+    answers, showings, paces = store.answers(), store.showings(), store.paces()
+    counts = store.counts(len(study.steps))
+    findings = find(study, answers, counts, showings, paces, store.wordings())
+    gone = {one.participant for one in findings.left_out}
+    made_with = {
+        "miburi": __version__,
+        "films": {
+            name: hashlib.sha256(path.read_bytes()).hexdigest()
+            for name, path in sorted(find_films(study, folder).items())
+        },
+    }
     with whole_files(out) as draft:
-        _write_rows([_row(answer, study, showings) for answer in answers], draft)
+        _write_rows([_row(answer, study, showings, paces, gone) for answer in answers], draft)
         for choice in findings.choices:
             _confusion_figure(choice, draft / f"{choice.question}.png")
         for rating in findings.ratings:
             if rating.means:
                 _mood_figure(rating, draft / f"{rating.question}.png")
-        numbers = json.dumps(asdict(findings), indent=2, ensure_ascii=False)
+        numbers = json.dumps(
+            asdict(findings) | {"made_with": made_with}, indent=2, ensure_ascii=False
+        )
         (draft / "findings.json").write_text(numbers + "\n", encoding="utf-8")
-        page = render(_PAGE, study=study, language=study.languages[0], findings=findings)
+        page = render(
+            _PAGE,
+            study=study,
+            language=study.languages[0],
+            findings=findings,
+            made_with=made_with,
+        )
         (draft / "index.html").write_text(page, encoding="utf-8")
     return out / "index.html"
 
 
-def _row(answer: StudyAnswer, study: Study, showings: Mapping[tuple[int, int], Shown]) -> AnswerRow:
+def _row(
+    answer: StudyAnswer,
+    study: Study,
+    showings: Mapping[tuple[int, int], Shown],
+    paces: Mapping[tuple[int, int], AnswerPace],
+    gone: Collection[int],
+) -> AnswerRow:
+    pace = paces.get((answer.participant, answer.step), AnswerPace())
     film = next((film for film in study.films if film.name == answer.film), None)
     trial = study.steps[answer.step].trial
     shown = None
@@ -106,6 +139,10 @@ def _row(answer: StudyAnswer, study: Study, showings: Mapping[tuple[int, int], S
         answer.question,
         answer.item,
         answer.value,
+        study.steps[answer.step].practice,
+        pace.seconds,
+        pace.plays,
+        answer.participant in gone,
     )
 
 
@@ -121,6 +158,7 @@ def _write_rows(rows: list[AnswerRow], folder: Path) -> None:
     text, whole = pyarrow.string(), pyarrow.int32()
     number, truth = pyarrow.float64(), pyarrow.bool_()
     types = [whole, text, whole, text, text, number, truth, whole, whole, text, text, text]
+    types += [truth, number, whole, truth]
     columns = zip(*map(astuple, rows), strict=True) if rows else [[] for _ in names]
     table = pyarrow.table(
         [pyarrow.array(list(column), kind) for column, kind in zip(columns, types, strict=True)],
@@ -163,8 +201,11 @@ def _mood_figure(rating: RatingFindings, path: Path) -> None:
         figure, ax = plt.subplots(figsize=(6.4, 3.4), layout="constrained")
         for place, (feeling, row) in enumerate(rating.means.items()):
             aside = 0.006 * (place - (len(rating.means) - 1) / 2)  # or equal ones would hide others
-            ax.plot([float(mood) + aside for mood in row], list(row.values()), "o-",
-                    color=colours[feeling], label=feeling)  # fmt: skip
+            places = [float(mood) + aside for mood in row]
+            means = [one.mean or np.nan for one in row.values()]
+            ends = [(one.low or np.nan, one.high or np.nan) for one in row.values()]
+            ax.vlines(places, *zip(*ends, strict=True), color=colours[feeling], lw=0.7, alpha=0.6)
+            ax.plot(places, means, "o-", color=colours[feeling], label=feeling)
         ax.set(xlabel="mood μ", ylabel=f"mean rating, {rating.question}", ylim=(1, rating.points))
         figure.legend(loc="outside right upper", frameon=False)
         figure.savefig(path, dpi=130, metadata={"Software": None})

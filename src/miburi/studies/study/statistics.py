@@ -1,15 +1,35 @@
-"""How people agree: kappas, Cronbach's alpha, and the order of intensities.
+"""How people agree: kappas, Cronbach's alpha, the order of intensities, and intervals.
+
+Answers of one person are alike, so intervals are those of clusters, one for each participant.
 
 Small functions of tables of numbers. Each returns None where it is not defined, for instance
 where all values are the same. Wilson's interval is :func:`miburi.studies.trials.summary.wilson`.
 """
 
+from collections.abc import Sequence
 from itertools import combinations
+from math import sqrt
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-__all__ = ["cohen_kappa", "cronbach_alpha", "fleiss_kappa", "right_order"]
+from miburi.errors import need
+
+__all__ = [
+    "above_guessing",
+    "cohen_kappa",
+    "cronbach_alpha",
+    "fleiss_kappa",
+    "mean_interval",
+    "right_order",
+    "share_interval",
+    "unbiased_hit_rates",
+]
+
+need("scipy", "studies")  # loading it takes a second, so only figures do
+
+#: The quantile of an interval of 95 %.
+_TWO_SIDED = 0.975
 
 
 def cohen_kappa(confusion: ArrayLike) -> float | None:
@@ -60,6 +80,72 @@ def right_order(moods: ArrayLike, ratings: ArrayLike) -> tuple[float, int]:
     pairs = combinations(zip(np.asarray(moods), np.asarray(ratings), strict=True), 2)
     signs = [np.sign(m - n) * np.sign(r - s) for (m, r), (n, s) in pairs if m != n]
     return float(sum((sign + 1) / 2 for sign in signs)), len(signs)
+
+
+def unbiased_hit_rates(confusion: ArrayLike) -> list[float | None]:
+    """Return Wagner's unbiased hit rate H_u (1993) of each row of a square table.
+
+    It is the share of the row that is right, times the share of the column that is: naming one
+    feeling always gains nothing. None of an empty row; 0 where nobody chose the column.
+    """
+    table = np.asarray(confusion, dtype=np.float64)
+    rows, columns = table.sum(axis=1), table.sum(axis=0)
+    return [
+        None if not rows[k] else float(table[k, k] ** 2 / (rows[k] * columns[k] or 1.0))
+        for k in range(len(table))
+    ]
+
+
+def above_guessing(hits: int, of: int, chance: float) -> float | None:
+    """Return the exact probability of so many hits or more by guessing (binomial, one-sided)."""
+    if not of:
+        return None
+    from scipy.stats import binomtest
+
+    return float(binomtest(hits, of, chance, alternative="greater").pvalue)
+
+
+def mean_interval(clusters: Sequence[Sequence[float]]) -> tuple[float, float] | None:
+    """Return the 95 % interval of the mean of all values, which come in clusters.
+
+    The variance is that of a ratio of cluster totals, linearised (Cochran, Sampling Techniques,
+    6.3), with Student's quantile of one less than the clusters; None of fewer than two.
+    """
+    kept = [np.asarray(values, dtype=np.float64) for values in clusters if len(values)]
+    if len(kept) < 2:
+        return None
+    from scipy.stats import t
+
+    count = sum(len(values) for values in kept)
+    mean = sum(values.sum() for values in kept) / count
+    spread = sum(float((values - mean).sum()) ** 2 for values in kept)
+    error = sqrt(spread * len(kept) / (len(kept) - 1)) / count
+    half = float(t.ppf(_TWO_SIDED, len(kept) - 1)) * error
+    return float(mean - half), float(mean + half)
+
+
+def share_interval(clusters: Sequence[Sequence[bool]]) -> tuple[float, float] | None:
+    """Return the 95 % interval of a share, whose hits come in clusters; None of fewer than two.
+
+    It is Wilson's (1927), for as many answers as are worth as much (the number, divided by the
+    design effect of :func:`mean_interval`'s variance, at least 1), with Student's quantile. Where
+    all answers are alike, each cluster is worth one.
+    """
+    kept = [np.asarray(values, dtype=np.float64) for values in clusters if len(values)]
+    if len(kept) < 2:
+        return None
+    from scipy.stats import t
+
+    count = sum(len(values) for values in kept)
+    share = float(sum(values.sum() for values in kept) / count)
+    spread = sum(float((values - share).sum()) ** 2 for values in kept)
+    variance = spread * len(kept) / (len(kept) - 1) / count**2
+    alone = share * (1 - share) / count
+    worth = len(kept) if not alone else count / max(variance / alone, 1.0)
+    z = float(t.ppf(_TWO_SIDED, len(kept) - 1))
+    a = z * z / (2 * worth)
+    half = z * sqrt(share * (1 - share) / worth + a / (2 * worth))
+    return (share + a - half) / (1 + 2 * a), (share + a + half) / (1 + 2 * a)
 
 
 def _above_chance(observed: float, chance: float) -> float | None:

@@ -1,27 +1,44 @@
 """Answers in one SQLite file: each is on the disk before the participant sees the next page.
 
-A participant is a number, which names the order of the films, and a code that only the
-participant has. No name, address or time is kept. Who withdraws leaves the number alone behind.
+A participant is a number, a place, which names the order of the films, and a code that only the
+participant has. No name, address or time of day is kept; how long an answer took is, unless the
+study says otherwise. Who withdraws leaves the number alone behind, and whoever comes next gets the
+place.
 """
 
 import sqlite3
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import count
 from pathlib import Path
 
 from miburi.errors import OutputError
 from miburi.studies.study.live import Ending
 from miburi.studies.study.plan import Study
 
-__all__ = ["Counts", "Participant", "Shown", "Store", "StudyAnswer", "open_store"]
+__all__ = ["AnswerPace", "Counts", "Participant", "Shown", "Store", "StudyAnswer", "open_store"]
 
 _SCHEMA = """
-CREATE TABLE study (digest TEXT NOT NULL);
+CREATE TABLE study (digest TEXT NOT NULL, closed INTEGER NOT NULL);
+CREATE TABLE wording (digest TEXT NOT NULL, first INTEGER NOT NULL);
 CREATE TABLE participant (
     number INTEGER PRIMARY KEY AUTOINCREMENT,
-    code TEXT UNIQUE,  -- NULL: withdrawn
+    place INTEGER NOT NULL,
+    code TEXT UNIQUE,  -- NULL: withdrawn. "closed" and the number: erased
     language TEXT
+);
+CREATE TABLE pace (
+    participant INTEGER NOT NULL REFERENCES participant,
+    step INTEGER NOT NULL,
+    seconds REAL,
+    plays INTEGER
+);
+CREATE TABLE showing (
+    participant INTEGER NOT NULL REFERENCES participant,
+    trial INTEGER NOT NULL,
+    film TEXT NOT NULL,
+    ending TEXT NOT NULL
 );
 CREATE TABLE answer (
     participant INTEGER NOT NULL REFERENCES participant,
@@ -33,24 +50,39 @@ CREATE TABLE answer (
     PRIMARY KEY (participant, step, item)
 );
 """
-#: Live gestures, whole or broken off; files from before there were any get the table, too.
-_LIVE = """
-CREATE TABLE IF NOT EXISTS showing (
-    participant INTEGER NOT NULL REFERENCES participant,
-    trial INTEGER NOT NULL,
-    film TEXT NOT NULL,
-    ending TEXT NOT NULL
-)
-"""
 
 
 @dataclass(frozen=True)
 class Participant:
-    """Somebody who takes part; ``step`` is the page that comes next, from 0."""
+    """Somebody who takes part.
+
+    Attributes
+    ----------
+    number
+        Names them in every export; 1 or more.
+    place
+        Their row in the order of the films; 1 or more.
+    language
+        Of their pages.
+    step
+        The page that comes next, from 0.
+    """
 
     number: int
+    place: int
     language: str
     step: int
+
+
+@dataclass(frozen=True)
+class AnswerPace:
+    """How long a participant took for a page, s, and how often its film was started.
+
+    None is unknown: after a restart of the server, or where the browser runs no scripts.
+    """
+
+    seconds: float | None = None
+    plays: int | None = None
 
 
 @dataclass(frozen=True)
@@ -89,13 +121,36 @@ class Store:
 
     path: Path
 
-    def enter(self, code: str, language: str) -> Participant:
-        """Add a participant."""
+    def enter(self, code: str, language: str, gone: Collection[int] = ()) -> Participant:
+        """Add a participant, at the first place that nobody has.
+
+        The places of those who have withdrawn are free, and of those among ``gone`` who have not
+        finished.
+        """
         with self._transaction() as database:
+            taken = {
+                place
+                for number, place in database.execute(
+                    "SELECT number, place FROM participant WHERE code IS NOT NULL"
+                )
+                if number not in gone
+            }
+            place = next(place for place in count(1) if place not in taken)
             added = database.execute(
-                "INSERT INTO participant (code, language) VALUES (?, ?)", (code, language)
+                "INSERT INTO participant (place, code, language) VALUES (?, ?, ?)",
+                (place, code, language),
             )
-            return Participant(int(added.lastrowid or 0), language, 0)
+            return Participant(int(added.lastrowid or 0), place, language, 0)
+
+    def unfinished(self, steps: int) -> set[int]:
+        """Return the numbers of those who have begun, and have not answered ``steps`` pages."""
+        with self._connection() as database:
+            rows = database.execute(
+                "SELECT number FROM participant WHERE code IS NOT NULL AND NOT EXISTS "
+                "(SELECT 1 FROM answer WHERE participant = number AND step = ?)",
+                (steps - 1,),
+            )
+            return {number for (number,) in rows}
 
     def find(self, code: str) -> Participant | None:
         """Return who has a code; None if nobody has, or no longer."""
@@ -103,7 +158,13 @@ class Store:
             return _find(database, code)
 
     def keep(
-        self, code: str, step: int, film: str | None, question: str, values: Mapping[str, str]
+        self,
+        code: str,
+        step: int,
+        film: str | None,
+        question: str,
+        values: Mapping[str, str],
+        pace: AnswerPace | None = None,
     ) -> bool:
         """Keep an answer, by item; False if it is not the answer to the page that comes next."""
         with self._transaction() as database:
@@ -114,7 +175,46 @@ class Store:
                 "INSERT INTO answer VALUES (?, ?, ?, ?, ?, ?)",
                 [(participant.number, step, film, question, *pair) for pair in values.items()],
             )
+            if pace is not None:
+                row = (participant.number, step, pace.seconds, pace.plays)
+                database.execute("INSERT INTO pace VALUES (?, ?, ?, ?)", row)
             return True
+
+    def paces(self) -> dict[tuple[int, int], AnswerPace]:
+        """Return how long answers took, by participant and step."""
+        with self._connection() as database:
+            rows = database.execute("SELECT participant, step, seconds, plays FROM pace")
+            return {(number, step): AnswerPace(*pace) for number, step, *pace in rows}
+
+    def wordings(self) -> list[int]:
+        """Return the participants from whose number on the study's words were others than before.
+
+        The first wording is left out, and so is one that nobody has read.
+        """
+        with self._connection() as database:
+            firsts = [first for (first,) in database.execute("SELECT first FROM wording")]
+            last = _last_number(database)
+        return sorted({first for first in firsts[1:] if 1 < first <= last})
+
+    def close(self) -> int:
+        """End the study: erase all codes, and return how many.
+
+        Afterwards no answer can be traced to whoever has a code, and none can be withdrawn.
+        """
+        with self._transaction() as database:
+            erased = database.execute(
+                "UPDATE participant SET code = 'closed ' || number "
+                "WHERE code IS NOT NULL AND code NOT LIKE 'closed %'"
+            ).rowcount
+            database.execute("UPDATE study SET closed = 1")
+        self._empty_journal()
+        return erased
+
+    @property
+    def closed(self) -> bool:
+        """Whether the study has ended."""
+        with self._connection() as database:
+            return bool(database.execute("SELECT closed FROM study").fetchone()[0])
 
     def note_showing(self, code: str, trial: int, film: str, ending: Ending) -> None:
         """Keep that a live gesture was shown, or begun, in a trial."""
@@ -152,11 +252,11 @@ class Store:
             number = (participant.number,)
             database.execute("DELETE FROM answer WHERE participant = ?", number)
             database.execute("DELETE FROM showing WHERE participant = ?", number)
+            database.execute("DELETE FROM pace WHERE participant = ?", number)
             database.execute(
                 "UPDATE participant SET code = NULL, language = NULL WHERE number = ?", number
             )
-        with self._connection() as database:  # what the journal still holds goes, too
-            database.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+        self._empty_journal()
         return True
 
     def answers(self) -> list[StudyAnswer]:
@@ -179,6 +279,11 @@ class Store:
                 "SELECT COUNT(DISTINCT participant) FROM answer WHERE step = ?", (steps - 1,)
             ).fetchone()
         return Counts(began, finished, began - kept)
+
+    def _empty_journal(self) -> None:
+        """Let go what the journal still holds of what was deleted."""
+        with self._connection() as database:
+            database.execute("PRAGMA wal_checkpoint(TRUNCATE)")
 
     @contextmanager
     def _connection(self) -> Iterator[sqlite3.Connection]:
@@ -218,20 +323,36 @@ def open_store(path: Path, study: Study) -> Store:
         if made is None:
             for statement in _SCHEMA.split(";"):
                 database.execute(statement)
-            database.execute("INSERT INTO study VALUES (?)", (study.digest,))
-        database.execute(_LIVE)
+            database.execute("INSERT INTO study VALUES (?, 0)", (study.digest,))
         (digest,) = database.execute("SELECT digest FROM study").fetchone()
+        if digest == study.digest:
+            _note_wording(database, study.wording)
     if digest != study.digest:
         raise OutputError(
-            f"{path} holds the answers to another study file. Put that file back, or move the "
-            "answers away to begin anew."
+            f"{path} holds the answers to another study file. Its words may change, but not its "
+            "films, questions and options. Put that file back, or move the answers away to begin "
+            "anew."
         )
     return store
 
 
+def _note_wording(database: sqlite3.Connection, digest: str) -> None:
+    """Keep from which participant on the words are these."""
+    known = database.execute("SELECT digest FROM wording ORDER BY rowid DESC LIMIT 1").fetchone()
+    if known is None or known[0] != digest:
+        row = (digest, _last_number(database) + 1)
+        database.execute("INSERT INTO wording VALUES (?, ?)", row)
+
+
+def _last_number(database: sqlite3.Connection) -> int:
+    """Return the number of the latest participant; 0 if there is none."""
+    (number,) = database.execute("SELECT COALESCE(MAX(number), 0) FROM participant").fetchone()
+    return int(number)
+
+
 def _find(database: sqlite3.Connection, code: str) -> Participant | None:
     row = database.execute(
-        "SELECT number, language, (SELECT COALESCE(MAX(step) + 1, 0) FROM answer "
+        "SELECT number, place, language, (SELECT COALESCE(MAX(step) + 1, 0) FROM answer "
         "WHERE participant = number) FROM participant WHERE code = ?",
         (code,),
     ).fetchone()

@@ -1,0 +1,64 @@
+"""Who is left out of a study's findings, by the rule that its file had before anybody answered."""
+
+from collections import Counter, defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from statistics import median
+
+from miburi.studies.study.plan import Study
+from miburi.studies.study.store import AnswerPace, StudyAnswer
+
+__all__ = ["LeftOut", "left_out"]
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """A participant who is left out, and why, in words."""
+
+    participant: int
+    reasons: tuple[str, ...]
+
+
+def left_out(
+    study: Study, answers: Sequence[StudyAnswer], paces: Mapping[tuple[int, int], AnswerPace]
+) -> tuple[LeftOut, ...]:
+    """Return whom the study's table ``[exclude]`` leaves out, in the order of their numbers."""
+    each: dict[int, list[StudyAnswer]] = defaultdict(list)
+    for answer in answers:
+        each[answer.participant].append(answer)
+    found = []
+    for number, own in sorted(each.items()):
+        pace = {step: value for (who, step), value in paces.items() if who == number}
+        if reasons := tuple(_reasons(study, own, pace)):
+            found.append(LeftOut(number, reasons))
+    return tuple(found)
+
+
+def _reasons(study: Study, own: list[StudyAnswer], pace: Mapping[int, AnswerPace]) -> Iterator[str]:
+    """Yield why somebody is left out."""
+    rule = study.exclude
+    right = {question.name: question.right for question in study.question}
+    wrong = sum(right[answer.question] not in (None, answer.value) for answer in own)
+    if rule.checks is not None and wrong >= rule.checks:
+        yield f"{wrong} checks wrong"
+    about_films = {answer.step for answer in own if answer.film is not None}
+    seconds = [
+        taken for step in about_films if (taken := pace.get(step, AnswerPace()).seconds) is not None
+    ]
+    if rule.fastest is not None and seconds and median(seconds) < rule.fastest:
+        yield f"{median(seconds):.1f} s for a page in the median"
+    choices = {question.name for question in study.question if question.kind == "choice"}
+    for name in sorted(choices):
+        chosen = Counter(answer.value for answer in own if answer.question == name)
+        if rule.same is not None and chosen.total() > 2:
+            option, often = chosen.most_common(1)[0]
+            if often > rule.same * chosen.total():
+                yield f"{option} in {often} of {chosen.total()} films"
+    plays: dict[int, int] = defaultdict(int)
+    for step in about_films:
+        trial, started = study.steps[step].trial, pace.get(step, AnswerPace()).plays
+        if trial is not None and started is not None:
+            plays[trial] += started
+    watched = sum(count > 0 for count in plays.values())
+    if rule.unplayed is not None and plays and watched < rule.unplayed * len(plays):
+        yield f"{watched} of {len(plays)} films started"

@@ -1,0 +1,262 @@
+"""Who answers without care is found by a rule that was there before; the rest stays private."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.fixtures.study import TWO_FILMS, Behaviour, Lab, Person
+
+from miburi.errors import OutputError
+from miburi.studies.study.plan import FILE, load_study
+from miburi.studies.study.report import ANSWERS, write_report
+from miburi.studies.study.statistics import share_interval
+from miburi.studies.study.store import open_store
+
+CAREFUL = """
+name = "careful"
+languages = ["en"]
+title = { en = "Four feelings" }
+information = { en = "Hello." }
+debriefing = { en = "It was about gestures." }
+completion = "https://panel.example/done?x=1"
+practice = 1
+
+[exclude]
+checks = 1
+fastest = 2.0
+same = 0.8
+unplayed = 0.5
+
+[[show]]
+feelings = ["happiness", "sadness", "fear", "anger"]
+moods = [0.5, 0.9]
+
+[[question]]
+name = "age"
+kind = "number"
+after = "start"
+low = 18
+high = 110
+optional = true
+ask = { en = "How old are you?" }
+
+[[question]]
+name = "robots"
+kind = "pick"
+after = "start"
+ask = { en = "Have you been with a robot?" }
+answers = [{ name = "no", words = { en = "Never" } }, { name = "yes", words = { en = "Yes" } }]
+
+[[question]]
+name = "read"
+kind = "check"
+at = 3
+right = "sadness"
+ask = { en = "Please choose sadness." }
+
+[[question]]
+name = "feeling"
+kind = "choice"
+ask = { en = "What does it feel?" }
+none = { en = "none of these" }
+
+[[question]]
+name = "strength"
+kind = "rating"
+only_if = "feeling"
+ask = { en = "How strong is it?" }
+items = [{ name = "strength", low = { en = "weak" }, high = { en = "strong" } }]
+"""
+
+
+def answers(feeling: str, question: str, film: str | None) -> dict[str, str]:
+    """Return what somebody answers who chooses a feeling, and who sees the film's own if ""."""
+    if question == "age":
+        return {"answer": "71"}
+    if question == "robots":
+        return {"answer": "no"}
+    if question == "read":
+        return {"answer": "sadness"}
+    if question == "strength":
+        return {"strength": "4"}
+    return {"answer": feeling or (film or "").partition("-")[0]}
+
+
+def careful(question: str, film: str | None) -> dict[str, str]:
+    return {**answers("", question, film), "plays": "1"}
+
+
+def absent(question: str, film: str | None) -> dict[str, str]:
+    return {**answers("", question, film), "plays": "0"}
+
+
+def same(question: str, film: str | None) -> dict[str, str]:
+    return {**answers("fear", question, film), "plays": "1"}
+
+
+def unread(question: str, film: str | None) -> dict[str, str]:
+    given = {"answer": "fear"} if question == "read" else answers("", question, film)
+    return {**given, "plays": "1"}
+
+
+def take_part(lab: Lab, behaviour: Behaviour) -> None:
+    person = Person(lab, behaviour)
+    while person.answer():
+        pass
+
+
+def report(lab: Lab) -> dict:
+    page = write_report(lab.study, lab.folder, lab.folder / "report")
+    return json.loads((page.parent / "findings.json").read_text(encoding="utf-8"))
+
+
+def test_careless_participants_are_left_out_and_named(tmp_path: Path) -> None:
+    now = 0.0
+
+    def tell() -> float:
+        nonlocal now
+        now += seconds
+        return now
+
+    seconds = 3.0  # between two looks at the clock
+    lab = Lab(tmp_path, CAREFUL, clock=tell)
+    for behaviour in [careful] * 16 + [absent, same, unread]:
+        take_part(lab, behaviour)
+    seconds = 0.1
+    take_part(lab, careful)
+    found = report(lab)
+    assert {one["participant"]: one["reasons"] for one in found["left_out"]} == {
+        17: ["0 of 8 films started"],
+        18: ["fear in 8 of 8 films"],
+        19: ["1 checks wrong"],
+        20: ["0.1 s for a page in the median"],
+    }
+    # Practice and those who are left out count in no figure.
+    assert found["choices"][0]["right"]["of"] == 16 * 8
+    assert found["ratings"][0]["all"]["answers"] == 16 * 8
+    assert found["people"] == [
+        {"question": "robots", "counts": {"no": 16, "yes": 0}, "quartiles": None, "silent": 0},
+        {"question": "age", "counts": {}, "quartiles": [71, 71, 71], "silent": 0},
+    ]
+    page = (tmp_path / "report" / "index.html").read_text(encoding="utf-8")
+    assert "participant 18 (fear in 8 of 8 films)" in page
+    assert set(found["made_with"]["films"]) == {film.name for film in lab.study.films}
+
+
+def test_strength_is_not_asked_of_what_was_no_feeling(tmp_path: Path) -> None:
+    lab = Lab(tmp_path, CAREFUL)
+
+    def behave(question: str, film: str | None) -> dict[str, str]:
+        assert question != "strength"
+        return answers("none", question, film)
+
+    take_part(lab, behave)
+    found = report(lab)
+    assert found["counts"]["finished"] == 1
+    assert found["ratings"][0]["all"]["answers"] == 0
+
+
+def test_what_need_not_be_said_may_be_left_out(tmp_path: Path) -> None:
+    lab = Lab(tmp_path, CAREFUL)
+    browser = lab.begin()
+    for wrong in ("17", "111", "x", "1e2", "-20"):
+        page = browser.post(f"{lab.home}/page", data={"step": "0", "answer": wrong})
+        assert "whole number from 18 to 110" in page.text
+    page = browser.post(f"{lab.home}/page", data={"step": "0", "answer": ""})
+    assert "Have you been with a robot?" in page.text
+    page = browser.post(f"{lab.home}/page", data={"step": "1", "answer": ""})
+    assert "Please choose one" in page.text  # this one is not optional
+
+
+def test_the_last_page_says_what_it_was_about_and_leads_on(tmp_path: Path) -> None:
+    lab = Lab(tmp_path, CAREFUL)
+    person = Person(lab, careful)
+    while person.answer():
+        pass
+    page = person.browser.get(f"{lab.home}/page").text
+    assert "It was about gestures." in page
+    assert 'href="https://panel.example/done?x=1"' in page
+
+
+def test_practice_is_said_to_be_practice(tmp_path: Path) -> None:
+    lab = Lab(tmp_path, CAREFUL)
+    person = Person(lab, careful)
+    pages = []
+    for _ in range(6):
+        pages.append(person.browser.get(f"{lab.home}/page").text)
+        person.answer()
+    assert ["for practice" in page for page in pages] == [False, False, True, True, False, False]
+
+
+def test_times_are_kept_only_if_the_study_says_so(tmp_path: Path) -> None:
+    for name, text in (("with", TWO_FILMS), ("without", f"times = false\n{TWO_FILMS}")):
+        lab = Lab(tmp_path / name, text)
+        page = lab.visitor().get(lab.home, headers={"accept-language": "en"}).text
+        assert ("how many seconds" in page) == (name == "with")
+        Person(lab, lambda *_: {"answer": "fear", "plays": "3"}).answer()
+        assert [pace.plays for pace in lab.store.paces().values()] == (
+            [3] if name == "with" else []
+        )
+
+
+@pytest.mark.parametrize("plays", ["", "-1", "1000", "x", "٣"])
+def test_plays_that_make_no_sense_are_unknown(tmp_path: Path, plays: str) -> None:
+    lab = Lab(tmp_path)
+    Person(lab, lambda *_: {"answer": "fear", "plays": plays}).answer()
+    assert [pace.plays for pace in lab.store.paces().values()] == [None]
+
+
+def test_words_may_be_mended_but_not_what_is_asked(tmp_path: Path) -> None:
+    lab = Lab(tmp_path)
+    lab.begin()
+    file = tmp_path / FILE
+    file.write_text(TWO_FILMS.replace("Hello.", "Hello!").replace("In a word?", "One word?"))
+    store = open_store(tmp_path / ANSWERS, load_study(tmp_path))
+    assert store.wordings() == []  # nobody has read them
+    store.enter("AAAA-AAAA", "en")
+    assert store.wordings() == [2]
+    write_report(load_study(tmp_path), tmp_path, tmp_path / "report")
+    page = (tmp_path / "report" / "index.html").read_text(encoding="utf-8")
+    assert "From participant 2 on, some of the study's words were others" in page
+    file.write_text(TWO_FILMS.replace('["fear", "fright"]', '["fear", "anger"]'))
+    with pytest.raises(OutputError, match="Its words may change"):
+        open_store(tmp_path / ANSWERS, load_study(tmp_path))
+
+
+def test_the_next_person_gets_the_place_of_somebody_who_has_gone(tmp_path: Path) -> None:
+    now = [0.0]
+    lab = Lab(tmp_path, clock=lambda: now[0])
+    people = [Person(lab, lambda *_: {"answer": "fear"}) for _ in range(3)]
+    lab.store.withdraw(people[0].code)
+    while people[1].answer():
+        pass
+    people[2].answer()
+    assert lab.store.enter("AAAA-AAAA", "en").place == 1
+    now[0] += 3 * 3600  # the third is gone, and has not finished
+    Person(lab, lambda *_: {"answer": "fear"})
+    known = [lab.store.find(one.code) for one in people[1:]]
+    assert [one.place for one in known if one] == [2, 3]
+    assert lab.store.enter("BBBB-BBBB", "en").place == 4
+
+
+def test_a_closed_study_has_no_code_left_on_the_disk(tmp_path: Path) -> None:
+    lab = Lab(tmp_path)
+    person = Person(lab, lambda *_: {"answer": "fear"})
+    person.answer()
+    assert lab.store.close() == 1
+    assert lab.store.find(person.code) is None
+    assert not lab.store.withdraw(person.code)
+    assert [answer.value for answer in lab.store.answers()] == ["fear"]
+    assert all(person.code.encode() not in file.read_bytes() for file in tmp_path.glob("answers*"))
+
+
+def test_intervals_hold_what_they_promise_when_people_differ() -> None:
+    """Twenty people, 24 films each: the true share is inside 93 to 97 of 100 intervals."""
+    rng = np.random.default_rng(1)
+    skills = 1 / (1 + np.exp(-rng.normal(0.3, 0.9, 200_000)))
+    truth, inside = float(skills.mean()), 0
+    for people in skills[:40_000].reshape(2000, 20):
+        low, high = share_interval(rng.random((20, 24)) < people[:, None]) or (0, 1)
+        inside += low <= truth <= high
+    assert 0.93 <= inside / 2000 <= 0.97
