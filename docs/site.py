@@ -13,6 +13,7 @@ from pathlib import Path
 from types import ModuleType
 
 from mkdocs.config.defaults import MkDocsConfig
+from mkdocs.plugins import event_priority
 from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
 
@@ -26,6 +27,13 @@ ROOMS = (
     "hardware", "robot", "servos", "card", "interface.client", "errors",
 )  # fmt: skip
 _OUTSIDE = re.compile(r"\[([^\]]*)\]\((?:\.\./)+(?!images)[^)]*\)")
+
+
+@event_priority(-200)
+def on_config(config: MkDocsConfig) -> MkDocsConfig:
+    """Take the script that the offline plugin wants from elsewhere from this folder."""
+    config.extra["polyfills"] = ["iframe-worker.js"]
+    return config
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:

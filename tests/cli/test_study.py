@@ -35,7 +35,7 @@ def test_a_new_study_is_whole_and_replaces_none(tmp_path: Path) -> None:
 
 def test_a_study_must_say_who_runs_it_but_can_be_tried_out(tmp_path: Path) -> None:
     run("new", tmp_path)
-    with pytest.raises(InputError, match=r"still says 'This study is run by: \(your name"):
+    with pytest.raises(InputError, match=r"places are not filled in, such as \(WRITE: how"):
         run("run", tmp_path)
     lab = Lab(tmp_path / "two")
     with served(lab.folder, "--rehearsal") as (home, said), httpx.Client() as browser:

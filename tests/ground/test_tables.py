@@ -2,13 +2,15 @@
 
 import copy
 import pickle
+from importlib import resources
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from miburi.feelings.temperament import Temperament, shipped_temperament
 from miburi.ground.tables import Table
-from miburi.robot import Robot, iphonoid
+from miburi.robot import Robot, iphonoid, load_robot
 
 
 def used(table: Table) -> Table:
@@ -56,3 +58,12 @@ def test_the_derived_arrays_of_a_copy_are_read_only(robot: Robot) -> None:
         np.testing.assert_array_equal(twin.lower, robot.lower)
         with pytest.raises(ValueError, match="read-only"):
             twin.lower[0] = -9
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
+def test_a_file_as_windows_writes_it_is_read(tmp_path: Path, encoding: str) -> None:
+    """Notepad begins a file with a mark, and `>` in PowerShell 5 writes UTF-16."""
+    text = (resources.files("miburi.robot") / "iphonoid.toml").read_text(encoding="utf-8")
+    file = tmp_path / "mine.toml"
+    file.write_bytes(text.replace("\n", "\r\n").encode(encoding))
+    assert load_robot(file) == iphonoid()

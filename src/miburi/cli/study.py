@@ -60,8 +60,9 @@ def run(
     study = load_study(folder)
     if study.unfilled and not rehearsal:
         raise InputError(
-            f"{folder / FILE}: information still says {study.unfilled[0]!r}. Write there who you "
-            "are and how to reach you, or try the pages out with --rehearsal."
+            f"{folder / FILE}: {len(study.unfilled)} places are not filled in, such as "
+            f"{study.unfilled[0]}. Write what people must know there, or try the pages out with "
+            "--rehearsal."
         )
     answers = folder / (REHEARSED if rehearsal else ANSWERS)
     store = open_store(answers, study)

@@ -4,6 +4,7 @@ In go a subclass of :class:`Table` and a path; out comes a checked, immutable ob
 :class:`~miburi.errors.DescriptionError` that names every wrong key.
 """
 
+import codecs
 import tomllib
 from collections.abc import Sequence
 from dataclasses import fields, is_dataclass
@@ -86,8 +87,7 @@ def load_table(model: type[AnyTable], path: Path | str) -> AnyTable:
 
 def _load(model: type[AnyTable], path: Path) -> AnyTable:
     try:
-        with path.open("rb") as file:
-            data = tomllib.load(file)
+        data = tomllib.loads(_text(path.read_bytes()))
     except OSError as error:
         raise DescriptionError(f"{path}: cannot be read: {error.strerror}.") from error
     except ValueError as error:  # TOML, UTF-8, or a number with thousands of digits
@@ -96,6 +96,12 @@ def _load(model: type[AnyTable], path: Path) -> AnyTable:
         return model.model_validate(data, context={"folder": path.parent})
     except ValidationError as error:
         raise DescriptionError(f"{path}:{_in_words(error, model)}") from error
+
+
+def _text(content: bytes) -> str:
+    """Decode a file as its first bytes say: editors and PowerShell 5 on Windows write such marks."""
+    wide = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    return content.decode("utf-16" if wide else "utf-8-sig")
 
 
 def _in_words(error: ValidationError, model: type[Table]) -> str:

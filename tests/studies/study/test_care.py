@@ -176,6 +176,8 @@ def test_the_last_page_says_what_it_was_about_and_leads_on(tmp_path: Path) -> No
         pass
     page = person.browser.get(f"{lab.home}/page").text
     assert "It was about gestures." in page
+    gone = person.browser.post(f"{lab.home}/withdraw", data={"code": person.code}).text
+    assert "It was about gestures." in gone
     assert 'href="https://panel.example/done?x=1"' in page
 
 

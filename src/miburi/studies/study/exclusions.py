@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from statistics import median
 
-from miburi.studies.study.plan import Study
+from miburi.studies.study.plan import NONE, Study
 from miburi.studies.study.store import AnswerPace, StudyAnswer
 
 __all__ = ["LeftOut", "left_out"]
@@ -49,7 +49,8 @@ def _reasons(study: Study, own: list[StudyAnswer], pace: Mapping[int, AnswerPace
         yield f"{median(seconds):.1f} s for a page in the median"
     choices = {question.name for question in study.question if question.kind == "choice"}
     for name in sorted(choices):
-        chosen = Counter(answer.value for answer in own if answer.question == name)
+        # "None of these" may be an honest answer, however often.
+        chosen = Counter(a.value for a in own if a.question == name and a.value != NONE)
         if rule.same is not None and chosen.total() > 2:
             option, often = chosen.most_common(1)[0]
             if often > rule.same * chosen.total():

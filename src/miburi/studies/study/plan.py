@@ -5,6 +5,7 @@
 
 import hashlib
 import json
+import re
 from collections import Counter
 from dataclasses import dataclass
 from functools import cached_property
@@ -42,7 +43,7 @@ TEMPLATE = Path(__file__).with_name("eight-feelings.toml")
 #: not asked or may be left out.
 NONE, SKIPPED = "none", ""
 #: What the shipped study leaves for its author to fill in.
-_UNFILLED = ("(your name", "（お名前")
+_UNFILLED = re.compile(r"\(WRITE: [^)]*\)|（記入：[^）]*）")
 
 Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_-]{0,39}$")]
 Mood = Annotated[float, Field(ge=0, le=1)]
@@ -276,9 +277,9 @@ class Study(Table):
 
     @property
     def unfilled(self) -> list[str]:
-        """The beginnings of paragraphs that its author has still to fill in."""
-        paragraphs = [part for text in self.information.values() for part in text.split("\n\n")]
-        return [part.strip()[:40] for part in paragraphs if any(one in part for one in _UNFILLED)]
+        """What its author has still to fill in, in the order of the file."""
+        texts = [self.information, *([self.debriefing] if self.debriefing else [])]
+        return [one for text in texts for words in text.values() for one in _UNFILLED.findall(words)]
 
     def options(self, question: Question) -> tuple[str, ...]:
         """Return what a choice may be: feelings, and perhaps :data:`NONE` at the end."""
