@@ -99,7 +99,7 @@ def _load(model: type[AnyTable], path: Path) -> AnyTable:
 
 
 def _text(content: bytes) -> str:
-    """Decode a file as its first bytes say: editors and PowerShell 5 on Windows write such marks."""
+    """Decode a file as its first bytes say: editors and PowerShell 5 on Windows mark theirs."""
     wide = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     return content.decode("utf-16" if wide else "utf-8-sig")
 

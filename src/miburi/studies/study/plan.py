@@ -279,7 +279,8 @@ class Study(Table):
     def unfilled(self) -> list[str]:
         """What its author has still to fill in, in the order of the file."""
         texts = [self.information, *([self.debriefing] if self.debriefing else [])]
-        return [one for text in texts for words in text.values() for one in _UNFILLED.findall(words)]
+        every = " ".join(words for text in texts for words in text.values())
+        return _UNFILLED.findall(every)
 
     def options(self, question: Question) -> tuple[str, ...]:
         """Return what a choice may be: feelings, and perhaps :data:`NONE` at the end."""
