@@ -95,3 +95,44 @@ def test_the_live_partner_needs_no_extra(tmp_path: Path) -> None:
         process.terminate()
         _, errors = process.communicate(timeout=30)
     assert (process.returncode, errors) == (0, "")
+
+
+SMALL = """
+import importlib.abc, sys
+known = {"numpy", "pydantic", "pydantic_core", "annotated_types", "typing_extensions",
+         "typing_inspection", "miburi", *sys.stdlib_module_names, *sys.argv[1:]}
+class Missing(importlib.abc.MetaPathFinder):
+    def find_spec(self, name, path, target=None):
+        if name.partition(".")[0] not in known and name[0] != "_":
+            raise ModuleNotFoundError(name=name)
+sys.meta_path.insert(0, Missing())
+from miburi.bma import minimize
+from miburi.feelings import EmotionalModel, Stimulus
+from miburi.gestures import key_poses, load
+from miburi.robot import forward, inverse, iphonoid
+model, robot = EmotionalModel(), iphonoid()
+model.stimulate(Stimulus("happiness", 0.8, "speech"))
+print(model.express().feeling, len(key_poses(robot, load("happiness"), 0.9)))
+print(minimize(lambda x: float(x @ x), [(-1, 1)] * 2, seed=1).value)
+if sys.argv[1:]:
+    from miburi import ik
+    print(ik.solve(robot, forward(robot, robot.neutral)).status)
+from miburi.cli import main
+main()
+"""
+
+
+def test_a_small_installation_has_the_library() -> None:
+    """As the start page says: feelings and gestures with two libraries, `ik` with Numba."""
+    for more, found in (
+        ([], "happiness 3\n0.0\n"),
+        (["numba", "llvmlite"], "happiness 3\n0.0\nconverged\n"),
+    ):
+        done = subprocess.run(
+            [sys.executable, "-c", SMALL, *more], capture_output=True, text=True, check=False,
+            env=own_environment(),
+        )  # fmt: skip
+        assert (done.returncode, done.stdout) == (1, found)
+        assert re.fullmatch(
+            r"miburi: the command needs \w+, which is not installed\. .*\n", done.stderr
+        )

@@ -12,4 +12,14 @@ def main() -> None:
     except KeyboardInterrupt:
         print("miburi: interrupted.", file=sys.stderr)
         sys.exit(130)
+    except ModuleNotFoundError as error:
+        if (error.name or "").partition(".")[0] == "miburi":
+            raise  # a fault of ours
+        print(
+            f"miburi: the command needs {error.name}, which is not installed. A small installation "
+            "has the library alone; pip install FILE, the wheel or the folder that Miburi came "
+            "from, brings the rest.",
+            file=sys.stderr,
+        )
+        sys.exit(1)
     run()
