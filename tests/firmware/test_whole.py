@@ -1,6 +1,7 @@
 """The whole way: the paper's experiment on the real binary, calibration, and a live port."""
 
 import errno
+import json
 import os
 import subprocess
 import sys
@@ -9,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.firmware.rig import Rig
+from tests.fixtures.command import miburi
 
 from miburi.card.card import Card
 from miburi.card.line import SerialLine
@@ -158,13 +160,16 @@ def test_an_emulated_card_stands_as_the_robot_of_a_file(firmware: Path, tall_fil
         try:
             assert card.stdout is not None
             port = card.stdout.readline().split()[4]
-            told = subprocess.run(
-                [*command, "info", port, *robot], capture_output=True, text=True, check=False
+            told, as_json = (
+                miburi("card", "info", port, *robot, *more) for more in ([], ["--json"])
             )
         finally:
             card.terminate()
     assert told.returncode == 0, told.stderr
     (head,) = [line.split() for line in told.stdout.splitlines() if "head" in line]
+    known = json.loads(as_json.stdout)
+    assert (known["phase"], known["stored"], known["ratio"]) == ("stopped", False, 0.9372)
+    assert known["servos"][7]["angle_rad"] == pytest.approx(float(head[3]), abs=0.002)
     # It hangs from its goal, and once more from where it is stopped then, with its weight unknown.
     robot = load_robot(tall_file)
     weight = float(loads(robot, robot.neutral).gravity[JOINTS.index("head")])

@@ -1,5 +1,6 @@
 """The commands ``miburi card …``: parse the arguments, talk to a card, print the result."""
 
+import json
 import shutil
 import subprocess
 import sys
@@ -12,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from miburi.cli.by_hand import find_faults, find_zeros, give_ids, wait_for_enter
-from miburi.cli.options import RobotFile, robot_of
+from miburi.cli.options import AsJson, RobotFile, robot_of
 from miburi.errors import BodyError, InputError
 
 if TYPE_CHECKING:
@@ -45,11 +46,16 @@ _NOT_STORED = (
 
 
 @app.command("list")
-def list_ports() -> None:
+def list_ports(as_json: AsJson = False) -> None:
     """List the serial ports of this computer."""
     from serial.tools.list_ports import comports
 
     ports = sorted(comports(), key=lambda port: (port.vid is None, port.device))
+    if as_json:
+        for port in ports:
+            known = {"device": port.device, "what": port.description, "usb": port.vid is not None}
+            print(json.dumps(known, ensure_ascii=False))
+        return
     for port in ports:
         kind = port.description if port.description not in (None, "n/a") else "built in"
         print(f"{port.device}  {kind}{'' if port.vid is None else ' (USB)'}")
@@ -59,7 +65,7 @@ def list_ports() -> None:
 
 
 @app.command()
-def info(port: Port, robot: RobotFile = None) -> None:
+def info(port: Port, robot: RobotFile = None, as_json: AsJson = False) -> None:
     """Print the card's state, rule and servos; nothing moves."""
     from miburi.robot import JOINTS
 
@@ -69,6 +75,9 @@ def info(port: Port, robot: RobotFile = None) -> None:
             if all(card.report.voltages):
                 break
         state, report = card.state, card.report
+        if as_json:
+            print(json.dumps(_as_json(card)))
+            return
         print(f"The body is {state.phase}{_why(state)}.")
         rule = card.settings.general
         print(f"Contact rule: p {rule.period / 1e6:g} s, ratio {rule.ratio / 1e4:g}.")
@@ -80,6 +89,32 @@ def info(port: Port, robot: RobotFile = None) -> None:
             if not report.heard >> i & 1:
                 there = "does not answer"
             print(f"{name:>15}  servo {joint.servo:3}  {there}")
+
+
+def _as_json(card: "Card") -> dict[str, object]:
+    """Return what `miburi card info` tells."""
+    from miburi.robot import JOINTS
+
+    state, report, rule = card.state, card.report, card.settings.general
+    servos = [
+        {
+            "joint": name,
+            "servo": joint.servo,
+            "answers": bool(report.heard >> i & 1),
+            "angle_rad": round(float(state.angles[i]), 6),
+            "temperature_C": report.temperatures[i] if report.voltages[i] else None,
+            "voltage_V": report.voltages[i] / 10 if report.voltages[i] else None,
+        }
+        for i, (name, joint) in enumerate(zip(JOINTS, card.settings.joints, strict=True))
+    ]
+    return {
+        "phase": state.phase,
+        "stop": state.stop.reason if state.stop else None,
+        "period_s": rule.period / 1e6,
+        "ratio": rule.ratio / 1e4,
+        "stored": card.stored,
+        "servos": servos,
+    }
 
 
 @app.command()

@@ -8,7 +8,7 @@ import signal
 import sys
 import threading
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from importlib import import_module
 from pathlib import Path
 from types import FrameType
@@ -24,6 +24,7 @@ from miburi.cli.gestures import gallery, gesture_app
 from miburi.cli.hardware import hardware_app
 from miburi.cli.live import feel, status, stop
 from miburi.cli.options import (
+    AsJson,
     CalibrationFile,
     GesturesFolder,
     IkWay,
@@ -78,7 +79,6 @@ _BUILD, _DOCUMENTS = "Build and calibrate", "For Miburi's own documents"
 #: m by which a hand or the head may be away from its place (ours).
 _MISSED = 1e-3
 
-AsJson = Annotated[bool, typer.Option("--json", help="Print JSON, one line each.")]
 Point = tuple[float, float, float]
 #: s until a lost interruption is sent again (ours).
 _LATER = 0.02
@@ -205,6 +205,7 @@ def experiment(
     servo: ServoName = None,
     gestures: GesturesFolder = None,
     solver: IkWay = "default",
+    as_json: AsJson = False,
 ) -> None:
     """Run the paper's experiment (Section 5): happiness, mood 0.9, and a hand in the way."""
     if body not in (bodies := ("simulated", "emulated-card")):
@@ -245,8 +246,11 @@ def experiment(
         simulation = Simulated(description, rule)
     from miburi.studies.experiment.files import write_experiment
 
-    for line in write_experiment(simulation, setup, out, film=film, face=face):
-        print(line)
+    lines = write_experiment(simulation, setup, out, film=film, face=face)
+    if as_json:
+        print((out / "experiment.json").read_text(encoding="utf-8").rstrip())
+    else:
+        print(*lines, sep="\n")
 
 
 def forward(
@@ -298,18 +302,19 @@ def paper(
         str | None, typer.Option(help="Carry out this claim alone, and write nothing.")
     ] = None,
     robot: RobotFile = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the claim as JSON.")] = False,
 ) -> None:
     """Carry out the paper's claims; write a page with verdicts, numbers and figures."""
     need("scipy", "studies")
     if claim is not None:
-        _carry_out_claim(claim, robot_of(robot))
+        _carry_out_claim(claim, robot_of(robot), as_json=as_json)
         return
     from miburi.studies.paper.page import write_paper
 
     print(write_paper(robot_of(robot), out, lambda what: typer.echo(what, err=True)))
 
 
-def _carry_out_claim(name: str, robot: "Robot") -> None:
+def _carry_out_claim(name: str, robot: "Robot", *, as_json: bool) -> None:
     """Print what a run says about one sentence of the paper."""
     from miburi.studies.paper.claims import CLAIMS
     from miburi.studies.paper.runs import Runs
@@ -317,6 +322,9 @@ def _carry_out_claim(name: str, robot: "Robot") -> None:
     if name not in CLAIMS:
         raise InputError(f"--claim: one of {', '.join(CLAIMS)}, got {name!r}.")
     claim = CLAIMS[name](Runs(robot, lambda what: typer.echo(what, err=True)))
+    if as_json:
+        print(json.dumps({"claim": name, **asdict(claim)}, ensure_ascii=False))
+        return
     print(f"Section {claim.section}: {claim.sentence}\n{claim.verdict}: {claim.number}")
     if claim.ours:
         print("Ours:", re.sub(r"\[.*?\]\((.*?)\)", r"docs/\1", claim.ours))

@@ -1,5 +1,7 @@
 """``miburi devices``: the phones that were paired; forget one that is lost, or all of them."""
 
+import json
+from dataclasses import asdict
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -8,6 +10,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+from miburi.cli.options import AsJson
 from miburi.errors import InputError
 
 if TYPE_CHECKING:
@@ -30,12 +33,15 @@ Folder = Annotated[
 
 
 @devices_app.callback()
-def devices(context: typer.Context, folder: Folder = None) -> None:
+def devices(context: typer.Context, folder: Folder = None, as_json: AsJson = False) -> None:
     """Show the phones and computers that were paired, the latest seen first."""
     if context.invoked_subcommand is not None:
         context.obj = folder
         return
     found = _keys(folder).devices()
+    if as_json:
+        print(*(json.dumps(asdict(device)) for device in found), sep="\n", end="\n" * bool(found))
+        return
     if not found:
         print("No device is paired. *Face* in the studio shows a code to scan.")
         return

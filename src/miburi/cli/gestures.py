@@ -9,6 +9,7 @@ import typer
 
 from miburi.cli.live import HERE, PartnerAddress, partner_at
 from miburi.cli.options import (
+    AsJson,
     GesturesFolder,
     IkWay,
     RobotFile,
@@ -50,7 +51,7 @@ def measures(
         list[str] | None, typer.Argument(help="Feelings, or gesture files; default: all feelings.")
     ] = None,
     step: Step = 0.05,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, one line each.")] = False,
+    as_json: AsJson = False,
     robot: RobotFile = None,
     solver: IkWay = "default",
 ) -> None:
@@ -80,7 +81,11 @@ def measures(
 
 @gesture_app.command()
 def check(
-    source: Source, step: Step = 0.1, robot: RobotFile = None, solver: IkWay = "default"
+    source: Source,
+    step: Step = 0.1,
+    robot: RobotFile = None,
+    solver: IkWay = "default",
+    as_json: AsJson = False,
 ) -> None:
     """Check a gesture: reach, limits, self-collision, contact rule; more mood, more movement."""
     from miburi.gestures import load
@@ -90,6 +95,9 @@ def check(
     body = robot_of(robot)
     settings = settings_of(body, solver)
     problems = list(problems_of(body, function, step=_check_step(step), settings=settings))
+    if as_json:
+        print(json.dumps({"source": source, "problems": problems}, ensure_ascii=False))
+        raise typer.Exit(int(bool(problems)))
     for problem in problems:
         print(f"{source}: {problem}.")
     if problems:
@@ -198,6 +206,7 @@ def classify(
     seed: Annotated[int, typer.Option(help="0 or more.", min=0)] = 0,
     robot: RobotFile = None,
     gestures: GesturesFolder = None,
+    as_json: AsJson = False,
 ) -> None:
     """Tell gestures apart by their motion: learn at moods 0.5 and 0.9, name at 0.7 and 0.3."""
     from miburi.feelings import FEELINGS
@@ -210,6 +219,9 @@ def classify(
         table = confusion(
             body, repertoire, classifier, mood, variations=variations, seed=seed + variations
         )
+        if as_json:
+            print(json.dumps({"mood": mood, "names": list(FEELINGS), "named": table.tolist()}))
+            continue
         print(f"mood {mood}: {table.trace()} of {table.sum()} named right "
               f"({table.trace() / table.sum():.1%})")  # fmt: skip
         print(" " * 10 + "".join(f"{name:>10}" for name in FEELINGS))

@@ -1,11 +1,14 @@
 """``miburi hardware …``: parts to print, the bill, the gauge, the checks and the pictures."""
 
+import json
 from collections.abc import Iterable
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from miburi.cli.options import AsJson
 from miburi.errors import need
 
 if TYPE_CHECKING:
@@ -99,6 +102,7 @@ def bill(
     slicing: Annotated[
         bool, typer.Option("--slice", help="Grams and hours by PrusaSlicer.")
     ] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Print what to buy and what to print."""
     from rich.console import Console
@@ -115,12 +119,15 @@ def bill(
     if slicing and program is None:
         raise MiburiError("--slice needs PrusaSlicer (Debian: prusa-slicer).")
     rows = list(rows_of(body, printed_parts(body, fit), program))
-    table = Table("count", "what", "number", "price", "grams", "time", "remark")
-    for row in rows:
-        table.add_row(
-            str(row.count), row.name, row.number, row.price, row.grams, row.time, row.remark
-        )
-    Console().print(table)
+    if as_json:
+        print(*(json.dumps(asdict(row), ensure_ascii=False) for row in rows), sep="\n")
+    else:
+        table = Table("count", "what", "number", "price", "grams", "time", "remark")
+        for row in rows:
+            table.add_row(
+                str(row.count), row.name, row.number, row.price, row.grams, row.time, row.remark
+            )
+        Console().print(table)
     if csv is not None:
         from miburi.ground.files import whole_files
 
@@ -129,7 +136,7 @@ def bill(
 
 
 @hardware_app.command()
-def check(robot: RobotToBuild = None, fit: Fit = 0.25) -> None:
+def check(robot: RobotToBuild = None, fit: Fit = 0.25, as_json: AsJson = False) -> None:
     """Check that the robot can be built: walls, joints, gestures, torque, tipping, cables."""
     body = _robot(robot)
     from miburi.bodies.rehearsal import PERIOD
@@ -137,10 +144,12 @@ def check(robot: RobotToBuild = None, fit: Fit = 0.25) -> None:
 
     wrong = 0
     for finding in findings(body, _motions(body), PERIOD * _EACH, fit):
-        print(f"{'ok' if finding.ok else 'NO':3} {finding.check:16} {finding.words}.", flush=True)
+        words = f"{'ok' if finding.ok else 'NO':3} {finding.check:16} {finding.words}."
+        print(json.dumps(asdict(finding), ensure_ascii=False) if as_json else words, flush=True)
         wrong += not finding.ok
     if wrong:
-        print(f"{wrong} of the checks failed.")
+        if not as_json:
+            print(f"{wrong} of the checks failed.")
         raise typer.Exit(1)
 
 

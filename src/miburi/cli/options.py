@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from miburi.safety.free import FreeRule
 
 __all__ = [
+    "AsJson",
     "BrokerCertificates",
     "CalibrationFile",
     "GesturesFolder",
@@ -35,6 +36,7 @@ __all__ = [
     "warn_of_misfits",
 ]
 
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON; several answers, a line each.")]
 RobotFile = Annotated[
     Path | None,
     typer.Option("--robot", help="A robot description; default: the iphonoid.", show_default=False),

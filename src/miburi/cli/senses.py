@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from miburi.cli.live import HERE, PartnerAddress, partner_at
+from miburi.cli.options import AsJson
 from miburi.errors import InputError
 
 if TYPE_CHECKING:
@@ -52,13 +53,17 @@ def words(
 def say(
     text: Annotated[str, typer.Argument(help="In English, Japanese or French.")],
     url: PartnerAddress = HERE,
+    as_json: AsJson = False,
 ) -> None:
     """Say something to a live partner.
 
     Away from its computer it needs MIBURI_TOKEN, and by https MIBURI_AUTHORITY.
     """
     with partner_at(url) as partner:
-        _say(partner, text)
+        if as_json:
+            print(partner.say(text).model_dump_json())
+        else:
+            _say(partner, text)
 
 
 def listen(
