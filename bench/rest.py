@@ -11,8 +11,8 @@ import numpy as np
 
 from miburi.bodies.simulated import Simulated
 from miburi.feelings import EmotionalModel, shipped_temperament
+from miburi.feelings.temperament import REST_LEVELS
 from miburi.partner import MoveSent, Partner, Stopped
-from miburi.partner.rest import LEVELS
 from miburi.robot import iphonoid
 
 STEP, MINUTES, WINDOW = 0.02, 10, 20.0
@@ -24,9 +24,9 @@ def main() -> None:
     seed = parser.parse_args().seed
     robot = iphonoid()
     print(f"seed {seed}, {MINUTES} minutes each")
-    for level in LEVELS:
-        feelings = EmotionalModel(shipped_temperament("playful"))
-        partner = Partner(Simulated(robot), feelings, life=seed, rest=level, period=0.5)
+    for level in REST_LEVELS:
+        temperament = shipped_temperament("playful").model_copy(update={"at_rest": level})
+        partner = Partner(Simulated(robot), EmotionalModel(temperament), life=seed, period=0.5)
         angles, sent, moved, stops = [], [], 0, 0
         for step in range(round(MINUTES * 60 / STEP)):
             events = partner.step(STEP)

@@ -85,8 +85,8 @@ def one(number: int, robots: int, seed: int) -> tuple[list[Push], int]:
         robot, rule, true = done.robot, done.rule, done.true
     pushes = [push(body_of(robot, rule, true, placed=True), *place) for place in PLACES]
     body = body_of(robot, rule, true, placed=False)
-    feelings = EmotionalModel(shipped_temperament("playful"))
-    partner = Partner(body, feelings, life=number, rest="lively", period=0.5)
+    temperament = shipped_temperament("playful").model_copy(update={"at_rest": "lively"})
+    partner = Partner(body, EmotionalModel(temperament), life=number, period=0.5)
     events = [e for _ in range(MINUTES * 3000) for e in partner.step(0.02)]
     false = sum(isinstance(event, Stopped) for event in events)
     return pushes, false

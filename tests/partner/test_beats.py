@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from tests.fixtures.live import run as live_run
 from tests.fixtures.live import until
-from tests.fixtures.partner import PaperBody, happy, of, run
+from tests.fixtures.partner import PaperBody, at_ease, happy, of, run
 
 from miburi.bodies.simulated import Simulated
 from miburi.feelings import EmotionalModel, Stimulus
@@ -32,7 +32,7 @@ def highest(robot: Robot, partner: Partner, seconds: float) -> float:
 
 @pytest.mark.parametrize("seed", range(6))
 def test_it_beats_while_it_speaks_and_then_rests_on(robot: Robot, seed: int) -> None:
-    partner = Partner(Simulated(robot), EmotionalModel(), life=seed, rest="still")
+    partner = Partner(Simulated(robot), at_ease("still"), life=seed)
     breathing = highest(robot, partner, 8.0)
     partner.gesticulate(6.0)
     assert highest(robot, partner, 6.0) > breathing + 0.008

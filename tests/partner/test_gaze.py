@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tests.fixtures.partner import PaperBody, of, run
+from tests.fixtures.partner import PaperBody, at_ease, of, run
 
 from miburi import ik
 from miburi.bodies.simulated import Simulated
@@ -24,7 +24,7 @@ def test_it_turns_slowly_and_as_far_as_its_temperament_lets_it(
     robot: Robot, name: str, side: int
 ) -> None:
     temperament = shipped_temperament(name)
-    partner = Partner(Simulated(robot), EmotionalModel(temperament), life=3, rest="still")
+    partner = Partner(Simulated(robot), at_ease("still", temperament), life=3)
     run(partner, 5.0)
     partner.gaze = side * 1.2
     turned = [waist(partner)]
@@ -39,7 +39,7 @@ def test_it_turns_slowly_and_as_far_as_its_temperament_lets_it(
 
 
 def test_it_turns_back_when_nobody_is_there(robot: Robot) -> None:
-    partner = Partner(PaperBody(robot), EmotionalModel(), life=3, rest="still")
+    partner = Partner(PaperBody(robot), at_ease("still"), life=3)
     partner.gaze = 0.3
     run(partner, 10.0)
     assert waist(partner) == pytest.approx(0.3, abs=1e-3)
@@ -53,7 +53,7 @@ def test_a_partner_without_life_and_one_that_may_not_turn_stay(robot: Robot) -> 
     still = still.model_copy(update={"gaze": still.gaze.model_copy(update={"turn": 0.0})})
     for partner in (
         Partner(PaperBody(robot), EmotionalModel()),
-        Partner(PaperBody(robot), EmotionalModel(still), life=3, rest="still"),
+        Partner(PaperBody(robot), at_ease("still", still), life=3),
     ):
         partner.gaze = 0.3
         run(partner, 10.0)
@@ -68,7 +68,7 @@ def performed(robot: Robot, gaze: float) -> list[Array]:
         asked.append(target)
         return solve_with()(robot, target, start)
 
-    partner = Partner(PaperBody(robot), EmotionalModel(), solve=solve, life=3, rest="still")
+    partner = Partner(PaperBody(robot), at_ease("still"), solve=solve, life=3)
     partner.gaze = gaze
     run(partner, 10.0)
     assert waist(partner) == pytest.approx(gaze, abs=1e-3)
@@ -87,7 +87,7 @@ def test_gestures_keep_their_frame(robot: Robot) -> None:
 @pytest.mark.parametrize("reason", [StopReason.ASKED, StopReason.CONTACT])
 def test_while_stopped_it_turns_to_nobody(robot: Robot, reason: StopReason) -> None:
     body = PaperBody(robot)
-    partner = Partner(body, EmotionalModel(), life=3, rest="still")
+    partner = Partner(body, at_ease("still"), life=3)
     partner.gaze = 0.3
     run(partner, 0.1)
     assert body.phase is Phase.MOVING
@@ -107,14 +107,14 @@ def test_while_stopped_it_turns_to_nobody(robot: Robot, reason: StopReason) -> N
 
 def contact(robot: Robot, *, news: bool) -> float:
     """Return when a hand in the way of a gesture stops it, s, news of a face coming or not."""
-    partner = Partner(Simulated(robot), EmotionalModel(), life=3, rest="still")
+    partner = Partner(Simulated(robot), at_ease("still"), life=3)
     partner.feelings.set_state(emotion={"happiness": 1.0}, mood={"happiness": 1.0}, hold=True)
     places = []
     for _ in range(75):
         partner.step(0.02)
         places.append(forward(robot, partner.body.state.angles)[:3])
     body = Simulated(robot)
-    partner = Partner(body, partner.feelings, life=3, rest="still")
+    partner = Partner(body, partner.feelings, life=3)
     body.place_hand(max(places, key=lambda place: place[2]), np.array([1.0, 0.0, 0.0]))
     for number in range(500):
         if news:
@@ -130,7 +130,7 @@ def test_a_face_delays_no_contact_stop(robot: Robot) -> None:
 
 def test_a_hand_in_its_way_stops_the_turn(robot: Robot) -> None:
     body = Simulated(robot)
-    partner = Partner(body, EmotionalModel(shipped_temperament("lively")), life=3, rest="still")
+    partner = Partner(body, at_ease("still", shipped_temperament("lively")), life=3)
     neutral = forward(robot, robot.neutral)[3:6]
     turned = 0.25  # rad, on the left hand's way
     turn = np.array([[np.cos(turned), -np.sin(turned)], [np.sin(turned), np.cos(turned)]])

@@ -5,12 +5,12 @@ from typing import get_args
 
 import numpy as np
 import pytest
-from tests.fixtures.partner import PaperBody, of, run
+from tests.fixtures.partner import PaperBody, at_ease, of, run
 
 from miburi.bodies.simulated import Simulated
 from miburi.feelings import EmotionalModel, Stimulus, shipped_temperament
+from miburi.feelings.temperament import RestLevel
 from miburi.partner import GestureStarted, MoveSent, Partner, Stopped
-from miburi.partner.rest import RestLevel
 from miburi.robot import JOINTS, Array, Robot, forward, load_robot
 from miburi.safety.stop import Phase
 
@@ -30,7 +30,7 @@ def rested(partner: Partner, seconds: float) -> tuple[float, Array]:
 
 def test_levels_move_it_little_and_differently(robot: Robot) -> None:
     shares = [
-        rested(Partner(PaperBody(robot), EmotionalModel(), life=2, rest=level, period=0.5), 240)[0]
+        rested(Partner(PaperBody(robot), at_ease(level), life=2, period=0.5), 240)[0]
         for level in get_args(RestLevel)
     ]
     assert 0 < shares[0] < 0.1
@@ -68,7 +68,7 @@ def test_a_sad_mood_lowers_the_head_and_a_happy_one_lifts_it(robot: Robot) -> No
 
 
 def test_an_act_at_rest_gives_way_to_a_feeling(robot: Robot) -> None:
-    partner = Partner(PaperBody(robot), EmotionalModel(), life=1, rest="lively", period=0.5)
+    partner = Partner(PaperBody(robot), at_ease("lively"), life=1, period=0.5)
     while not of(MoveSent, partner.step(0.02)):
         pass
     partner.feelings.stimulate(Stimulus("fright", 1.0, "speech"))
@@ -78,7 +78,7 @@ def test_an_act_at_rest_gives_way_to_a_feeling(robot: Robot) -> None:
 @pytest.mark.parametrize("level", get_args(RestLevel))
 def test_a_seed_repeats_it(robot: Robot, level: RestLevel) -> None:
     def moves() -> list[Array]:
-        partner = Partner(PaperBody(robot), EmotionalModel(), life=7, rest=level, period=0.5)
+        partner = Partner(PaperBody(robot), at_ease(level), life=7, period=0.5)
         return [sent.move.angles for sent in of(MoveSent, run(partner, 60.0))]
 
     assert len(moves()) >= 2
@@ -91,7 +91,7 @@ def gestures_of(partner: Partner, seconds: float) -> list[float]:
 
 
 def test_one_emotion_shows_in_a_few_gestures_and_a_new_one_in_others(robot: Robot) -> None:
-    partner = Partner(PaperBody(robot), EmotionalModel(), life=1, rest="still", period=0.5)
+    partner = Partner(PaperBody(robot), at_ease("still"), life=1, period=0.5)
     run(partner, 1.1)
     partner.feelings.stimulate(Stimulus("happiness", 0.9, "speech"))
     assert len(gestures_of(partner, 40.0)) == 3
@@ -100,7 +100,7 @@ def test_one_emotion_shows_in_a_few_gestures_and_a_new_one_in_others(robot: Robo
 
 
 def test_a_new_emotion_waits_for_no_period(robot: Robot) -> None:
-    partner = Partner(PaperBody(robot), EmotionalModel(), life=1, rest="still", period=2.0)
+    partner = Partner(PaperBody(robot), at_ease("still"), life=1, period=2.0)
     run(partner, 0.5)
     partner.feelings.stimulate(Stimulus("surprise", 0.9, "speech"))
     began = gestures_of(partner, 0.1)
@@ -109,7 +109,7 @@ def test_a_new_emotion_waits_for_no_period(robot: Robot) -> None:
 
 def test_the_liveliest_acts_meet_nothing_on_longer_arms(tall_file: Path) -> None:
     """A weight shift pressed the arm of a taller robot against its trunk."""
-    feelings = EmotionalModel(shipped_temperament())
+    feelings = at_ease("lively")
     feelings.set_state(mood={"happiness": 1.0, "thrill": 1.0}, hold=True)
     body = Simulated(load_robot(tall_file))
-    rested(Partner(body, feelings, life=0, rest="lively", period=0.5), 120)
+    rested(Partner(body, feelings, life=0, period=0.5), 120)

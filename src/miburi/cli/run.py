@@ -117,9 +117,12 @@ def run(
         bool, typer.Option("--forget", help="Forget the moods of last time.")
     ] = False,
     rest: Annotated[
-        Literal["still", "quiet", "lively"],
-        typer.Option(help="How much it moves while it shows nothing."),
-    ] = "quiet",
+        Literal["still", "quiet", "lively"] | None,
+        typer.Option(
+            help="How much it moves while it shows nothing; default: as its temperament.",
+            show_default=False,
+        ),
+    ] = None,
     seed: Annotated[int, typer.Option(help="Varies the gestures; 0 or more.")] = 0,
     programs_may_release: Annotated[
         bool,
@@ -168,11 +171,13 @@ def run(
         asyncio.run(check_free(doors.broker, doors.name))
     description, rule = calibrated(robot_of(robot, servo), calibration)
     repertoire = load_gestures(description, gestures)
+    character = temperament_of(temperament)
+    character = character.model_copy(update={"at_rest": rest or character.at_rest})
     serve(
         Wish(
             description,
             repertoire,
-            temperament_of(temperament),
+            character,
             rule,
             settings_of(description, solver),
             body=body,
@@ -185,7 +190,6 @@ def run(
             folder=folder,
             forget=forget,
             seed=seed,
-            rest=rest,
             programs_may_release=programs_may_release,
         ),
         # It loads the solver, which takes as long as the server's libraries.

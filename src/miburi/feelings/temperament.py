@@ -20,11 +20,13 @@ from miburi.ground.tables import Table, load_table
 
 __all__ = [
     "LEVELS",
+    "REST_LEVELS",
     "SOURCES",
     "TEMPERAMENTS",
     "Array",
     "Attaching",
     "Habituation",
+    "RestLevel",
     "Share",
     "Source",
     "TakeUp",
@@ -39,6 +41,9 @@ Array = NDArray[np.float64]
 
 Source = Literal["speech", "face", "touch", "application", "talk"]
 
+#: How much a partner moves while it shows nothing; partner/rest.toml has the numbers.
+RestLevel = Literal["still", "quiet", "lively"]
+REST_LEVELS: tuple[RestLevel, ...] = get_args(RestLevel)
 #: The possible sources of a stimulus.
 SOURCES: tuple[Source, ...] = get_args(Source)
 #: The three levels, from the fastest to the slowest.
@@ -114,6 +119,8 @@ class Temperament(Table):
 
     name: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$")]
     threshold: Annotated[float, Field(ge=0.001, le=1)]
+    #: How much it moves while it shows nothing.
+    at_rest: RestLevel = "quiet"
     time_constants: TimeConstants
     take_up: TakeUp
     habituation: Habituation

@@ -309,7 +309,7 @@ def _asking(router: APIRouter, runner: LivePartner, speech: Speech) -> None:
     @router.post("/temperament", status_code=_NOTHING, responses=_REFUSED)
     async def temperament(wish: TemperamentIn) -> None:
         """Go on with another temperament."""
-        await done(runner.temperament(wish.name))
+        await done(runner.temperament(wish.name, wish.rest))
 
     @router.post("/bodies", status_code=_NOTHING, responses=_REFUSED)
     async def body(wish: BodyIn) -> None:

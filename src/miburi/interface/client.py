@@ -28,6 +28,7 @@ from websockets.sync.client import connect as open_socket
 
 from miburi.errors import BodyError, InputError, MiburiError, OutputError
 from miburi.feelings import Expression, Stimulus
+from miburi.feelings.temperament import RestLevel
 from miburi.gestures.effort import Effort
 from miburi.interface.wire import (
     AnyAct,
@@ -350,9 +351,12 @@ class RemotePartner:
         """Take the simulated human hand away."""
         self._post("/hand", {"position": None})
 
-    def temperament(self, name: str) -> None:
-        """Change the temperament to a shipped one, or the one that the partner was started with."""
-        self._post("/temperament", {"name": name})
+    def temperament(self, name: str, rest: RestLevel | None = None) -> None:
+        """Change the temperament to a shipped one, or the one that the partner was started with.
+
+        ``rest`` says how much it moves while it shows nothing; default: the temperament's own.
+        """
+        self._post("/temperament", {"name": name, "rest": rest})
 
     def gestures(self) -> list[GestureOut]:
         """Return the movement functions."""

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 
 from miburi.feelings.catalogue import FeelingName, TheirFeeling
-from miburi.feelings.temperament import Source
+from miburi.feelings.temperament import RestLevel, Source
 from miburi.gestures import Direction
 from miburi.gestures.movement import Posture, Repeat
 from miburi.live.state import Eight, Share
@@ -348,9 +348,14 @@ class PauseIn(Message):
 class TemperamentIn(Message):
     """The temperament to change to."""
 
-    model_config = ConfigDict(json_schema_extra={"examples": [{"name": "calm"}]})
+    model_config = ConfigDict(json_schema_extra={"examples": [{"name": "calm", "rest": "still"}]})
 
     name: Name = Field(description="A shipped one, or the one that the partner began with.")
+    rest: RestLevel | None = Field(
+        default=None,
+        description="How much the partner moves while it shows nothing; default: the temperament's "
+        "own.",
+    )
 
 
 class RecordingIn(Message):

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from miburi.feelings import Expression, Stimulus
+from miburi.feelings.temperament import RestLevel
 from miburi.gestures import KeyPose
 from miburi.live.archive import Kept
 from miburi.live.commands import Result
@@ -180,9 +181,9 @@ class FarPartner:
         """Let the simulated human hand go somewhere, or away (None)."""
         return self.ask("hand", position, along)
 
-    def temperament(self, name: str) -> Future[None]:
-        """Go on with another of the :attr:`temperaments`."""
-        return self.ask("temperament", name)
+    def temperament(self, name: str, rest: RestLevel | None = None) -> Future[None]:
+        """Go on with another of the :attr:`temperaments`, or with one that rests in another way."""
+        return self.ask("temperament", name, rest)
 
     def use(self, name: str, port: str | None = None) -> Future[None]:
         """Move another body from now on; this waits until it is made and moves."""

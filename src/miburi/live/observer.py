@@ -82,6 +82,7 @@ class Observer:
             body=self.name,
             phase=state.phase.value,
             temperament=feelings.temperament.name,
+            rest=feelings.temperament.at_rest,
             angles=state.angles.round(4).tolist(),
             velocities=state.velocities.round(3).tolist(),
             emotion=feelings.emotion.round(4).tolist(),

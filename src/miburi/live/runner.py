@@ -14,6 +14,7 @@ from typing import Any
 from miburi.bodies import Body
 from miburi.errors import BodyError
 from miburi.feelings import TEMPERAMENTS, Expression, FeelingModel, Stimulus, shipped_temperament
+from miburi.feelings.temperament import RestLevel
 from miburi.gestures import KeyPose, Repertoire, shipped_repertoire
 from miburi.ground.log import log_once
 from miburi.live.archive import Archive
@@ -35,7 +36,6 @@ from miburi.live.tape import Tape
 from miburi.live.watchdog import USUAL, Lateness
 from miburi.live.wishes import Wishes
 from miburi.partner import Event, Partner, Solve, solve_with
-from miburi.partner.rest import RestLevel
 from miburi.robot import Array, Robot, forward
 from miburi.safety.contact import Rule
 from miburi.safety.stop import StopReason
@@ -65,8 +65,8 @@ class Runner:
         The kind of body to begin with, and a card's serial port.
     recordings
         Where recordings are kept.
-    seed, rest
-        Chooses the small variations of gestures; how lively it rests.
+    seed
+        Chooses the small variations of gestures.
     rule
         The contact rule of simulated bodies; by default the robot's own.
     repertoire, solve
@@ -88,7 +88,6 @@ class Runner:
         body: str = "simulated",
         port: str | None = None,
         seed: int = 0,
-        rest: RestLevel = "quiet",
         rule: Rule | None = None,
         repertoire: Repertoire | None = None,
         solve: Solve | None = None,
@@ -105,7 +104,7 @@ class Runner:
         self._rule, self._solve = rule, solve or solve_with()
         self._move: Callable[[Body], Partner] = lambda body: Partner(
             body, feelings, repertoire=self.repertoire, period=_PERIOD, solve=self._solve,
-            life=seed, rest=rest,
+            life=seed,
         )  # fmt: skip
         self._hold = hold or Hold()
         self._commands, self._log = Commands(self._stop), Log(events, boot)
@@ -304,10 +303,11 @@ class Runner:
         guide = self._hand.guide
         return self._commands.ask(lambda: guide(self._partner.body.touchable, position, along))
 
-    def temperament(self, name: str) -> Future[None]:
-        """Go on with another of the :attr:`temperaments`."""
+    def temperament(self, name: str, rest: RestLevel | None = None) -> Future[None]:
+        """Go on with another of the :attr:`temperaments`, or with one that rests in another way."""
         own = self.own_temperament
         chosen = own if name == own.name else shipped_temperament(name)
+        chosen = chosen.model_copy(update={"at_rest": rest or chosen.at_rest})
 
         def run() -> None:
             self._feelings.temperament = chosen

@@ -8,6 +8,7 @@ from pydantic import BaseModel, Field
 
 from miburi.bodies import BodyState
 from miburi.feelings.catalogue import TheirFeeling
+from miburi.feelings.temperament import RestLevel
 from miburi.languages import Language
 from miburi.robot.guards import Guards
 from miburi.safety.stop import StopReason
@@ -150,6 +151,7 @@ class State(BaseModel):
     )
     paused: bool = Field(description="Whether it rests at neutral until somebody lets it go on.")
     temperament: str = Field(description="The present one.")
+    rest: RestLevel = Field(description="How much it moves while it shows nothing.")
     recording: str | None = Field(description="The file of the present recording.")
     recording_end: RecordingEnd | None = Field(
         description="Why the latest recording ended by itself; null when another begins."

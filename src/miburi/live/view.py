@@ -11,6 +11,7 @@ from typing import Protocol
 
 from miburi.errors import MiburiError
 from miburi.feelings import Expression, Stimulus, Temperament
+from miburi.feelings.temperament import RestLevel
 from miburi.gestures import KeyPose, Repertoire
 from miburi.live.archive import Kept
 from miburi.live.events.log import History
@@ -184,8 +185,8 @@ class LivePartner(Protocol):
     def hand(self, position: Array | None, along: Array) -> Future[None]:
         """Let the simulated human hand go somewhere, or away (None)."""
 
-    def temperament(self, name: str) -> Future[None]:
-        """Go on with another of the :attr:`temperaments`."""
+    def temperament(self, name: str, rest: RestLevel | None = None) -> Future[None]:
+        """Go on with another of the :attr:`temperaments`, or with one that rests in another way."""
 
     def use(self, name: str, port: str | None = None) -> Future[None]:
         """Move another body from now on; it may take seconds to make it."""

@@ -33,7 +33,7 @@ from miburi.partner.events import (
 )
 from miburi.partner.performance import Performance
 from miburi.partner.recovery import Recovery
-from miburi.partner.rest import Rest, RestLevel
+from miburi.partner.rest import Rest
 from miburi.partner.shown import ShownEmotion
 from miburi.robot import JOINTS, Array, Robot
 from miburi.safety.move import Move, plan_move
@@ -76,8 +76,6 @@ class Partner:
         (:mod:`miburi.partner.rest`), and varies each gesture. With None it does neither, as in
         the paper's experiment. The seed (0 for None) also chooses among several gestures of a
         feeling.
-    rest
-        How lively it rests.
     """
 
     def __init__(
@@ -89,7 +87,6 @@ class Partner:
         period: float = 2.0,
         solve: Solve | None = None,
         life: int | None = None,
-        rest: RestLevel = "quiet",
     ) -> None:
         self.body = body
         self.feelings = feelings
@@ -98,7 +95,7 @@ class Partner:
         self._solve = solve or solve_with()
         self._periods = -1  # that have begun
         self._life = None if life is None else np.random.default_rng(life)
-        self._rest = None if life is None else Rest(body.robot, rest, life)
+        self._rest = None if life is None else Rest(body.robot, life)
         self._emotion = None if life is None else ShownEmotion()
         self._choices = np.random.default_rng([life or 0, _CHOICES])
         self._performance: Performance | None = None

@@ -7,21 +7,20 @@ and slow. ``rest.toml`` has the acts and all numbers.
 
 from functools import cache
 from importlib import resources
-from typing import Annotated, Literal, get_args
+from typing import Annotated
 
 import numpy as np
 from pydantic import Field
 
 from miburi import gestures
 from miburi.feelings import FEELINGS, FeelingModel
+from miburi.feelings.temperament import RestLevel, Temperament
 from miburi.ground.tables import Table, load_table
 from miburi.partner.performance import Performance
 from miburi.robot import Array, Robot
 
-__all__ = ["LEVELS", "Rest", "RestLevel"]
+__all__ = ["Rest"]
 
-RestLevel = Literal["still", "quiet", "lively"]
-LEVELS: tuple[RestLevel, ...] = get_args(RestLevel)
 #: After an interruption of this many s, rest begins with a pause (ours).
 _ANEW = 2.0
 #: s of a turn to a face, and one that is not worth making, rad (ours).
@@ -77,14 +76,12 @@ class Rest:
     ----------
     robot
         Gives lengths, limits and neutral.
-    level
-        How lively it rests.
     seed
         Draws the acts, their pauses and their sizes.
     """
 
-    def __init__(self, robot: Robot, level: RestLevel, seed: int) -> None:
-        self._robot, self._level = robot, _shipped().level[level]
+    def __init__(self, robot: Robot, seed: int) -> None:
+        self._robot = robot
         self._rng = np.random.default_rng([seed, 2])
         self._due = self._called = float("-inf")
         self._last = ""
@@ -99,7 +96,8 @@ class Rest:
         time
             Now, s; to be called again and again while the body rests.
         feelings
-            The emotional model; its mood shows in the act.
+            The emotional model: its mood shows in the act; its temperament says how often one
+            comes.
         turned, gaze
             rad to its left: how far the body is turned, and where somebody is.
         """
@@ -112,7 +110,7 @@ class Rest:
             pose = self._pose(turn, lift, np.zeros(8), _TURNING, 0.0)
             return Performance(lambda _mood: [pose], rests="turn")
         if time > self._called + _ANEW:
-            self._due = time + self._pause()
+            self._due = time + self._pause(feelings.temperament)
         self._called = time
         if time < self._due:
             return None
@@ -121,7 +119,11 @@ class Rest:
         act = acts[int(self._rng.choice(len(acts), p=weights / weights.sum()))]
         self._last = act.name
         lift, depth, tempo = self._tone(feelings)
-        size = self._level.size * np.exp(depth) * self._rng.uniform(*_SIZES)
+        size = (
+            _shipped().level[feelings.temperament.at_rest].size
+            * np.exp(depth)
+            * self._rng.uniform(*_SIZES)
+        )
         slower = np.exp(-tempo) / self._rng.uniform(*_TEMPOS)
         offset = size * np.array(act.offset)
         # Nor does a glance turn the waist where the temperament lets nothing turn it.
@@ -130,15 +132,16 @@ class Rest:
             offset = offset[_MIRRORED] * np.where(np.arange(8) == _TURN, -1, 1)
         times = slower * np.array([act.there, act.hold, act.back])
         self._due = self._called = time + float(times.sum())
-        self._due += self._pause()
+        self._due += self._pause(feelings.temperament)
         poses = [
             self._pose(turn, lift, offset, times[0], times[1]),
             self._pose(turn, lift, np.zeros(8), times[2], 0.0),
         ]
         return Performance(lambda _mood: poses, rests=act.name)
 
-    def _pause(self) -> float:
-        return float(self._level.pause * np.exp(self._level.spread * self._rng.standard_normal()))
+    def _pause(self, temperament: Temperament) -> float:
+        level = _shipped().level[temperament.at_rest]
+        return float(level.pause * np.exp(level.spread * self._rng.standard_normal()))
 
     def _pose(
         self, turn: float, lift: float, offset: Array, duration: float, hold: float

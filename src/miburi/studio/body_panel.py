@@ -12,6 +12,7 @@ from serial.tools.list_ports import comports
 
 from miburi.errors import MiburiError
 from miburi.feelings import TEMPERAMENTS
+from miburi.feelings.temperament import REST_LEVELS
 from miburi.live.archive import Kept
 from miburi.live.bodies import KINDS
 from miburi.live.state import MotorOut, MotorsOut, State
@@ -102,13 +103,26 @@ def _temperament(runner: LivePartner, say: dict[str, str], updates: list[Update]
             await attempt(runner.temperament(event.value))
 
     character.on_value_change(change)
-    shown = runner.snapshot.state.temperament
+    rest = Choice(
+        {level: say[f"rest_{level}"] for level in REST_LEVELS},
+        runner.snapshot.state.rest,
+        say["rest"],
+    )
+
+    async def change_rest(event: Any) -> None:
+        state = runner.snapshot.state
+        if event.value != state.rest:
+            await attempt(runner.temperament(state.temperament, event.value))
+
+    rest.on_value_change(change_rest)
+    shown = runner.snapshot.state.temperament, runner.snapshot.state.rest
 
     def update(state: State) -> None:
         nonlocal shown
-        if state.temperament != shown:
-            shown = state.temperament
-            character.set_value(shown)
+        if (state.temperament, state.rest) != shown:
+            shown = state.temperament, state.rest
+            character.set_value(state.temperament)
+            rest.set_value(state.rest)
 
     updates.append(update)
 

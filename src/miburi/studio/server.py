@@ -43,7 +43,6 @@ from miburi.live.memory import keep, remember, remembered
 from miburi.live.press import Hold, Press
 from miburi.live.runner import Runner
 from miburi.partner import solve_with
-from miburi.partner.rest import RestLevel
 from miburi.robot import Robot
 from miburi.safety.contact import Rule
 from miburi.studio.addresses import listening_plainly, listening_twice
@@ -110,7 +109,6 @@ class Wish:
     folder: Path | None = None
     forget: bool = False
     seed: int = 0
-    rest: RestLevel = "quiet"
     programs_may_release: bool = False
 
 
@@ -225,7 +223,6 @@ def _wake(wish: Wish, feelings: EmotionalModel, folder: Path) -> Runner:
         body=wish.body,
         port=wish.port_of_body,
         seed=wish.seed,
-        rest=wish.rest,
         rule=wish.rule,
         repertoire=wish.repertoire,
         solve=solve_with(wish.settings),
