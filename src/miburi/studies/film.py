@@ -196,10 +196,10 @@ def write_film(
             Image.fromarray(contact_sheet([opened.picture(s) for s in chosen], 4)).save(sheet)
             return sheet
         film = path.with_suffix(".mp4")
-        first = opened.picture(scenes[0])
+        shown, drawn = scenes[0], opened.picture(scenes[0])
         command = [
             program, "-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24",
-            "-s", f"{first.shape[1]}x{first.shape[0]}", "-r", str(rate), "-i", "-",
+            "-s", f"{drawn.shape[1]}x{drawn.shape[0]}", "-r", str(rate), "-i", "-",
             "-c:v", "libx264", "-preset", "veryfast", "-pix_fmt", "yuv420p", "-crf", "23",
             "-movflags", "+faststart", str(film),
         ]  # fmt: skip
@@ -209,7 +209,9 @@ def write_film(
                 raise OutputError("ffmpeg has no input")
             try:
                 for index, scene in enumerate(scenes):
-                    stdin.write(opened.picture(scene).tobytes())
+                    if scene is not shown:  # what is held is drawn once
+                        shown, drawn = scene, opened.picture(scene)
+                    stdin.write(drawn.tobytes())
                     progress(index + 1)
                 stdin.close()
             except BrokenPipeError:

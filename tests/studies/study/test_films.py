@@ -15,7 +15,7 @@ from miburi.studies.study.plan import FILE, load_study
 def test_only_what_is_missing_is_drawn(robot: Robot, tmp_path: Path) -> None:
     lab = Lab(tmp_path)
     there = find_films(lab.study, tmp_path)
-    there["fear-0.9"].unlink()
+    there["fright-0.9"].unlink()
     steps: list[tuple[int, int]] = []
     short = tuple(
         function.model_copy(update={"duration": 0.3}) for function in shipped_repertoire().functions
@@ -24,8 +24,8 @@ def test_only_what_is_missing_is_drawn(robot: Robot, tmp_path: Path) -> None:
         lab.study, tmp_path, robot, Repertoire(short), lambda *step: steps.append(step)
     )
     assert steps == [(0, 1), (1, 1)]
-    assert films["fright-0.9"].read_text() == "fright-0.9"  # as it was
-    assert films["fear-0.9"].stat().st_size > 5_000
+    assert films["fear-0.9"].read_text() == "fear-0.9"  # as it was
+    assert films["fright-0.9"].stat().st_size > 5_000
     assert sorted(file.name for file in (tmp_path / FILMS).iterdir()) == sorted(
         file.name for file in films.values()
     )
