@@ -29,7 +29,8 @@ def new(folder: Folder) -> None:
     with whole_files(folder) as draft:
         (draft / FILE).write_text(TEMPLATE.read_text(encoding="utf-8"), encoding="utf-8")
     print(
-        f"{folder / FILE}: say there who you are and what you ask. Then: miburi study run {folder}"
+        f"{folder / FILE}: fill in what stands there in brackets, and change what you like. Then: "
+        f"miburi study run {folder}"
     )
 
 

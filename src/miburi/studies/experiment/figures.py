@@ -121,7 +121,7 @@ def _draw_stop(
     axes.set_title(title, fontsize=8)
     if first:
         axes.set_ylabel("speed (rad/s)")
-        ratio.set_ylabel("ratio")
+        ratio.set_ylabel("ratio\n(limit 0.94)")
         axes.legend(fontsize=7, loc="upper left", frameon=False, borderpad=0, labelspacing=0.2)
 
 

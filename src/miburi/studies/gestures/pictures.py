@@ -131,12 +131,12 @@ def film(
 
 
 def paths(robot: Robot, rehearsal: Rehearsal, path: Path) -> Path:
-    """Draw the paths of hands and head, from the front and from the robot's left."""
+    """Draw the paths of hands and head, from the front and from the robot's right."""
     size = robot.lengths
     arm = size.L23 + size.L34
     side = round(1e3 * (size.L12 + arm)) + 20
     low, high = round(1e3 * (size.L01 - arm)) - 30, round(1e3 * (size.L01 + arm)) + 30
-    views = (("from the front", 1, "y"), ("from the robot's left", 0, "x"))
+    views = (("from the front", 1, "y"), ("from the robot's right", 0, "x"))
     with plt.rc_context({"font.size": 8, "axes.spines.top": False, "axes.spines.right": False}):
         figure, axes = plt.subplots(1, 2, figsize=(5.2, 2.7), layout="constrained")
         for ax, (title, across, letter) in zip(axes, views, strict=True):

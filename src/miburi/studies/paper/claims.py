@@ -57,7 +57,7 @@ CLAIMS: dict[str, Callable[[Runs], Claim]] = {
 ABSENT = tuple(
     Claim(section, sentence, ClaimVerdict.UNKNOWN, why)
     for section, sentence, why in (
-        ("4, 6", "The movements “seem natural to the user”.", "nobody has been asked"),
+        ("3, 4", "The movements “seem natural to the user”.", "nobody has been asked"),
         ("2", "A smartphone is the host and sends over Bluetooth.", "the host here is a computer; "
          "a phone can be the face"),
         ("2", "The robot is built, with cheap motors; the price is one of its main arguments.",

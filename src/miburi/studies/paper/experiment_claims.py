@@ -37,8 +37,8 @@ def whenever_and_only_when(runs: Runs) -> Claim:
         ),
         f"{stops} stops in {len(made)} runs of 30 s: {false} false, {missed} contacts missed; "
         f"{trials.free} + {trials.blocked} trials: {trials.false_stops} false, {trials.missed} "
-        f"contacts missed ({low:.2f} to {high:.2f} %), {trials.missed_above_2N} of them with 2 N "
-        "or more over 0.1 s",
+        f"contacts missed ({low:.2f} to {high:.2f} %)"
+        + (f", {trials.missed_above_2N} of them with 2 N or more" if trials.missed else ""),
         "the condition: who presses with less than 2 N may be missed ([contact safety](safety.md))",
     )
 
@@ -76,9 +76,9 @@ def period(runs: Runs) -> Claim:
             ClaimVerdict.HOLDS_IF if regular else ClaimVerdict.DIFFERS,
         ),
         f"{len(starts)} gestures of happiness start at multiples of 2 s, within {1e3 * late:.0f} "
-        f"ms; at μ = 0.9 {len(fit)} of {len(long)} feelings' gestures end within 2 s "
-        f"({', '.join(fit) or 'none'}), the others take up to {max(long):.1f} s and start at the "
-        "next multiple",
+        f"ms; of the {len(long)} feelings' gestures at μ = 0.9 {len(fit)} "
+        f"({', '.join(fit) or 'none'}) ends within 2 s, the others take up to {max(long):.1f} s, "
+        "and the next one starts at the multiple after that",
         "the condition is the paper's feeling, happiness",
     )
 

@@ -70,8 +70,8 @@ def safety_figure(path: Path) -> None:
     steps = (
         "the host sends final positions and speeds",
         "the card orders each motor to its place",
-        "at each reading: every motor's travel",
-        "is one motor slower than\n0.9372 of what is due?",
+        "at each reading (20 ms):\nevery motor's travel over 0.1 s",
+        "is one slower than 0.9372 of what is due,\nor farther behind than a free one?",
         "stop all motors, give way,\nhold softly",
     )
     figure = Figure(figsize=(4.6, 5.2), layout="constrained")
@@ -91,7 +91,14 @@ def safety_figure(path: Path) -> None:
     reading, question = _edge(boxes[2]), _edge(boxes[3])
     back = _ARROW | {"color": _INK, "connectionstyle": "arc3,rad=0.5"}
     axes.annotate("", (1, 0.5), (1, 0.5), xycoords=reading, textcoords=question, arrowprops=back)
-    axes.text(8.4, (heights[2] + heights[3]) / 2, "no", fontsize=9, ha="center", va="center")
+    axes.text(
+        8.4,
+        (heights[2] + heights[3]) / 2,
+        "no, until\nall arrive",
+        fontsize=8,
+        ha="left",
+        va="center",
+    )
     _save(figure, path)
 
 
@@ -106,7 +113,7 @@ _BESIDE = {
 def dh_figure(robot: Robot, path: Path) -> None:
     """Draw the frames of the three chains at neutral (Figs. 2 and 3): x red, y green, z blue."""
     figure = Figure(figsize=(7.2, 5.2), layout="constrained")
-    views = (("from the front", 1), ("from the robot's left", 0))
+    views = (("from the front", 1), ("from the robot's right", 0))
     panels = figure.subplots(1, 2, sharey=True, width_ratios=[1.7, 1])
     for axes, (title, across) in zip(panels, views, strict=True):
         for extremity, rows in TABLES.items():
@@ -231,6 +238,8 @@ def function_figure(robot: Robot, path: Path) -> None:
         shape = [membership(function, float(mood)) for mood in moods]
         panel.plot(moods, shape, style, color=_INK, label=hedge)
     panel.set_title("membership of μ", fontsize=8)
+    panel.set_xlabel("mood μ", fontsize=7)
+    panel.tick_params(labelsize=7)
     panel.legend(fontsize=6, frameon=False)
     grid[1, 0].axis("off")
     grid[1, 0].text(0, 0.5, "Hands and head (black)\nfrom the front at\nμ = 0.3, 0.6, 0.9\n"
@@ -273,6 +282,8 @@ def rule_figure(moves: list[tuple[float, float]], path: Path) -> None:
     speed = float(np.median([speed for _, speed in moves]))
     edge = FIRST_WINDOW - speed / (2 * ramps)
     axes.plot(1e3 * edge[edge >= 0], ramps[edge >= 0], color=_INK, lw=1.2)
+    axes.plot(20, 40, "o", color=_INK, ms=5, fillstyle="none")
+    axes.annotate("20 ms, 40 rad/s²", (20, 40), (6, 6), textcoords="offset points", fontsize=7)
     axes.set(xlabel="lag (ms)", ylabel="ramp (rad/s²)", yscale="log", xlim=(0, 40))
     axes.set_title(
         f"The printed rule on {len(moves)} free moves; line: lag + v / 2a = "

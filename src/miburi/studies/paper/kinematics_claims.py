@@ -93,7 +93,7 @@ def equations(runs: Runs) -> Claim:
 
 
 def eight_solutions(runs: Runs) -> Claim:
-    """Count the poses that put hands and head on a place if no joint has limits."""
+    """Count the poses of both arms that put hands on a place if no joint has limits."""
     joints = runs.robot.joints
     free = {
         name: Joint(symbol=joint.symbol, min=-np.pi, max=np.pi, neutral=joint.neutral)
@@ -101,14 +101,21 @@ def eight_solutions(runs: Runs) -> Claim:
         if (joint := getattr(joints, name))
     }
     unlimited = runs.robot.model_copy(update={"joints": joints.model_copy(update=free)})
-    counts = [_distinct(inverse(unlimited, forward(unlimited, pose))) for pose in runs.poses[:200]]
-    usual = int(np.median(counts))
+    arms, bodies = [], []
+    for pose in runs.poses[:200]:
+        found = inverse(unlimited, forward(unlimited, pose))
+        turned = np.abs(np.angle(np.exp(1j * (found[:, 0] - pose[0])))) > _ALIKE
+        here = found[~turned]  # the waist as it was
+        arms.append(_distinct(here[:, 1:4]) + _distinct(here[:, 4:7]))
+        bodies.append(_distinct(found))
     return Claim(
         "3",
         "“The direct inversion of the forward kinematic model gives us 8 solutions.”",
-        holds(usual == 8),
-        f"without limits {usual} (median; {min(counts)} to {max(counts)}): each arm has 4, and "
-        "with the waist turned by half a circle sometimes 4 more",
+        ClaimVerdict.HOLDS_IF if set(arms) == {8} else ClaimVerdict.DIFFERS,
+        f"without limits each arm has {min(arms) // 2}, {min(arms)} in all; as poses of the whole "
+        f"body they are {int(np.median(bodies))}, and up to {max(bodies)} with the waist turned by "
+        "half a circle",
+        "the condition: solutions are counted arm by arm",
     )
 
 
@@ -151,8 +158,8 @@ def levenberg_marquardt(runs: Runs) -> Claim:
         "3",
         "Eq. 12 is “the Levenberg-Marquardt method”.",
         holds(bend > 1e-3),
-        f"its matrix has rank one beside γI, so that each of {len(runs.poses)} steps is the "
-        f"gradient's, shortened (at most {bend:.0g} rad beside it)",
+        f"apart from γI its matrix has rank one, so each of {len(runs.poses)} steps is a shortened "
+        f"gradient step (its direction differs by {bend:.0g} rad at most)",
     )
 
 
@@ -164,7 +171,7 @@ def promise(runs: Runs) -> Claim:
         "3",
         "“Always a solution with 0.015 radian precision within 1 second” with Table 2.",
         holds(min(shares.values()) == 1.0),
-        "as printed, of the targets meet the nearest valid pose: "
+        "share of targets solved to within 0.015 rad of the nearest valid pose: "
         + ", ".join(f"{share:.1%} in {unit}" for unit, share in shares.items()),
         "γ and τ are absolute, so the unit of length counts; the paper names none",
     )
@@ -185,14 +192,16 @@ def promise_of_reference_9(runs: Runs) -> Claim:
 
 
 def within_a_second(runs: Runs) -> Claim:
-    """Time each solution of the experiments."""
-    slowest = max(1e3 * max(run.solve_seconds) for run in (runs.printed_solver, *runs.experiments))
-    generations = sum(s.generations for run in runs.experiments for s in run.solutions)
-    solves = sum(len(run.solutions) for run in runs.experiments)
+    """Time each solution of an experiment that is solved as printed, and of the others."""
+    slowest = 1e3 * max(runs.printed_solver.solve_seconds)
+    default = 1e3 * max(max(run.solve_seconds) for run in runs.experiments)
     return Claim(
         "5",
-        "“The inverse kinematic calculation … was working within 1 second.”",
-        holds(slowest < 1000),
-        f"{slowest:.0f} ms at most; the default began {generations} generations in {solves} solves",
-        "on this computer, not on a phone; the default is no evolutionary search",
+        "“The inverse kinematic calculation by the Bacterial Memetic Algorithm was working within "
+        "1 second of calculation.”",
+        holds(max(slowest, default) < 1000),
+        f"with Table 2 as printed {slowest:.0f} ms at most, of "
+        f"{len(runs.printed_solver.solutions)} solutions; the default, which is no evolutionary "
+        f"search, {default:.2g} ms",
+        "on this computer, not on a phone",
     )
