@@ -87,7 +87,8 @@ def run(
             living = stack.enter_context(connect(partner, *known))
             print(f"{partner} makes the gestures, with its {living.state.body} body.", flush=True)
         serve_study(study, store, films, host, port, say, living)
-    print(f"The answers are in {answers}. Next: miburi study report {folder}")
+    onward = "" if rehearsal else f" Next: miburi study report {folder}"
+    print(f"The answers are in {answers}.{onward}")
 
 
 @study_app.command()

@@ -157,6 +157,17 @@ def test_strength_is_not_asked_of_what_was_no_feeling(tmp_path: Path) -> None:
     assert found["ratings"][0]["all"]["answers"] == 0
 
 
+def test_an_honest_none_of_these_is_no_carelessness(tmp_path: Path) -> None:
+    lab = Lab(tmp_path, CAREFUL.replace("fastest = 2.0\n", ""))
+    films = iter(["fear"] * 4 + ["none"] * 5)
+
+    def behave(question: str, film: str | None) -> dict[str, str]:
+        return answers(next(films) if question == "feeling" else "", question, film)
+
+    take_part(lab, behave)
+    assert report(lab)["left_out"] == []
+
+
 def test_what_need_not_be_said_may_be_left_out(tmp_path: Path) -> None:
     lab = Lab(tmp_path, CAREFUL)
     browser = lab.begin()

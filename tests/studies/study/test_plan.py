@@ -46,6 +46,12 @@ def test_the_study_that_ships_asks_about_eight_feelings_at_three_moods(tmp_path:
         ('kind = "word"', 'kind = "check"\nright = "anger"\nat = 1', "nobody can choose"),
         ('kind = "word"', 'kind = "check"\nright = "fear"\nat = 3', "fewer films"),
         ('kind = "word"', 'kind = "word"\nonly_if = "word"', "choices are"),
+        (
+            'name = "word"\nkind = "word"',
+            'name = "between"\nkind = "word"\nask = { en = "?", ja = "?" }\n[[question]]\n'
+            'name = "word"\nkind = "word"\nonly_if = "feeling"',
+            "word has only_if, so it must come right after feeling",
+        ),
         ('kind = "word"', 'kind = "number"\nlow = 9\nhigh = 9', "low must be less than high"),
         ('kind = "choice"', 'kind = "choice"\noptional = true', "may be optional"),
     ],

@@ -49,12 +49,13 @@ def _reasons(study: Study, own: list[StudyAnswer], pace: Mapping[int, AnswerPace
         yield f"{median(seconds):.1f} s for a page in the median"
     choices = {question.name for question in study.question if question.kind == "choice"}
     for name in sorted(choices):
+        given = [answer.value for answer in own if answer.question == name]
         # "None of these" may be an honest answer, however often.
-        chosen = Counter(a.value for a in own if a.question == name and a.value != NONE)
-        if rule.same is not None and chosen.total() > 2:
-            option, often = chosen.most_common(1)[0]
-            if often > rule.same * chosen.total():
-                yield f"{option} in {often} of {chosen.total()} films"
+        chosen = Counter(value for value in given if value != NONE)
+        if rule.same is not None and len(given) > 2 and chosen:
+            feeling, often = chosen.most_common(1)[0]
+            if often > rule.same * len(given):
+                yield f"{feeling} in {often} of {len(given)} films"
     plays: dict[int, int] = defaultdict(int)
     for step in about_films:
         trial, started = study.steps[step].trial, pace.get(step, AnswerPace()).plays

@@ -10,7 +10,7 @@ from collections import Counter
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal, Self, get_args
 
 from pydantic import Field, model_validator
 
@@ -150,7 +150,7 @@ class Question(Table):
     #: Of a number: the smallest and the largest that are allowed.
     low: int = 0
     high: int = 120
-    #: The name of a choice: this is asked only where that was a feeling.
+    #: The name of the choice right before it: this is asked only where that was a feeling.
     only_if: Name | None = None
     #: Of a choice: the words of a last option that is no feeling; default: there is none.
     none: Text | None = None
@@ -213,7 +213,7 @@ class Exclude(Table):
     fastest
         Whoever answers pages about films in less than so many seconds, in the median.
     same
-        Whoever gives one answer to a choice in more than such a share of the films.
+        Whoever chooses one feeling for more than such a share of the films.
     unplayed
         Whoever started fewer than such a share of the films; known only where a browser runs
         scripts.
@@ -306,6 +306,7 @@ class Study(Table):
         for question in self.question:
             if question.only_if is not None and question.only_if not in choices:
                 raise ValueError(f"only_if is {question.only_if!r}; choices are {choices}")
+            self._check_order(question)
             if question.right is not None and question.right not in self.options(question):
                 raise ValueError(f"right is {question.right!r}, which nobody can choose")
             if (question.at or 0) > (self.trials or len(self.films)):
@@ -317,6 +318,17 @@ class Study(Table):
                 beginning = next(iter(text.values()))[:40]
                 raise ValueError(f"{beginning!r} is missing in {', '.join(missing)}")
         return self
+
+    def _check_order(self, question: Question) -> None:
+        """Check that nothing but its like stands between a choice and what depends on it."""
+        each = [one for one in self.question if one.after == "film" and one.kind != "check"]
+        if question.only_if is None:
+            return
+        before = each[each.index(question) - 1] if question in each[1:] else None
+        if before is None or question.only_if not in (before.name, before.only_if):
+            raise ValueError(
+                f"{question.name} has only_if, so it must come right after {question.only_if}"
+            )
 
 
 def pick(text: dict[Language, str], language: str) -> str:
@@ -344,7 +356,7 @@ def _without_words(value: object) -> object:
 
 
 def _is_text(value: object) -> bool:
-    return isinstance(value, dict) and bool(value) and set(value) <= {"en", "ja"}
+    return isinstance(value, dict) and bool(value) and set(value) <= set(get_args(Language))
 
 
 def _digest(value: object) -> str:
