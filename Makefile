@@ -22,7 +22,7 @@ experiment: .venv/run.stamp ## the paper's experiment, written to out/experiment
 # tests takes longer than after them.
 TESTS := $(BIN)/python -m pytest -n $$(($$(nproc) + 1))
 PAGES := tests/studio/browser
-test: .venv/test.stamp ## all tests (10 to 18 minutes on two cores)
+test: .venv/test.stamp ## all tests (about 19 minutes on two cores)
 	$(TESTS) --ignore $(PAGES)
 	$(TESTS) $(PAGES)
 

@@ -14,7 +14,7 @@ def main() -> None:
         sys.exit(130)
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] == "miburi":
-            raise  # a fault of ours
+            raise  # a bug in Miburi
         print(
             f"miburi: the command needs {error.name}, which is not installed. A small installation "
             "has the library alone; pip install FILE, the wheel or the folder that Miburi came "

@@ -26,11 +26,11 @@ class Claim:
     sentence
         In the paper's words where they are quoted.
     verdict
-        What the run says.
+        The run's answer.
     number
         The figures behind the verdict.
     ours
-        What in it is our assumption; empty if all of it is the paper's.
+        Our assumptions behind it; empty if there are none.
     """
 
     section: str

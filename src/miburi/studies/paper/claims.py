@@ -53,7 +53,7 @@ CLAIMS: dict[str, Callable[[Runs], Claim]] = {
         experiment_claims.right_positions,
     )
 }
-#: What no run can tell.
+#: Claims that no run can check.
 ABSENT = tuple(
     Claim(section, sentence, ClaimVerdict.UNKNOWN, why)
     for section, sentence, why in (

@@ -44,7 +44,7 @@ _PLACES = range(120, 136)
 
 
 class Blocked(NamedTuple):
-    """What became of a body whose way was blocked.
+    """How a body reacted to a hand in its way.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class Met(NamedTuple):
 
 
 class OnCard(NamedTuple):
-    """What an emulated card did whose host had gone.
+    """What an emulated card did after its host went silent.
 
     Attributes
     ----------

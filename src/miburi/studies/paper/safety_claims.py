@@ -24,6 +24,7 @@ __all__ = [
     "upper_arms",
 ]
 
+_NOT_BUILT = "the emulated card has not been built here (`make firmware`)"
 #: rad/s: a motor that is slower has stopped; s within which it must (ours).
 _STILL, _SOON = 0.1, 0.3
 #: s after the first touch within which a stop is direct, for 95 of 100 contacts and for all (ours).
@@ -58,8 +59,7 @@ def on_the_card(runs: Runs) -> Claim:
         "depending on the orders of the robot's head.”"
     )
     if (card := runs.on_card) is None:
-        why = "the emulated card has not been built here (`make firmware`)"
-        return Claim("2", sentence, ClaimVerdict.UNKNOWN, why)
+        return Claim("2", sentence, ClaimVerdict.UNKNOWN, _NOT_BUILT)
     return Claim(
         "2",
         sentence,
@@ -78,8 +78,7 @@ def period_and_card(runs: Runs) -> Claim:
     """Count the readings of the emulated card in a period."""
     sentence = "p is “balanced by the Arduino card's computing power”."
     if (card := runs.on_card) is None:
-        why = "the emulated card has not been built here (`make firmware`)"
-        return Claim("2", sentence, ClaimVerdict.UNKNOWN, why)
+        return Claim("2", sentence, ClaimVerdict.UNKNOWN, _NOT_BUILT)
     median, longest = 1e3 * np.median(card.gaps), 1e3 * card.gaps.max()
     return Claim(
         "2",
