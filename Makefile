@@ -29,7 +29,7 @@ test: .venv/test.stamp ## all tests (about 19 minutes on two cores)
 # What a developer runs every few minutes; and the three parts of `make test`, for machines that
 # work side by side.
 .PHONY: test-quick test-rest test-firmware test-pages
-test-quick: .venv/test.stamp ## what is quick: no program, broker, film, study or card (a minute)
+test-quick: .venv/test.stamp ## what is quick: no program, broker, film, study or card (about 4 minutes)
 	$(TESTS) --ignore $(PAGES) --ignore tests/firmware -m "not slow"
 test-rest: .venv/test.stamp ## all tests but those of the card and those in a browser
 	$(TESTS) --ignore $(PAGES) --ignore tests/firmware

@@ -62,7 +62,7 @@ class Together(LoadScopeScheduling):
 
 #: What `make test-quick` leaves out: programs, brokers, films, experiments, whole studies.
 SLOW = (
-    *(f"tests/cli/test_{name}" for name in ("commands", "own_files", "study")),
+    *(f"tests/cli/test_{name}" for name in ("commands", "json", "own_files", "study")),
     *(f"tests/interface/test_{name}" for name in ("agents", "fleet", "home", "ros", "voice")),
     "tests/examples/",
     "tests/feelings/test_ninth.py",
@@ -70,7 +70,10 @@ SLOW = (
     "tests/studies/",
     "tests/studio/test_fleet_page.py",
     "tests/studio/test_server.py",
-    *(f"tests/test_{name}" for name in ("docs", "extras", "tutorials", "without_egl")),
+    *(
+        f"tests/test_{name}"
+        for name in ("docs", "extras", "shown_commands", "tutorials", "without_egl")
+    ),
 )
 
 
