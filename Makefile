@@ -84,8 +84,17 @@ test-wheel: firmware ## the tests on a wheel, with any Python (PYTHON=python3.13
 	MIBURI_FIRMWARE=$(CURDIR)/build/firmware .venv-wheel/bin/python -m pytest -n auto \
 		--ignore $(PAGES) --ignore tests/firmware
 
+# As on the start page: from a wheel, in an environment of its own.
+.PHONY: test-lessons
+test-lessons: .venv/test.stamp ## the lessons in a new environment, with any Python (PYTHON=python3.13)
+	rm -rf .venv-lessons dist
+	$(PYTHON) -m venv .venv-lessons
+	.venv-lessons/bin/python -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir dist .
+	.venv-lessons/bin/python -m pip install --quiet --disable-pip-version-check "$$(ls dist/*.whl)[studies]"
+	MIBURI_LESSONS=$(CURDIR)/.venv-lessons/bin $(BIN)/python -m pytest -n 2 tests/test_tutorials.py
+
 clean: ## remove what was built
-	rm -rf .venv .venv-bench .venv-lowest .venv-wheel build dist out .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	rm -rf .venv .venv-bench .venv-lessons .venv-lowest .venv-wheel build dist out .mypy_cache .pytest_cache .ruff_cache .hypothesis
 
 # Python packages go into .venv, at the versions of constraints.txt. Debian packages: see tools.
 .venv/bin/python:

@@ -53,6 +53,30 @@ def test_a_closed_study_is_over(tmp_path: Path) -> None:
         run("run", tmp_path)
 
 
+def test_a_board_reads_what_participants_read(tmp_path: Path) -> None:
+    run("new", tmp_path)
+    english = run("text", tmp_path, "--language", "en")
+    assert "(WRITE: your name" in english
+    assert "I have read this, and I agree" in english
+    assert "How natural is the movement?\nnot natural at all 1 – 7 very natural" in english
+    assert "説明を読み、参加に同意します。" in run("text", tmp_path)
+    with pytest.raises(InputError, match="this study has en, ja, got 'fr'"):
+        run("text", tmp_path, "--language", "fr")
+
+
+def test_whoever_runs_a_study_can_delete_for_a_participant(tmp_path: Path) -> None:
+    run("new", tmp_path / "new")
+    with pytest.raises(InputError, match="nobody has answered yet"):
+        run("withdraw", tmp_path / "new", "K7QM-2XHD")
+    lab = Lab(tmp_path)
+    browser, _ = lab.begin(), lab.begin()
+    code = browser.cookies["miburi_study"]
+    with pytest.raises(InputError, match="have the code 'AAAA-2222'"):
+        run("withdraw", tmp_path, "AAAA-2222")
+    assert "make the report anew" in run("withdraw", tmp_path, f" {code.lower()} ")
+    assert (lab.store.counts(4).began, lab.store.counts(4).withdrawn) == (2, 1)
+
+
 def test_a_study_is_served_until_somebody_ends_it(tmp_path: Path) -> None:
     lab = Lab(tmp_path)
     with served(tmp_path) as (home, said), httpx.Client(follow_redirects=True) as browser:

@@ -3,7 +3,7 @@
 import os
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -11,7 +11,11 @@ from miburi.cli.options import GesturesFolder, RobotFile, repertoire_of, robot_o
 from miburi.cli.trials import show_progress
 from miburi.errors import InputError
 
-__all__ = ["Folder", "close", "new", "report", "run", "study_app"]
+if TYPE_CHECKING:
+    from miburi.studies.study.plan import Study
+    from miburi.studies.study.store import Store
+
+__all__ = ["Folder", "close", "new", "report", "run", "study_app", "text", "withdraw"]
 
 study_app = typer.Typer(help="Ask people what they see in the robot.", no_args_is_help=True)
 
@@ -104,17 +108,66 @@ def report(
 
 
 @study_app.command()
+def text(
+    folder: Folder,
+    language: Annotated[
+        str | None, typer.Option(help="One of the study's languages; default: all of them.")
+    ] = None,
+) -> None:
+    """Print all that a participant reads, such as for an ethics board."""
+    from miburi.studies.study.plan import load_study
+    from miburi.studies.study.texts import participant_text
+
+    study = load_study(folder)
+    if language is not None and language not in study.languages:
+        allowed = ", ".join(study.languages)
+        raise InputError(f"--language: this study has {allowed}, got {language!r}.")
+    chosen = study.languages if language is None else [language]
+    print("\n".join(participant_text(study, each) for each in chosen), end="")
+
+
+@study_app.command()
+def withdraw(
+    folder: Folder,
+    code: Annotated[str, typer.Argument(help="As a participant sent it to you.")],
+) -> None:
+    """Delete the answers of a participant who asks for it, as the page *Withdraw* does."""
+    from miburi.studies.study.plan import load_study
+
+    if not _answers(folder, load_study(folder)).withdraw(code.strip().upper()):
+        raise InputError(f"no answers in {folder} have the code {code!r}; it looks like K7QM-2XHD.")
+    print(
+        f"Deleted. Copies and reports that you made before still have these answers: delete them, "
+        f"and make the report anew with miburi study report {folder}"
+    )
+
+
+@study_app.command()
 def close(folder: Folder) -> None:
     """End a study: erase the participants' codes, so that no answer can be traced to anybody."""
     from miburi.studies.study.plan import load_study
+
+    erased = _answers(folder, load_study(folder)).close()
+    print(
+        f"{folder} is closed. Codes erased: {erased}. Nobody can answer or withdraw any more. "
+        "Delete older copies of the answers: they still have the codes."
+    )
+
+
+def _answers(folder: Path, study: "Study") -> "Store":
+    """Open the answers that a study has.
+
+    Raises
+    ------
+    InputError
+        Nobody has answered yet.
+    """
     from miburi.studies.study.report import ANSWERS
     from miburi.studies.study.store import open_store
 
-    study = load_study(folder)
     if not (folder / ANSWERS).is_file():
         raise InputError(f"{folder} has no {ANSWERS}: nobody has answered yet.")
-    erased = open_store(folder / ANSWERS, study).close()
-    print(f"{folder} is closed. Codes erased: {erased}. Nobody can answer or withdraw any more.")
+    return open_store(folder / ANSWERS, study)
 
 
 def _names(host: str) -> list[str]:

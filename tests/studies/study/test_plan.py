@@ -20,7 +20,7 @@ def test_the_study_that_ships_asks_about_eight_feelings_at_three_moods(tmp_path:
     study = load_study(tmp_path)
     assert len(study.films) == 24
     assert len(study.steps) == 2 + (1 + 24) * 3 + 2 + 1
-    assert len(study.unfilled) == 2 * 12  # in both languages
+    assert len(study.unfilled) == 2 * 13  # in both languages
     [feeling] = [question for question in study.question if question.name == "feeling"]
     assert len(study.options(feeling)) == 9
 

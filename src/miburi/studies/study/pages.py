@@ -8,10 +8,8 @@ only on the page that comes next: two tabs, or the browser's Back, mix nothing.
 import hashlib
 import secrets
 import time
-import tomllib
 import unicodedata
 from collections.abc import Awaitable, Callable, Mapping
-from functools import cache
 from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
@@ -31,6 +29,7 @@ from miburi.studies.study.live import Ending, Perform, Turn, Turns
 from miburi.studies.study.order import film_order, option_order
 from miburi.studies.study.plan import NONE, SKIPPED, Film, Question, Step, Study, pick
 from miburi.studies.study.store import AnswerPace, Participant, Store
+from miburi.studies.study.texts import page_words
 
 __all__ = ["COOKIE", "make_app", "make_code", "preferred"]
 
@@ -106,6 +105,7 @@ def make_app(
         Route(f"{home}/page", _posted(pages.answer), methods=["POST"]),
         Route(f"{home}/perform", _posted(pages.perform), methods=["POST"]),
         Route(f"{home}/next", _posted(pages.leave), methods=["POST"]),
+        Route(f"{home}/stop", pages.stop),
         Route(f"{home}/withdraw", pages.ask_to_withdraw),
         Route(f"{home}/withdraw", _posted(pages.withdraw), methods=["POST"]),
         Route(f"{home}/film/{{key}}", pages.film),
@@ -244,6 +244,14 @@ class _Pages:
         response.delete_cookie(COOKIE, self.home)
         return response
 
+    def stop(self, request: Request) -> Response:
+        """Debrief somebody who stops early; they may still go on."""
+        who = self._who(request)
+        if who is None:
+            return RedirectResponse(self.home, 303)
+        self._turns.leave(who.number)
+        return self._show("stopped.html", who.language, code=request.cookies[COOKIE])
+
     def ask_to_withdraw(self, request: Request) -> Response:
         """Ask for the code."""
         code = request.cookies.get(COOKIE, "") if self._who(request) else ""
@@ -356,11 +364,11 @@ class _Pages:
             home=self.home,
             study=study,
             language=language,
-            languages=[(each, _words()[each]["own_name"]) for each in study.languages],
+            languages=[(each, page_words()[each]["own_name"]) for each in study.languages],
             title=pick(study.title, language),
             paragraphs=_paragraphs(pick(study.information, language)),
             debriefing=_paragraphs(pick(study.debriefing, language)) if study.debriefing else [],
-            words=_words()[language],
+            words=page_words()[language],
             text=lambda words: pick(words, language),
             **values,
         )
@@ -431,11 +439,6 @@ def _key(study: Study, film: str) -> str:
 
 def _asker(request: Request) -> str:
     return request.client.host if request.client else "?"
-
-
-@cache
-def _words() -> dict[str, dict[str, str]]:
-    return tomllib.loads((_PAGES / "words.toml").read_text(encoding="utf-8"))
 
 
 class _Door:

@@ -1,0 +1,57 @@
+"""The words of a study's pages: the fixed ones, and all that one participant reads."""
+
+import tomllib
+from functools import cache
+from pathlib import Path
+
+from miburi.studies.study.plan import Question, Study, pick
+
+__all__ = ["page_words", "participant_text"]
+
+_WORDS = Path(__file__).parent / "pages" / "words.toml"
+
+
+@cache
+def page_words() -> dict[str, dict[str, str]]:
+    """Return the fixed words of all pages, by language and key."""
+    return tomllib.loads(_WORDS.read_text(encoding="utf-8"))
+
+
+def participant_text(study: Study, language: str) -> str:
+    """Return what a participant reads from the first page to the last, to show to a board.
+
+    Each question is there once, however often it comes. The notices of a study with the robot in
+    the room are left out.
+    """
+    words = page_words()[language]
+    kept = [words["privacy"], *([words["times"]] if study.times else [])]
+    parts = [
+        f"# {pick(study.title, language)}",
+        pick(study.information, language).strip(),
+        " ".join(kept),
+        f"[ ] {words['agree']}    [{words['begin']}]",
+    ]
+    for after in ("start", "film", "all"):
+        asked = [question for question in study.question if question.after == after]
+        parts += [_question(study, question, language, words) for question in asked]
+    parts += [f"{words['code']} K7QM-2XHD · {words['withdraw']} · {words['stop']}"]
+    debriefing = [pick(study.debriefing, language)] if study.debriefing else []
+    leads = [f"{words['completion']}: {study.completion}"] if study.completion else []
+    parts += [f"# {words['thanks']}", words["finished"], *debriefing, *leads, words["write_down"]]
+    parts += [f"# {words['left_title']}", words["left"], *debriefing]
+    parts += [f"# {words['withdraw_title']}", words["withdraw_words"]]
+    return "\n\n".join(parts) + "\n"
+
+
+def _question(study: Study, question: Question, language: str, words: dict[str, str]) -> str:
+    lines = [f"## {pick(question.ask, language)}"]
+    if question.kind in ("choice", "check"):
+        lines += [f"( ) {study.words(question, o, language)}" for o in study.options(question)]
+    lines += [f"( ) {pick(option.words, language)}" for option in question.answers]
+    lines += [
+        f"{pick(item.low, language)} 1 – {question.points} {pick(item.high, language)}"
+        for item in question.items
+    ]
+    if question.optional:
+        lines += [f"( ) {words['no_answer']}" if question.answers else words["may_be_empty"]]
+    return "\n".join(lines)
