@@ -14,6 +14,7 @@ import typer
 
 from miburi.cli.by_hand import find_faults, find_zeros, give_ids, wait_for_enter
 from miburi.cli.options import AsJson, RobotFile, robot_of
+from miburi.cli.places import a_file
 from miburi.errors import BodyError, InputError
 
 if TYPE_CHECKING:
@@ -146,7 +147,7 @@ def upload(
 @app.command()
 def monitor(
     port: Port,
-    seconds: Annotated[float, typer.Option(help="How long to print, s.")] = 60.0,
+    seconds: Annotated[float, typer.Option(help="How long to print, s.", min=0)] = 60.0,
     robot: RobotFile = None,
 ) -> None:
     """Print the card's state five times a second; nothing moves."""
@@ -160,7 +161,9 @@ def monitor(
 @app.command()
 def calibrate(
     port: Port,
-    out: Annotated[Path, typer.Option(help="The calibration file.")] = Path("calibration.toml"),
+    out: Annotated[Path, typer.Option(help="The calibration file.", callback=a_file)] = Path(
+        "calibration.toml"
+    ),
     ids: Annotated[bool, typer.Option(help="Give new servos their ids first.")] = False,
     zeros: Annotated[bool, typer.Option(help="Find zero poses and directions by hand.")] = False,
     built: Annotated[
@@ -219,7 +222,10 @@ def measure_servos(
         "measured.toml"
     ),
     gestures: Annotated[
-        int, typer.Option(help="Gestures in which stops are counted; half of them warm the servos.")
+        int,
+        typer.Option(
+            help="Gestures in which stops are counted; half of them warm the servos.", min=1
+        ),
     ] = 200,
     robot: RobotFile = None,
 ) -> None:
@@ -262,6 +268,8 @@ def load(
     robot: RobotFile = None,
 ) -> None:
     """Load a calibration file onto the card and store it there; nothing moves."""
+    if port.endswith(".toml"):
+        raise InputError(f"the port comes first, then the file; got {port} {file}.")
     from miburi.calibration.file import read_calibration
     from miburi.card.calibration import apply_calibration, changes
 
@@ -307,7 +315,7 @@ def _open_card(port: str, robot: "Robot") -> Iterator["Card"]:
 
 @app.command()
 def emulate(
-    seconds: Annotated[float, typer.Option(help="How long, s; 0 for ever.")] = 0.0,
+    seconds: Annotated[float, typer.Option(help="How long, s; 0 for ever.", min=0)] = 0.0,
     robot: RobotFile = None,
 ) -> None:
     """Run an emulated card with eight servos in real time, and print its port."""

@@ -37,12 +37,14 @@ from miburi.cli.options import (
     settings_of,
     temperament_of,
 )
+from miburi.cli.places import a_folder
 from miburi.cli.run import run
 from miburi.cli.senses import listen, say, words
 from miburi.cli.study import study_app
 from miburi.cli.templates import template
 from miburi.cli.to_ros import to_ros
 from miburi.cli.trials import calibrate, safety_page, trials, tune
+from miburi.cli.wrong import Explaining
 from miburi.errors import InputError, MiburiError, need
 from miburi.ground.log import log_to_stderr
 from miburi.version import __version__
@@ -67,6 +69,7 @@ __all__ = [
 ]
 
 app = typer.Typer(
+    cls=Explaining,
     help="Feelings that show in a small robot's whole body, and a body that is safe to touch.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
@@ -193,7 +196,9 @@ def experiment(
         bool, typer.Option("--heal", help="Let the mood heal after it, beside an untouched twin.")
     ] = False,
     temperament: TemperamentName = "default",
-    out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("out/experiment"),
+    out: Annotated[Path, typer.Option(help="Folder for the results.", callback=a_folder)] = Path(
+        "out/experiment"
+    ),
     film: Annotated[bool, typer.Option(help="Draw the film (the longest part).")] = True,
     hand: Annotated[bool, typer.Option(help="A hand gets in the way now and then.")] = True,
     face: Annotated[bool, typer.Option(help="The phone shows its face in the film.")] = True,
@@ -297,7 +302,9 @@ def _warn_of_limits(robot: "Robot", angles: list[float]) -> None:
 
 
 def paper(
-    out: Annotated[Path, typer.Option(help="Folder for paper.md and images.")] = Path("out/paper"),
+    out: Annotated[
+        Path, typer.Option(help="Folder for paper.md and images.", callback=a_folder)
+    ] = Path("out/paper"),
     claim: Annotated[
         str | None, typer.Option(help="Carry out this claim alone, and write nothing.")
     ] = None,
@@ -349,7 +356,11 @@ def ik(
     settings = settings_of(description, solver)
     points = [point for point in (right, left, head) if point is not None]
     if points and len(points) < len(EXTREMITIES):
-        raise InputError("ik needs all of --right, --left and --head, each with X Y Z in m.")
+        given = [f"--{n}" for n, p in zip(EXTREMITIES, (right, left, head), strict=True) if p]
+        raise InputError(
+            "ik needs all of --right, --left and --head, each with X Y Z in m; got "
+            f"{' and '.join(given)} alone."
+        )
     missed = False
     for target in [[x for point in points for x in point]] if points else _lines():
         solution = solve(
@@ -380,7 +391,9 @@ feelings_app = typer.Typer(help="The emotional model.", no_args_is_help=True)
 
 @feelings_app.command()
 def day(
-    out: Annotated[Path, typer.Option(help="Folder for day.png.")] = Path("out/feelings"),
+    out: Annotated[Path, typer.Option(help="Folder for day.png.", callback=a_folder)] = Path(
+        "out/feelings"
+    ),
     seed: Annotated[int, typer.Option(help="0 or more.", min=0)] = 1,
     temperament: TemperamentName = "default",
     model: Annotated[str, typer.Option(help="cascade or spiking.")] = "cascade",
@@ -401,7 +414,11 @@ def export(
     robot: RobotFile = None,
     meshes: Annotated[
         Path | None,
-        typer.Option(help="Write the printed parts there, and draw them.", show_default=False),
+        typer.Option(
+            help="Write the printed parts there, and draw them.",
+            show_default=False,
+            callback=a_folder,
+        ),
     ] = None,
 ) -> None:
     """Print the robot as MJCF (MuJoCo) or URDF, made from its description."""
@@ -461,7 +478,11 @@ def _lines() -> Iterator[Any]:
             try:
                 yield json.loads(line)
             except (ValueError, RecursionError) as error:  # a long number, or deep nesting
-                raise InputError(f"line {number} is not JSON: {error}.") from error
+                why = error.msg if isinstance(error, json.JSONDecodeError) else error
+                raise InputError(
+                    f"line {number} is not JSON: {why}; got {line.strip()[:60]!r}. A line is a "
+                    "list of numbers, or what the other command prints with --json."
+                ) from error
 
 
 def _row(values: Any, width: int, what: str, keys: Sequence[str]) -> list[float]:

@@ -71,6 +71,8 @@ def _keys(folder: Path | None) -> "Keys":
     from miburi.interface.keys import Keys
     from miburi.studio.server import own_folder
 
+    if folder is not None and not folder.is_dir():
+        raise InputError(f"--folder: there is no folder {folder}.")
     return Keys(folder or own_folder())
 
 

@@ -1,6 +1,7 @@
 """``miburi fleet``: all partners at a broker, in the terminal and on a page; stop one or all."""
 
 import asyncio
+import sys
 from collections.abc import Callable
 from socket import socket
 from typing import TYPE_CHECKING, Annotated
@@ -38,6 +39,7 @@ def fleet(
 
     found = find_broker(broker, broker_ca)
     if stop is not None:
+        print("Looking for 5 s.", file=sys.stderr)
         stopped, not_stopped = asyncio.run(stop_and_look(found, stop))
         for name in stopped:
             print(f"{name} is stopped.")

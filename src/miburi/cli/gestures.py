@@ -18,6 +18,7 @@ from miburi.cli.options import (
     robot_of,
     settings_of,
 )
+from miburi.cli.places import a_folder
 from miburi.errors import InputError, OutputError, need
 
 if TYPE_CHECKING:
@@ -109,12 +110,16 @@ def check(
 def preview(
     source: Source,
     mood: Annotated[float, typer.Option(help="0 to 1.")] = 0.9,
-    out: Annotated[Path, typer.Option(help="Folder for film and pictures.")] = Path("out/gesture"),
+    out: Annotated[
+        Path, typer.Option(help="Folder for film and pictures.", callback=a_folder)
+    ] = Path("out/gesture"),
     face: Face = True,
     robot: RobotFile = None,
     solver: IkWay = "default",
 ) -> None:
     """Film a gesture; draw twelve moments of it and the paths of its hands."""
+    if not 0 <= mood <= 1:
+        raise InputError(f"--mood must be from 0 to 1, got {mood!r}.")
     from miburi.ground.files import whole_files
     from miburi.studies.gestures.pictures import camera_on, show
 
@@ -136,7 +141,9 @@ _GAP = 0.5
 def record(
     name: Annotated[str, typer.Argument(help="Of the new gesture, such as wave.")],
     feeling: Annotated[str, typer.Option(help="The feeling that it shows.")] = "happiness",
-    out: Annotated[Path, typer.Option(help="Folder for its file.")] = Path("mine"),
+    out: Annotated[Path, typer.Option(help="Folder for its file.", callback=a_folder)] = Path(
+        "mine"
+    ),
     url: PartnerAddress = HERE,
     step: Step = 0.1,
     robot: RobotFile = None,
@@ -238,7 +245,9 @@ def schema() -> None:
 
 
 def gallery(
-    out: Annotated[Path, typer.Option(help="Folder for the page.")] = Path("out/gallery"),
+    out: Annotated[Path, typer.Option(help="Folder for the page.", callback=a_folder)] = Path(
+        "out/gallery"
+    ),
     face: Face = False,
     robot: RobotFile = None,
     gestures: GesturesFolder = None,

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from miburi.cli.options import AsJson
+from miburi.cli.places import a_file, a_folder
 from miburi.errors import need
 
 if TYPE_CHECKING:
@@ -36,7 +37,7 @@ RobotToBuild = Annotated[
     ),
 ]
 Fit = Annotated[float, typer.Option(help="Gap on each side of a pocket, mm; the gauge finds it.")]
-Output = Annotated[Path, typer.Option(help="Folder to write to.")]
+Output = Annotated[Path, typer.Option(help="Folder to write to.", callback=a_folder)]
 
 #: The moods at which gestures are checked, and of how many poses one is looked at.
 _MOODS, _EACH = (0.3, 0.6, 0.9, 1.0), 3
@@ -98,7 +99,9 @@ def gauge(out: Output = Path("gauge")) -> None:
 def bill(
     robot: RobotToBuild = None,
     fit: Fit = 0.25,
-    csv: Annotated[Path | None, typer.Option(help="Write a CSV file, too.")] = None,
+    csv: Annotated[
+        Path | None, typer.Option(help="Write a CSV file, too.", callback=a_file)
+    ] = None,
     slicing: Annotated[
         bool, typer.Option("--slice", help="Grams and hours by PrusaSlicer.")
     ] = False,

@@ -85,6 +85,11 @@ def robot_of(file: Path | None, servo: str | None = None) -> "Robot":
     from miburi.robot import iphonoid, load_robot
     from miburi.servos import load_servo
 
+    if file is not None and file.suffix != ".toml" and not file.exists():
+        raise InputError(
+            f"--robot: there is no file {file}; `miburi template robot NAME > mine.toml` writes "
+            "the description of a robot that ships."
+        )
     robot = iphonoid() if file is None else load_robot(file)
     return robot if servo is None else robot.with_servo(load_servo(servo))
 

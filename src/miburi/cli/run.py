@@ -24,6 +24,7 @@ from miburi.cli.options import (
     temperament_of,
     warn_of_misfits,
 )
+from miburi.cli.places import a_folder
 from miburi.errors import InputError
 from miburi.ground.log import LEVELS, VARIABLE, log_to_stderr
 
@@ -111,6 +112,7 @@ def run(
         typer.Option(
             help="Folder for token, feelings and recordings; default: ~/.local/state/miburi.",
             show_default=False,
+            callback=a_folder,
         ),
     ] = None,
     forget: Annotated[
@@ -146,6 +148,10 @@ def run(
     ] = "warning",
 ) -> None:
     """Wake the live partner and open its studio."""
+    if servo is not None and body != "simulated":
+        raise InputError("--servo is for the simulated body; a card has servos of its own.")
+    if serial is not None and body != "card":
+        raise InputError(f"--serial {serial} is for a card; give --body card, too.")
     from miburi.interface.origins import check_origin
     from miburi.interface.synthesizer import find_synthesizer
     from miburi.studio.addresses import EVERYWHERE
@@ -154,8 +160,6 @@ def run(
 
     log_to_stderr(log_level, apart=True)
 
-    if servo is not None and body != "simulated":
-        raise InputError("--servo is for the simulated body; a card has servos of its own.")
     doors = replace(
         _doors(agents, ros, broker, broker_ca, name),
         talk=_endpoint(talk, model),

@@ -81,6 +81,16 @@ def listen(
     url: PartnerAddress = HERE,
 ) -> None:
     """Hear spoken phrases and say them to a live partner; the sound stays in this process."""
+    try:
+        sound = os.fdopen(0, "rb", closefd=False) if file is None else file.open("rb")
+    except OSError as error:
+        raise InputError(f"{file} cannot be read: {error.strerror}.") from error
+    if file is not None and not sound.peek(4).startswith(b"RIFF"):
+        sound.close()
+        raise InputError(
+            f"{file} is no WAV file; `ffmpeg -i {file} -ar 16000 -ac 1 -c:a pcm_s16le OUT.wav` "
+            "makes one of most sounds. Raw sound comes by standard input."
+        )
     from miburi.senses.tone import ToneOfVoice
     from miburi.senses.utterances import frames, utterances, voice_detector
 
@@ -90,10 +100,6 @@ def listen(
     if file is None and sys.stdin.isatty():
         raise InputError("give sound, such as: arecord -f S16_LE -r 16000 -c 1 | miburi listen")
     recogniser = PhraseRecogniser(load_phrases(phrases))
-    try:
-        sound = os.fdopen(0, "rb", closefd=False) if file is None else file.open("rb")
-    except OSError as error:
-        raise InputError(f"{file} cannot be read: {error.strerror}.") from error
     voice = ToneOfVoice()
     with sound, partner_at(url) as partner:
         for utterance in utterances(frames(sound), likely):

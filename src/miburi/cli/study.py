@@ -55,12 +55,7 @@ def run(
     ] = False,
 ) -> None:
     """Draw the films that are missing, and serve the study's pages until Ctrl-C."""
-    from miburi.interface.client import connect
-    from miburi.studies.study.films import draw_missing, find_films
     from miburi.studies.study.plan import FILE, load_study
-    from miburi.studies.study.report import ANSWERS, REHEARSED
-    from miburi.studies.study.server import serve_study
-    from miburi.studies.study.store import open_store
 
     study = load_study(folder)
     if study.unfilled and not rehearsal:
@@ -69,6 +64,13 @@ def run(
             f"{study.unfilled[0]}. Write what people must know there, or try the pages out with "
             "--rehearsal."
         )
+    # Loaded only now: what is wrong with the file is said at once.
+    from miburi.interface.client import connect
+    from miburi.studies.study.films import draw_missing, find_films
+    from miburi.studies.study.report import ANSWERS, REHEARSED
+    from miburi.studies.study.server import serve_study
+    from miburi.studies.study.store import open_store
+
     answers = folder / (REHEARSED if rehearsal else ANSWERS)
     store = open_store(answers, study)
     if store.closed:

@@ -6,18 +6,23 @@ from typing import Annotated
 import typer
 
 from miburi.cli.options import RobotFile, robot_of
-from miburi.errors import need
+from miburi.cli.places import a_file
+from miburi.errors import InputError, need
 
 __all__ = ["to_ros"]
 
 
 def to_ros(
     recording: Annotated[Path, typer.Argument(help="A recording (MCAP).")],
-    out: Annotated[Path, typer.Argument(help="The file to write (MCAP, ROS 2's messages).")],
+    out: Annotated[
+        Path, typer.Argument(help="The file to write (MCAP, ROS 2's messages).", callback=a_file)
+    ],
     robot: RobotFile = None,
 ) -> None:
     """Write a recording with ROS 2's messages, for its tools."""
     need("cyclonedds", "ros")
+    if recording.resolve() == out.resolve():
+        raise InputError(f"{out} would be written over itself; choose another file to write.")
     from miburi.interface.ros_recording import convert_recording
 
     print(f"{convert_recording(recording, robot_of(robot), out)} messages in {out}.")

@@ -21,6 +21,7 @@ from miburi.cli.options import (
     repertoire_of,
     robot_of,
 )
+from miburi.cli.places import a_file, a_folder
 from miburi.errors import InputError, need
 from miburi.ground.cores import available_cores
 
@@ -28,6 +29,9 @@ if TYPE_CHECKING:
     from miburi.robot import Robot
     from miburi.studies.trials.runs import Subject
     from miburi.studies.trials.trial import Outcome
+
+#: Trials of one kind in a run (ours): a week on a computer with eight cores.
+_MOST = 10_000_000
 
 __all__ = ["Seed", "Workers", "calibrate", "safety_page", "show_progress", "trials", "tune"]
 
@@ -38,12 +42,17 @@ Seed = Annotated[int, typer.Option(help="0 or more.", min=0)]
 
 
 def trials(
-    free: Annotated[int, typer.Option(help="Trials with nobody in the way.", min=0)] = 1000,
-    blocked: Annotated[int, typer.Option(help="Trials with somebody in the way.", min=0)] = 1000,
+    free: Annotated[
+        int, typer.Option(help="Trials with nobody in the way.", min=0, max=_MOST)
+    ] = 1000,
+    blocked: Annotated[
+        int, typer.Option(help="Trials with somebody in the way.", min=0, max=_MOST)
+    ] = 1000,
     seed: Seed = 1,
     workers: Workers = None,
     out: Annotated[
-        Path | None, typer.Option(help="Parquet file to write, a row for each trial.")
+        Path | None,
+        typer.Option(help="Parquet file to write, a row for each trial.", callback=a_file),
     ] = None,
     servos: Annotated[
         int,
@@ -118,7 +127,7 @@ def trials(
 
 
 def calibrate(
-    out: Annotated[Path, typer.Option(help="The calibration file to write.")],
+    out: Annotated[Path, typer.Option(help="The calibration file to write.", callback=a_file)],
     seed: Seed = 1,
     robot: RobotFile = None,
     servo: ServoName = None,
@@ -140,9 +149,9 @@ def calibrate(
 
 
 def tune(
-    out: Annotated[Path, typer.Option(help="The calibration file to write.")],
+    out: Annotated[Path, typer.Option(help="The calibration file to write.", callback=a_file)],
     bound: Annotated[
-        float, typer.Option(help="Largest allowed share of false stops, 0 to 1.")
+        float, typer.Option(help="Largest allowed share of false stops.", min=0, max=1)
     ] = 0.001,
     seed: Seed = 1,
     free: Annotated[int, typer.Option(help="Free runs to record.", min=2)] = 200,
@@ -198,7 +207,9 @@ def safety_page(
             "have tables of their own."
         ),
     ],
-    out: Annotated[Path, typer.Option(help="Folder for safety.md and pictures.")] = Path("docs"),
+    out: Annotated[
+        Path, typer.Option(help="Folder for safety.md and pictures.", callback=a_folder)
+    ] = Path("docs"),
     recorded: Annotated[
         int, typer.Option(help="Free runs, and blocked runs, that judge the rules.")
     ] = 200,

@@ -79,6 +79,6 @@ def write_whole(path: Path, text: str, *, private: bool = False) -> None:
 
 def _write_error(folder: Path, error: OSError) -> OutputError:
     return OutputError(
-        f"{folder}: cannot write there: {error.strerror or error}. "
-        "Choose another folder with --out, or make room."
+        f"{folder.absolute()}: cannot write there: {error.strerror or error}. "
+        "Choose another place, or make room."
     )

@@ -497,4 +497,4 @@ def _detail(response: httpx.Response) -> str:
     try:
         return str(response.json()["detail"])
     except (ValueError, KeyError, TypeError):
-        return f"it answered {response.status_code}; is this a Miburi server?"
+        return f"{response.url} answered {response.status_code}; is this a Miburi server?"

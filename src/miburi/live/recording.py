@@ -358,7 +358,9 @@ def read(path: Path | str, topics: list[str] | None = None) -> Iterator[Recorded
                     time = content.pop("time", wall / 1e9)
                     yield RecordedMessage(time, topic, content, wall)
         except (*_BROKEN, OSError) as error:
-            raise InputError(f"{path}: this is not an MCAP recording: {error}.") from error
+            raise InputError(
+                f"{path}: this is no recording of Miburi's, or it is cut off or damaged."
+            ) from error
 
 
 def _up_to_the_break(file: IO[bytes]) -> list[tuple[Schema | None, Channel, Record]]:

@@ -1,5 +1,6 @@
 """Where the server listens, and the addresses at which other devices reach it."""
 
+import errno
 import socket
 import sys
 from collections.abc import Iterator
@@ -130,6 +131,11 @@ def listening(host: str, port: int) -> Iterator[socket.socket]:
             listener.bind(address)
             listener.listen(_BACKLOG)
         except OSError as error:
+            if error.errno == errno.EADDRNOTAVAIL:
+                raise InputError(
+                    f"{host} is not an address of this computer. 127.0.0.1 is for this computer "
+                    "alone, 0.0.0.0 for its whole network."
+                ) from error
             raise OutputError(
                 f"cannot listen on {host} port {port}: {error.strerror}. If another Miburi is "
                 "running, use its page or end it; or choose another port with --port, 0 for any "

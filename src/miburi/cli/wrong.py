@@ -1,0 +1,58 @@
+"""Say more about a wrong command line than its parser does: what was got, and what to type."""
+
+from typing import Any
+
+from pydantic import ValidationError
+from typer.core import TyperGroup
+
+__all__ = ["Explaining"]
+
+_NEEDED = {
+    "float_parsing": "a number is needed, such as 0.5",
+    "int_parsing": "a whole number is needed, such as 3",
+}
+
+
+class Explaining(TyperGroup):
+    """The program's commands; their parser's errors are completed."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Carry out a command."""
+        try:
+            return super().invoke(ctx)
+        except Exception as error:
+            _complete(error)
+            raise
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read what stands before the command."""
+        try:
+            return super().parse_args(ctx, args)
+        except Exception as error:
+            self._place(error)
+            raise
+
+    def _place(self, error: Any) -> None:
+        """Say of an option that stands before its command where it belongs."""
+        option = getattr(error, "option_name", None)
+        having = [
+            name
+            for name, command in self.commands.items()
+            if any(option in param.opts for param in command.params)
+        ]
+        if having:
+            example = "run" if "run" in having else having[0]
+            error.message += f" here. It belongs behind a command: miburi {example} {option} …"
+
+
+def _complete(error: Any) -> None:
+    """Add to the parser's message what it leaves out."""
+    cause, words = error.__cause__, getattr(error, "message", "")
+    if isinstance(cause, ValidationError):
+        first = cause.errors()[0]
+        needed = _NEEDED.get(first["type"], words.rstrip("."))
+        error.message = f"{needed}; got {first['input']!r}."
+    elif "unexpected extra argument" in words:
+        error.message += ". Put words that belong together into quotes."
+    elif "requires" in words and words.endswith("arguments."):
+        error.message += " Put spaces between them, such as 0.1 0 0.2."

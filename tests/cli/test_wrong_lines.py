@@ -1,0 +1,63 @@
+"""Wrong command lines as strangers typed them: each says what was got and what is allowed."""
+
+import shlex
+from pathlib import Path
+
+import pytest
+from tests.fixtures.command import miburi
+
+#: What is typed, in a folder with ``files``, and what its error says, among other things.
+LINES = {
+    "runn --headless": "'runn'. Did you mean 'run'",
+    "run --prot 8081": "--prot (Possible options: --port",
+    "--port 8081 run": "It belongs behind a command: miburi run --port",
+    "run --headless --serial /dev/ttyACM0": "--serial /dev/ttyACM0 is for a card; give --body card",
+    "run --headless --folder notes.txt": "notes.txt is a file, and a folder is needed",
+    "run --headless --port 99999": "from 0 to 65535, got 99999",
+    "run --headless --host 192.0.2.7": "192.0.2.7 is not an address of this computer. 127.0.0.1",
+    "feel happiness --strength 80%": "80%",
+    "say I am so happy": "Put words that belong together into quotes",
+    "stop --url 127.0.0.1:8080": "starts with http:// or https://, got '127.0.0.1:8080'",
+    "listen notes.txt": "notes.txt is no WAV file; `ffmpeg",
+    "devices --folder missing": "there is no folder missing",
+    "export urdf --robot iphonoid": "no file iphonoid; `miburi template robot NAME",
+    "ik --right 0.1 0.05 0.2": "all of --right, --left and --head, each with X Y Z in m; got",
+    "ik --head 0,0,inf": "requires 3 arguments. Put spaces between them",
+    "gesture preview happiness --mood 90": "--mood must be from 0 to 1, got 90.0",
+    "gesture preview happiness --out notes.txt": "notes.txt is a file, and a folder is needed",
+    "experiment --seconds 1e12": "from 2 to 86400 s, got 1e+12",
+    "trials --free 1000000000000": "1000000000000",
+    "trials --out /proc/trials.parquet": "/proc/trials.parquet cannot be written",
+    "calibrate --out .": "--out: . is a folder, and a file is needed",
+    "tune --out tuned.toml --bound 5": "got '5'",
+    "to-ros notes.txt out.mcap": "no recording of Miburi's, or it is cut off",
+    "to-ros notes.txt notes.txt": "notes.txt would be written over itself",
+    "card load calibration.toml /dev/ttyACM0": "the port comes first, then the file; got",
+    "card monitor /dev/ttyACM0 --seconds -5": "-5",
+    "hardware bill --fit 0,25": "0,25",
+}
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "notes.txt").write_text("milk", encoding="utf-8")
+    return tmp_path
+
+
+def test_a_wrong_line_is_answered_with_what_was_got_and_what_is_allowed(folder: Path) -> None:
+    failed = []
+    for line, words in LINES.items():
+        done = miburi(*shlex.split(line))
+        said = " ".join(done.stderr.replace("│", " ").split())
+        if done.returncode == 0 or words not in said or "Traceback" in said:
+            failed.append(f"$ miburi {line}\n{done.returncode} {said}")
+    assert not failed, "\n".join(failed)
+    assert [path.name for path in folder.iterdir()] == ["notes.txt"]
+
+
+def test_a_damaged_line_of_angles_is_shown(folder: Path) -> None:
+    done = miburi("forward", given="[0, 0, 0\n")
+    assert done.returncode == 2
+    assert "line 1 is not JSON" in done.stderr
+    assert "got '[0, 0, 0'. A line is a list of numbers" in done.stderr
