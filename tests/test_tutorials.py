@@ -15,9 +15,16 @@ def test_a_page_shows_what_its_reader_sees(page: Path, tmp_path: Path) -> None:
         for step in steps(page):
             if isinstance(step, Command):
                 printed = reader.type(step.line)
-                assert matches(step.output, printed), f"$ {step.line}\n{printed}"
+                shown = matches(step.output, printed) or _cannot_draw(page, printed)
+                assert shown, f"$ {step.line}\n{printed}"
             else:
                 reader.save(step)
+
+
+def _cannot_draw(page: Path, printed: str) -> bool:
+    """Whether a computer says that it cannot draw, and the page says that this may be."""
+    said = "cannot draw pictures here (no EGL)"
+    return said in printed and said in page.read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(
