@@ -1,6 +1,7 @@
 """``miburi trials``, ``calibrate``, ``tune``, ``safety-page``: parse the arguments, call, print."""
 
 import json
+import sys
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
@@ -138,6 +139,7 @@ def calibrate(
     from miburi.studies.trials.workshop import calibrate_servos
 
     body = robot_of(robot, servo)
+    print("Moving every joint freely, for about ten seconds here.", file=sys.stderr)
     done = calibrate_servos(body, seed)
     note = f"Contact rule of {body.name}: servos identified from free moves, seed {seed}."
     with whole_files(out.parent) as draft:
