@@ -111,7 +111,7 @@ clean: ## remove what was built
 	@touch $@
 
 .venv/test.stamp: .venv/run.stamp
-	tools/debian-packages chromium flite mosquitto prusa-slicer $(FIRMWARE_PACKAGES)
+	tools/debian-packages chromium curl flite mosquitto prusa-slicer $(FIRMWARE_PACKAGES)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,docs,hardware,https,mcp,mqtt,studies]'
 	@# Not every system has wheels for these.
 	for extra in ears ros; do \

@@ -24,11 +24,11 @@ settings.load_profile("miburi")
 
 #: Not every system has wheels for DDS. In CI a missing one is a failure.
 NO_DDS = os.environ.get("CI") != "true" and find_spec("cyclonedds") is None
-collect_ignore_glob = ["interface/test_ros*"] if NO_DDS else []
+collect_ignore_glob = ["doors/test_ros*"] if NO_DDS else []
 
 
 def pytest_report_header() -> str | None:
-    return "left out: tests/interface/test_ros* (cyclonedds is not installed)" if NO_DDS else None
+    return "left out: tests/doors/test_ros* (cyclonedds is not installed)" if NO_DDS else None
 
 
 def pytest_collection_finish() -> None:
@@ -63,13 +63,13 @@ class Together(LoadScopeScheduling):
 #: What `make test-quick` leaves out: programs, brokers, films, experiments, whole studies.
 SLOW = (
     *(f"tests/cli/test_{name}" for name in ("commands", "json", "own_files", "study")),
-    *(f"tests/interface/test_{name}" for name in ("agents", "fleet", "home", "ros", "voice")),
+    *(f"tests/doors/test_{name}" for name in ("agents", "fleet", "home", "ros", "voice")),
     "tests/examples/",
     "tests/feelings/test_ninth.py",
     "tests/senses/test_ears.py",
     "tests/studies/",
     "tests/studio/test_fleet_page.py",
-    "tests/studio/test_server.py",
+    "tests/host/test_server.py",
     *(
         f"tests/test_{name}"
         for name in ("docs", "extras", "shown_commands", "tutorials", "without_egl")

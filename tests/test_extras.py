@@ -36,7 +36,7 @@ REFUSED = [
 #: libraries, in a folder of its own.
 PROGRAM = """
 import json, os, sys
-import miburi.cli.commands, miburi.studio.app, miburi.studio.server
+import miburi.cli.commands, miburi.studio.app, miburi.host.server
 codes, loaded = [], sorted(sys.modules)
 import miburi.ik, miburi.bodies.simulated  # once for all
 for folder, hidden, words in json.load(sys.stdin):

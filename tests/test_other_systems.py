@@ -16,10 +16,10 @@ from packaging.requirements import Requirement
 from miburi.cli.card import emulate
 from miburi.errors import BodyError, OutputError
 from miburi.ground.files import whole_files
-from miburi.interface.keys import kept_token
 from miburi.robot import iphonoid
+from miburi.serving.addresses import listening
+from miburi.serving.keys import kept_token
 from miburi.studies.film import DrawingError, camera
-from miburi.studio.addresses import listening
 
 
 def test_a_file_is_flushed_where_only_writers_may(
@@ -55,7 +55,7 @@ def test_a_token_is_kept_where_files_have_no_bits_for_others(
     """Else each start would lock paired devices out."""
     token = kept_token(tmp_path / "token")
     (tmp_path / "token").chmod(0o666)  # what os.stat says of every file there
-    monkeypatch.setattr("miburi.interface.keys.os.name", "nt")
+    monkeypatch.setattr("miburi.serving.keys.os.name", "nt")
     assert kept_token(tmp_path / "token") == token
 
 

@@ -26,7 +26,7 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 from websockets.sync.client import connect as open_socket
 
-from miburi.interface.ros_types import JointStateMsg
+from miburi.doors.ros_types import JointStateMsg
 
 DOMAIN = 84
 #: So that this program finds a partner that stays on this computer.

@@ -27,9 +27,9 @@ from pathlib import Path
 
 import paho.mqtt.client as paho
 
-from miburi.interface.broker import Broker
-from miburi.interface.fleet import Fleet, listening_to, stop_and_look
-from miburi.interface.report import ALL, HomeReport, StopNews, Topics
+from miburi.doors.broker import Broker
+from miburi.doors.fleet import Fleet, listening_to, stop_and_look
+from miburi.doors.report import ALL, HomeReport, StopNews, Topics
 from miburi.safety.stop import StopReason
 
 PORT = 18_833

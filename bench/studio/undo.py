@@ -31,8 +31,8 @@ from paho.mqtt.client import Client as Mqtt
 from programs import broker, partner, print_load
 from websockets.asyncio.client import connect
 
-from miburi.interface.ros_network import find_ros
-from miburi.interface.ros_types import EmptyMsg, StringMsg
+from miburi.doors.ros_network import find_ros
+from miburi.doors.ros_types import EmptyMsg, StringMsg
 
 PERIOD, REST = 0.05, 0.7
 TRIED: Counter[str] = Counter()

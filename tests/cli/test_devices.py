@@ -6,7 +6,7 @@ from typer.testing import CliRunner
 
 from miburi.cli.commands import app
 from miburi.errors import InputError
-from miburi.interface.keys import Keys, kept_token
+from miburi.serving.keys import Keys, kept_token
 
 
 def devices(folder: Path, *words: str) -> str:

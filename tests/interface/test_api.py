@@ -17,12 +17,12 @@ from tests.fixtures.waiting import PATIENCE, until
 
 from miburi.errors import BodyError
 from miburi.feelings import FEELINGS
-from miburi.interface.access import EVENTS, STOP
-from miburi.live.press import BY
 from miburi.live.runner import Runner
 from miburi.live.state import State
 from miburi.robot.guards import by_motor
 from miburi.safety.free import FreeRule
+from miburi.serving.access import EVENTS, STOP
+from miburi.serving.press import BY
 
 V1 = "/api/v1"
 

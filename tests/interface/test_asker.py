@@ -5,7 +5,7 @@ import asyncio
 from fastapi import FastAPI
 from tests.fixtures.live import serving
 
-from miburi.interface.beside import live_beside
+from miburi.serving.beside import live_beside
 
 
 def test_a_life_that_takes_its_end_for_an_error_ends_all_the_same() -> None:

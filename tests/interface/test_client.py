@@ -15,11 +15,11 @@ import miburi
 from miburi.errors import BodyError, InputError, OutputError
 from miburi.feelings import Expression, Stimulus
 from miburi.gestures.effort import Effort
-from miburi.interface.access import Gate
 from miburi.interface.asker import Asker
-from miburi.interface.authority import Certificates
 from miburi.interface.client import ConnectionLostError, RemotePartner
 from miburi.live.runner import Runner
+from miburi.serving.access import Gate
+from miburi.serving.authority import Certificates
 
 
 @pytest.fixture

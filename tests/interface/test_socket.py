@@ -18,9 +18,9 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
 from miburi.interface.socket import LARGEST, MISTAKES
-from miburi.live.press import By
 from miburi.live.runner import Runner
 from miburi.live.state import State
+from miburi.serving.press import By
 
 
 def address(server: Server, query: str = "") -> str:

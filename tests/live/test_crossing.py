@@ -18,9 +18,9 @@ from miburi.feelings import Expression, Stimulus
 from miburi.live.answering import answer
 from miburi.live.crossing import Answer, Ask, Hello, Lanes, Latest, Look, lanes
 from miburi.live.far import FarPartner
-from miburi.live.press import PRESSED, Press, press
 from miburi.live.runner import Runner
 from miburi.live.view import UnreachableError
+from miburi.serving.press import PRESSED, Press, press
 
 
 def done(runner: Runner, future: Future[object]) -> object:

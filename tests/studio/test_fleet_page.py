@@ -12,10 +12,10 @@ from tests.fixtures.live import serving
 from tests.fixtures.program import own_environment
 from tests.fixtures.waiting import get, post, until
 
-from miburi.interface.access import Gate
-from miburi.interface.broker import find_broker
-from miburi.interface.fleet import Fleet
-from miburi.interface.report import Topics
+from miburi.doors.broker import find_broker
+from miburi.doors.fleet import Fleet
+from miburi.doors.report import Topics
+from miburi.serving.access import Gate
 from miburi.studio.fleet_page import make_fleet_app
 
 

@@ -9,14 +9,14 @@ from fastapi import FastAPI
 from fastapi.testclient import TestClient
 from tests.fixtures.keys import keys
 
-from miburi.interface.broker import Broker
-from miburi.interface.doors import Doors
-from miburi.interface.endpoint import Endpoint
-from miburi.interface.reach import Reach
-from miburi.interface.ros_network import RosNetwork
+from miburi.doors.broker import Broker
+from miburi.doors.doors import Doors
+from miburi.doors.ros_network import RosNetwork
 from miburi.live.runner import Runner
+from miburi.serving.reach import Reach
 from miburi.studio.privacy_page import privacy_router, switches
 from miburi.studio.words import LANGUAGES, words
+from miburi.talk.endpoint import Endpoint
 
 OPEN = Doors(
     agents=True,

@@ -17,7 +17,7 @@ def mcp(
     with the certificate of the partner's home authority. Whether a partner runs is asked at
     every call, so it may be started later.
     """
-    from miburi.interface.agents import make_agents
+    from miburi.doors.agents import make_agents
     from miburi.interface.asker import Asker
 
     known = os.environ.get("MIBURI_TOKEN"), os.environ.get("MIBURI_AUTHORITY")

@@ -14,7 +14,7 @@ from miburi.cli.options import AsJson
 from miburi.errors import InputError
 
 if TYPE_CHECKING:
-    from miburi.interface.keys import Keys
+    from miburi.serving.keys import Keys
 
 __all__ = ["Folder", "devices", "devices_app", "forget"]
 
@@ -68,8 +68,8 @@ def forget(
 
 
 def _keys(folder: Path | None) -> "Keys":
-    from miburi.interface.keys import Keys
-    from miburi.studio.server import own_folder
+    from miburi.host.server import own_folder
+    from miburi.serving.keys import Keys
 
     if folder is not None and not folder.is_dir():
         raise InputError(f"--folder: there is no folder {folder}.")

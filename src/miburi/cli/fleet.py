@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     import uvicorn
     from rich.table import Table
 
-    from miburi.interface.broker import Broker
-    from miburi.interface.fleet import Fleet, FleetOut
+    from miburi.doors.broker import Broker
+    from miburi.doors.fleet import Fleet, FleetOut
 
 __all__ = ["fleet"]
 
@@ -34,8 +34,8 @@ def fleet(
     ] = None,
 ) -> None:
     """Show all partners at a broker: what they feel, who is stopped and why, who is lost."""
-    from miburi.interface.broker import find_broker
-    from miburi.interface.fleet import Fleet, stop_and_look
+    from miburi.doors.broker import find_broker
+    from miburi.doors.fleet import Fleet, stop_and_look
 
     found = find_broker(broker, broker_ca)
     if stop is not None:
@@ -55,9 +55,9 @@ def _watch(fleet: "Fleet", broker: "Broker", port: int) -> None:
     import uvicorn
     from rich.live import Live
 
-    from miburi.interface.access import Gate
-    from miburi.interface.http import configure
-    from miburi.studio.addresses import listening
+    from miburi.serving.access import Gate
+    from miburi.serving.addresses import listening
+    from miburi.serving.http import configure
     from miburi.studio.fleet_page import make_fleet_app
 
     with listening("127.0.0.1", port) as listener:

@@ -29,8 +29,8 @@ from miburi.errors import InputError
 from miburi.ground.log import LEVELS, VARIABLE, log_to_stderr
 
 if TYPE_CHECKING:
-    from miburi.interface.doors import Doors
-    from miburi.interface.endpoint import Endpoint
+    from miburi.doors.doors import Doors
+    from miburi.talk.endpoint import Endpoint
 
 __all__ = ["run"]
 
@@ -152,11 +152,11 @@ def run(
         raise InputError("--servo is for the simulated body; a card has servos of its own.")
     if serial is not None and body != "card":
         raise InputError(f"--serial {serial} is for a card; give --body card, too.")
-    from miburi.interface.origins import check_origin
-    from miburi.interface.synthesizer import find_synthesizer
-    from miburi.studio.addresses import EVERYWHERE
-    from miburi.studio.server import Wish, serve
+    from miburi.host.server import Wish, serve
+    from miburi.serving.addresses import EVERYWHERE
+    from miburi.serving.origins import check_origin
     from miburi.talk.care import Care, find_region
+    from miburi.talk.synthesizer import find_synthesizer
 
     log_to_stderr(log_level, apart=True)
 
@@ -170,7 +170,7 @@ def run(
     )
     if doors.broker is not None:
         doors.need()
-        from miburi.interface.home import check_free
+        from miburi.doors.home import check_free
 
         asyncio.run(check_free(doors.broker, doors.name))
     description, rule = calibrated(robot_of(robot, servo), calibration)
@@ -202,7 +202,7 @@ def run(
 
 
 def _endpoint(url: str | None, model: str | None) -> "Endpoint | None":
-    from miburi.interface.endpoint import find_endpoint
+    from miburi.talk.endpoint import find_endpoint
 
     if (url is None) is not (model is None):
         raise InputError("--talk and --model belong together; give both.")
@@ -212,9 +212,9 @@ def _endpoint(url: str | None, model: str | None) -> "Endpoint | None":
 def _doors(
     agents: bool, ros: bool, broker: str | None, ca: Path | None, name: str | None
 ) -> "Doors":
-    from miburi.interface.broker import check_name, find_broker
-    from miburi.interface.doors import Doors
-    from miburi.interface.ros_network import find_ros
+    from miburi.doors.broker import check_name, find_broker
+    from miburi.doors.doors import Doors
+    from miburi.doors.ros_network import find_ros
 
     if broker is None and ca is not None:
         raise InputError("--broker-ca is for a home's broker; give --broker, too.")

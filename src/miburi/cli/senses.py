@@ -81,26 +81,20 @@ def listen(
     url: PartnerAddress = HERE,
 ) -> None:
     """Hear spoken phrases and say them to a live partner; the sound stays in this process."""
-    try:
-        sound = os.fdopen(0, "rb", closefd=False) if file is None else file.open("rb")
-    except OSError as error:
-        raise InputError(f"{file} cannot be read: {error.strerror}.") from error
-    if file is not None and not sound.peek(4).startswith(b"RIFF"):
-        sound.close()
-        raise InputError(
-            f"{file} is no WAV file; `ffmpeg -i {file} -ar 16000 -ac 1 -c:a pcm_s16le OUT.wav` "
-            "makes one of most sounds. Raw sound comes by standard input."
-        )
-    from miburi.senses.tone import ToneOfVoice
     from miburi.senses.utterances import frames, utterances, voice_detector
 
     likely = voice_detector()
+    if file is not None:
+        _check_sound(file)
     from miburi.senses.recogniser import PhraseRecogniser, load_phrases
 
     if file is None and sys.stdin.isatty():
         raise InputError("give sound, such as: arecord -f S16_LE -r 16000 -c 1 | miburi listen")
+    from miburi.senses.tone import ToneOfVoice
+
     recogniser = PhraseRecogniser(load_phrases(phrases))
     voice = ToneOfVoice()
+    sound = os.fdopen(0, "rb", closefd=False) if file is None else file.open("rb")
     with sound, partner_at(url) as partner:
         for utterance in utterances(frames(sound), likely):
             text = recogniser.recognise(utterance)
@@ -108,6 +102,19 @@ def listen(
             tone = voice.take(utterance)
             if text is not None:
                 _say(partner, text, tone)
+
+
+def _check_sound(file: Path) -> None:
+    try:
+        with file.open("rb") as sound:
+            begins = sound.read(4)
+    except OSError as error:
+        raise InputError(f"{file} cannot be read: {error.strerror}.") from error
+    if begins != b"RIFF":
+        raise InputError(
+            f"{file} is no WAV file; `ffmpeg -i {file} -ar 16000 -ac 1 -c:a pcm_s16le OUT.wav` "
+            "makes one of most sounds. Raw sound comes by standard input."
+        )
 
 
 def _say(partner: "RemotePartner", text: str, tone: "Tone" = "plain") -> None:

@@ -176,6 +176,6 @@ def _names(host: str) -> list[str]:
     """Return the names under which participants reach an address."""
     if host != "0.0.0.0":  # noqa: S104  (to compare with, not to listen on)
         return [host]
-    from miburi.studio.addresses import own_addresses
+    from miburi.serving.addresses import own_addresses
 
     return own_addresses() or ["127.0.0.1"]

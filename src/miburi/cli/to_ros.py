@@ -23,6 +23,6 @@ def to_ros(
     need("cyclonedds", "ros")
     if recording.resolve() == out.resolve():
         raise InputError(f"{out} would be written over itself; choose another file to write.")
-    from miburi.interface.ros_recording import convert_recording
+    from miburi.doors.ros_recording import convert_recording
 
     print(f"{convert_recording(recording, robot_of(robot), out)} messages in {out}.")

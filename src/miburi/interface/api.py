@@ -14,15 +14,10 @@ from fastapi.responses import FileResponse, JSONResponse
 
 from miburi.errors import InputError
 from miburi.feelings import FEELINGS, SOURCES, Expression, Stimulus
-from miburi.interface.access import CAME, Allowance
 from miburi.interface.acting import acts_of, look_of, poses_of, shown_by
-from miburi.interface.beside import live_beside
-from miburi.interface.endpoint import Endpoint
 from miburi.interface.events import event_router
 from miburi.interface.people import add_people
 from miburi.interface.refusing import refuse_in_words
-from miburi.interface.settle import done
-from miburi.interface.speech import Speech
 from miburi.interface.wire import (
     BodyIn,
     BodyOut,
@@ -42,7 +37,6 @@ from miburi.interface.wire import (
     Refusal,
     RobotOut,
     SayIn,
-    SayOut,
     SenseIn,
     SpeakIn,
     StimulusIn,
@@ -51,7 +45,7 @@ from miburi.interface.wire import (
     WordsIn,
 )
 from miburi.live.bodies import KINDS
-from miburi.live.press import BY, PRESS, press, who
+from miburi.live.settle import done
 from miburi.live.state import MotorsOut, Sample, State
 from miburi.live.view import LivePartner, UnreachableError
 from miburi.robot import JOINTS
@@ -59,8 +53,14 @@ from miburi.robot.mjcf import HAND_AWAY, HAND_SIZE
 from miburi.robot.shape import COLOURS, links, parts
 from miburi.safety.stop import StopReason
 from miburi.senses.happenings import notice
+from miburi.serving.access import CAME, Allowance
+from miburi.serving.beside import live_beside
+from miburi.serving.press import BY, PRESS, press, who
 from miburi.talk.care import Care
 from miburi.talk.dates import local_time
+from miburi.talk.endpoint import Endpoint
+from miburi.talk.said import SayOut
+from miburi.talk.speech import Speech
 from miburi.version import __version__
 
 __all__ = [
@@ -264,7 +264,7 @@ def _asking(router: APIRouter, runner: LivePartner, speech: Speech) -> None:
 
         "Stop" stops all motors; "wave" or "lift your arms" is performed.
         """
-        return await speech.take(wish, by)
+        return await speech.take(wish.text, wish.tone, by)
 
     noticing = Allowance(NOTICED_RATE, NOTICED_BURST)
 

@@ -15,10 +15,11 @@ from fastapi import FastAPI
 from pydantic import BaseModel, TypeAdapter
 
 from miburi.interface.client import PATIENCE, ConnectionLostError, accepted, distrust, trust
-from miburi.interface.wire import GestureOut, SayIn, SayOut, WishOut
+from miburi.interface.wire import GestureOut, SayIn, WishOut
 from miburi.live.events.model import LiveEvent
-from miburi.live.press import BY, By
 from miburi.live.state import MotorsOut, State
+from miburi.serving.press import BY, By
+from miburi.talk.said import SayOut
 
 __all__ = ["Asker"]
 

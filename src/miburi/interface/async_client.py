@@ -29,13 +29,13 @@ from miburi.interface.wire import (
     PerformanceIn,
     PosesIn,
     SayIn,
-    SayOut,
     SpeakIn,
     StimulusIn,
 )
 from miburi.live.events.model import EndOfWish, LiveEvent
 from miburi.live.state import State
 from miburi.senses.tone import Tone
+from miburi.talk.said import SayOut
 
 __all__ = ["AsyncPartner", "connect_async"]
 

@@ -38,13 +38,13 @@ from miburi.interface.wire import (
     PosesIn,
     RecordingOut,
     RobotOut,
-    SayOut,
     WishOut,
 )
 from miburi.live.events.model import EndOfWish, LiveEvent
-from miburi.live.press import BY
 from miburi.live.state import MotorsOut, State
 from miburi.senses.tone import Tone
+from miburi.serving.press import BY
+from miburi.talk.said import SayOut
 
 __all__ = [
     "PATIENCE",

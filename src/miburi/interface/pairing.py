@@ -6,11 +6,11 @@ from fastapi import APIRouter, Request, Response
 from fastapi.responses import JSONResponse, RedirectResponse
 from pydantic import Field
 
-from miburi.interface.access import AUTHORITY, COOKIE, PAIRING, Allowance
-from miburi.interface.keys import LIFE
-from miburi.interface.policy import own_page
-from miburi.interface.reach import Reach
 from miburi.interface.wire import Message
+from miburi.serving.access import AUTHORITY, COOKIE, PAIRING, Allowance
+from miburi.serving.keys import LIFE
+from miburi.serving.policy import own_page
+from miburi.serving.reach import Reach
 
 __all__ = ["PairIn", "pairing_router"]
 

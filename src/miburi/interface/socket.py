@@ -18,13 +18,13 @@ from miburi.errors import InputError, MiburiError
 from miburi.feelings import Stimulus
 from miburi.interface.api import move_hand
 from miburi.interface.events import follow
-from miburi.interface.settle import done
 from miburi.interface.wire import HandIn, Message, StimulusIn
 from miburi.live.commands import BusyError
 from miburi.live.events.model import Cursor
-from miburi.live.press import press
 from miburi.live.runner import STEP
+from miburi.live.settle import done
 from miburi.live.view import LivePartner
+from miburi.serving.press import press
 
 __all__ = [
     "LARGEST",

@@ -13,10 +13,10 @@ from typing import Any
 from miburi.errors import BodyError, MiburiError
 from miburi.live.commands import STOP_SINCE
 from miburi.live.crossing import LONG, Answer, Ask, Cancel, Hello, Lanes, Latest, Look, Post, Ready
-from miburi.live.press import Press
 from miburi.live.runner import Runner
 from miburi.live.state import MotorsOut
 from miburi.live.watchdog import Watchdog
+from miburi.serving.press import Press
 
 __all__ = ["UNSERVED", "answer"]
 

@@ -18,8 +18,8 @@ from typing import Any, TypeVar
 
 from miburi.errors import BodyError, MiburiError
 from miburi.ground.log import log_once
-from miburi.live.press import By, Press
 from miburi.partner import UnsettledError
+from miburi.serving.press import By, Press
 
 __all__ = ["STOP_SINCE", "WAITING", "BusyError", "Command", "Commands", "Result"]
 

@@ -20,13 +20,13 @@ from miburi.live.crossing import LONG, Answer, Ask, Cancel, Hello, Lanes, Latest
 from miburi.live.events.log import History
 from miburi.live.events.model import LiveEvent
 from miburi.live.events.store import EventStore
-from miburi.live.press import PRESSED, By, Press
 from miburi.live.runner import SAMPLED, STEP, STEPPED
 from miburi.live.stage import Act
 from miburi.live.state import MotorsOut, Sample, Snapshot, Tune
 from miburi.live.view import UnreachableError
 from miburi.robot import Array
 from miburi.senses import Impression
+from miburi.serving.press import PRESSED, By, Press
 
 __all__ = ["SILENCE", "FarPartner"]
 

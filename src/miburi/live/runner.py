@@ -27,7 +27,6 @@ from miburi.live.gaze import Gaze
 from miburi.live.hand import GuidedHand
 from miburi.live.observer import Observer
 from miburi.live.pace import STEP, Pace
-from miburi.live.press import PRESSED, By, Hold, Press
 from miburi.live.recording import Felt
 from miburi.live.speaker import Speaker
 from miburi.live.stage import Act
@@ -41,6 +40,7 @@ from miburi.safety.contact import Rule
 from miburi.safety.stop import StopReason
 from miburi.senses import Impression, stimuli
 from miburi.senses.happenings import notice
+from miburi.serving.press import PRESSED, By, Hold, Press
 from miburi.version import __version__
 
 __all__ = ["SAMPLED", "STEP", "STEPPED", "Runner"]

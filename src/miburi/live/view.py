@@ -16,11 +16,11 @@ from miburi.gestures import KeyPose, Repertoire
 from miburi.live.archive import Kept
 from miburi.live.events.log import History
 from miburi.live.events.model import LiveEvent
-from miburi.live.press import PRESSED, By, Press
 from miburi.live.stage import Act
 from miburi.live.state import MotorsOut, Sample, Snapshot, Tune
 from miburi.robot import Array, Robot
 from miburi.senses import Impression
+from miburi.serving.press import PRESSED, By, Press
 
 __all__ = ["LivePartner", "Recordings", "UnreachableError"]
 

@@ -9,7 +9,6 @@ from collections.abc import Callable, Sequence
 from miburi.feelings import Expression
 from miburi.gestures import KeyPose
 from miburi.live.events.model import LiveEvent
-from miburi.live.press import By
 from miburi.live.speaker import Speaker
 from miburi.live.stage import Act, Play, Stage
 from miburi.live.state import Spoken, StopOut, Tune
@@ -25,6 +24,7 @@ from miburi.partner import (
     WishDropped,
 )
 from miburi.safety.stop import Phase
+from miburi.serving.press import By
 
 __all__ = ["Wishes"]
 

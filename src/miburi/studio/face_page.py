@@ -10,10 +10,10 @@ from fastapi.responses import HTMLResponse
 from miburi.errors import BodyError
 from miburi.feelings.catalogue import CATALOGUE
 from miburi.ground.templates import render
-from miburi.interface.policy import own_page
-from miburi.interface.settle import done
 from miburi.interface.wire import Message
+from miburi.live.settle import done
 from miburi.live.view import LivePartner
+from miburi.serving.policy import own_page
 from miburi.studio.parts import senses_form, signs, talk_form
 from miburi.studio.preferences import Preferences
 from miburi.studio.words import words

@@ -9,14 +9,14 @@ from fastapi import FastAPI, Request
 from fastapi.responses import HTMLResponse
 from pydantic import Field
 
+from miburi.doors.fleet import Fleet, FleetOut, listening_to
+from miburi.doors.report import ALL
 from miburi.ground.templates import render
-from miburi.interface.access import STOP
-from miburi.interface.beside import beside
-from miburi.interface.fleet import Fleet, FleetOut, listening_to
-from miburi.interface.policy import own_page
 from miburi.interface.refusing import refuse_in_words
-from miburi.interface.report import ALL
 from miburi.interface.wire import Message
+from miburi.serving.access import STOP
+from miburi.serving.beside import beside
+from miburi.serving.policy import own_page
 from miburi.studio.preferences import Preferences
 from miburi.studio.words import words
 

@@ -6,7 +6,7 @@ from fastapi import Request
 from fastapi.responses import HTMLResponse
 
 from miburi.ground.templates import render
-from miburi.interface.policy import own_page
+from miburi.serving.policy import own_page
 from miburi.studio.preferences import Preferences
 from miburi.studio.words import words
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from fastapi import Request
 
 from miburi.ground.templates import render
-from miburi.interface.reach import Reach
+from miburi.serving.reach import Reach
 from miburi.studio.preferences import Preferences
 from miburi.studio.words import words
 

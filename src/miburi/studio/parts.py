@@ -11,9 +11,9 @@ from nicegui.element import Element
 
 from miburi.errors import MiburiError
 from miburi.feelings.catalogue import CATALOGUE
-from miburi.interface.access import PRIVACY
-from miburi.interface.settle import done
+from miburi.live.settle import done
 from miburi.senses.tone import tones
+from miburi.serving.access import PRIVACY
 from miburi.studio.words import Words
 
 __all__ = ["attempt", "button", "heading", "senses_form", "set_label", "signs", "talk_form"]

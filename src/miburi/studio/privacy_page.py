@@ -11,12 +11,12 @@ from urllib.parse import urlsplit
 from fastapi import APIRouter, Request
 from fastapi.responses import HTMLResponse
 
+from miburi.doors.doors import Doors
 from miburi.ground.templates import render
-from miburi.interface.access import PRIVACY
-from miburi.interface.doors import Doors
-from miburi.interface.policy import own_page
-from miburi.interface.reach import Reach
 from miburi.live.view import LivePartner
+from miburi.serving.access import PRIVACY
+from miburi.serving.policy import own_page
+from miburi.serving.reach import Reach
 from miburi.studio.preferences import Preferences
 from miburi.studio.words import Words, words
 

@@ -15,12 +15,12 @@ from nicegui.events import GenericEventArguments
 
 from miburi.feelings import FEELINGS
 from miburi.feelings.catalogue import CATALOGUE
-from miburi.interface.access import PAIRING
 from miburi.interface.api import describe
-from miburi.interface.reach import Reach, pairing_url, qr_svg
 from miburi.live.state import State
 from miburi.live.view import LivePartner
 from miburi.robot import JOINTS
+from miburi.serving.access import PAIRING
+from miburi.serving.reach import Reach, pairing_url, qr_svg
 from miburi.studio.body_panel import body_panel
 from miburi.studio.contact_panel import contact_panel, why, why_ended
 from miburi.studio.elements import Choice, Levels, Plots, RobotView

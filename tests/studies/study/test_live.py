@@ -15,12 +15,12 @@ from tests.fixtures.live import block, interface, run, serving, until
 from tests.fixtures.study import TWO_GESTURES, Lab, Robot
 
 from miburi.feelings import Expression, Stimulus
-from miburi.interface.access import Gate
 from miburi.interface.client import ConnectionLostError, connect
 from miburi.live.events.model import Cursor, LiveEvent
 from miburi.live.runner import STEP, Runner
 from miburi.live.state import State
 from miburi.robot import forward
+from miburi.serving.access import Gate
 from miburi.studies.study.live import IDLE, Ending, Showing, show
 from miburi.studies.study.order import film_order
 from miburi.studies.study.report import write_report

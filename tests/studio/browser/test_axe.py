@@ -17,11 +17,11 @@ from tests.fixtures.browser import (
 from tests.fixtures.live import serving
 from tests.studio.browser.test_speech import RECOGNISER
 
-from miburi.interface.access import Gate
-from miburi.interface.broker import find_broker
-from miburi.interface.fleet import Fleet
-from miburi.interface.report import HomeReport, Topics
+from miburi.doors.broker import find_broker
+from miburi.doors.fleet import Fleet
+from miburi.doors.report import HomeReport, Topics
 from miburi.safety.stop import StopReason
+from miburi.serving.access import Gate
 from miburi.studio.fleet_page import make_fleet_app
 from miburi.studio.words import LANGUAGES
 

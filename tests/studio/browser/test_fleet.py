@@ -6,10 +6,10 @@ from playwright.sync_api import Page, expect
 from tests.fixtures.broker import Listener, Mosquitto
 from tests.fixtures.live import serving
 
-from miburi.interface.access import Gate
-from miburi.interface.broker import find_broker
-from miburi.interface.fleet import Fleet
-from miburi.interface.report import Topics
+from miburi.doors.broker import find_broker
+from miburi.doors.fleet import Fleet
+from miburi.doors.report import Topics
+from miburi.serving.access import Gate
 from miburi.studio.fleet_page import make_fleet_app
 
 CALM = {"feeling": "happiness", "mood": 60, "paused": False, "stopped": None, "motor": None,

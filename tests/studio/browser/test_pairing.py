@@ -14,7 +14,7 @@ from tests.fixtures.browser import (
 )
 from tests.fixtures.live import address
 
-from miburi.interface.keys import Keys
+from miburi.serving.keys import Keys
 
 pytestmark = needs_browser
 

@@ -13,8 +13,8 @@ from starlette.staticfiles import StaticFiles
 from tests.fixtures.live import interface, serving
 from tests.fixtures.waiting import until
 
-from miburi.interface.access import Gate
 from miburi.live.runner import Runner
+from miburi.serving.access import Gate
 
 ROOT = Path(__file__).parents[3]
 CLIENT = ROOT / "clients" / "typescript"

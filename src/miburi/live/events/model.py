@@ -7,9 +7,9 @@ from typing import Annotated, Literal, NamedTuple
 from pydantic import AwareDatetime, BaseModel, Field, PlainSerializer, computed_field
 
 from miburi.errors import BodyError, InputError
-from miburi.live.press import By
 from miburi.live.state import EndReason, StopOut
 from miburi.senses import Brought
+from miburi.serving.press import By
 
 __all__ = ["CURSOR", "Cursor", "EndOfWish", "EventKind", "LiveEvent", "Wall", "without_words"]
 

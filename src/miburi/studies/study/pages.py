@@ -24,7 +24,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from miburi.errors import OutputError
 from miburi.feelings import Expression
 from miburi.ground.templates import render
-from miburi.interface.access import Allowance, is_loopback
+from miburi.serving.access import Allowance, is_loopback
 from miburi.studies.study.live import Ending, Perform, Turn, Turns
 from miburi.studies.study.order import film_order, option_order
 from miburi.studies.study.plan import NONE, SKIPPED, Film, Question, Step, Study, pick

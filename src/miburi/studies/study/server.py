@@ -12,8 +12,8 @@ from types import FrameType
 import uvicorn
 
 from miburi.errors import InputError
-from miburi.interface.access import is_loopback
-from miburi.interface.http import configure
+from miburi.serving.access import is_loopback
+from miburi.serving.http import configure
 from miburi.studies.study.live import Performer, show
 from miburi.studies.study.pages import make_app
 from miburi.studies.study.plan import Study

@@ -1,0 +1,420 @@
+"""The door for agents: MCP, with a few tools that speak of meanings and never of angles.
+
+An agent lets the partner feel, asks it for a gesture, and looks at what happens. It can stop the
+body and cannot release it: only a person can. Of several wishes the latest counts; none queue up.
+A body that is busy, paused or stopped is an answer in words, not an error.
+
+The tools ask by an :class:`~miburi.interface.asker.Asker`, so they are the same ones within the
+server, at ``/mcp``, and on standard input and output, where ``miburi mcp`` asks a server.
+
+This module needs the extra ``mcp``; nothing loads it before somebody wants it.
+"""
+
+import asyncio
+import json
+import time
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import asynccontextmanager
+from functools import wraps
+from typing import Annotated, Any, Literal, ParamSpec, TypeVar
+
+from fastapi import FastAPI
+from pydantic import BaseModel, Field, ValidationError
+
+from miburi.errors import BodyError, InputError, MiburiError, needs_extra
+from miburi.feelings.catalogue import FeelingName
+from miburi.gestures import Direction
+from miburi.interface.asker import Asker
+from miburi.interface.wire import ExpressIn, LookIn, SpeakIn, StimulusIn
+from miburi.live.events.model import LiveEvent
+from miburi.live.state import Expressed, Share, State, StopOut
+from miburi.partner import LAPSES
+from miburi.safety.stop import StopReason
+from miburi.serving.access import AGENTS, Allowance
+from miburi.serving.beside import beside
+from miburi.talk.care import may_be_said
+from miburi.version import __version__
+
+try:
+    from mcp.server import MCPServer
+    from mcp.server.mcpserver.exceptions import ToolError
+    from mcp.server.mcpserver.tools import Tool
+    from mcp.server.transport_security import TransportSecuritySettings
+    from mcp.types import ToolAnnotations
+except ModuleNotFoundError as error:
+    raise needs_extra("mcp", error) from error
+
+__all__ = ["BURST", "RATE", "add_agents", "make_agents"]
+
+#: Wishes a second and at once, from all agents together (ours).
+RATE, BURST = 2.0, 8.0
+#: s between two looks at a gesture, and s after which the agent waits no longer (ours).
+_GLANCE, _PATIENCE = 0.1, 25.0
+#: Events that one answer tells.
+_TOLD = 40
+
+_INSTRUCTIONS = """\
+A small robot partner with feelings that show in its body. What you let it feel, its own temperament
+weighs; gesture shows something once, whatever it feels. It stops by itself when it touches
+somebody. After a stop, only a person can release it: tell people why it stopped and wait. Of
+several wishes the latest counts. If it has heard distress, somebody may need help now; it calls
+nobody, so tell people if you can, and keep calm for ten minutes. Do not hurry it: a gesture takes a
+few seconds."""
+_TOO_FAST = "Nothing was done: too many wishes at once. Wait a second, then ask again."
+_UNSAID = "It does not say that: it could hurt somebody, or sounds as if somebody needed help."
+_WAITS = f"waits for {LAPSES:g} s; a newer wish replaces it."
+_PAUSED = "A person has paused it; your gesture waits until a person resumes it."
+#: Why a gesture did not begin.
+_DROPPED = {
+    "lapsed": "It lapsed: the body was stopped for too long.",
+    "stopped": "A person pressed Stop before it began.",
+}
+_REPLACED = "It did not begin: a newer wish has taken its place."
+
+Parameters = ParamSpec("Parameters")
+Answer = TypeVar("Answer")
+Strength = Annotated[Share, Field(description="0 to 1")]
+#: The title and the hints of each tool. Hints that repeat MCP's defaults are left out, because a
+#: model may read every word of them.
+_READS, _ACTS = {"read_only_hint": True}, {"destructive_hint": False}
+_HINTS: dict[str, tuple[str, dict[str, bool]]] = {
+    "feel": ("Feel", _ACTS),
+    "say": ("Say", _ACTS),
+    "gesture": ("Gesture", _ACTS),
+    "look": ("Look", _ACTS),
+    "think": ("Think", _ACTS),
+    "stop": ("Stop", _ACTS),
+    "state": ("State", _READS),
+    "events": ("Events", _READS),
+}
+
+
+class _Shown(BaseModel):
+    """A feeling, and the mood with which it shows, 0 to 1."""
+
+    feeling: str
+    mood: float
+
+
+class _Now(BaseModel):
+    """How the partner is, for an agent."""
+
+    feels: _Shown | None
+    shows: _Shown | None
+    asked: bool = Field(description="Whether somebody asked for what it shows")
+    said: str | None
+    distress: str | None = Field(description="One that it has heard")
+    body: str = Field(description="idle, moving, stopped or returning")
+    paused: bool
+    stopped: str | None = Field(description="Why, and how that ends")
+    latest_event: str
+
+
+class _StrictTool(Tool):
+    """A tool that refuses arguments it does not know, in words without a link."""
+
+    @classmethod
+    def of(cls, work: Callable[..., Awaitable[object]]) -> Tool:
+        """Return the tool of a method."""
+        title, hints = _HINTS[work.__name__]
+        tool = cls.from_function(
+            work,
+            title=title,
+            annotations=ToolAnnotations.model_validate(hints),
+            structured_output=work.__name__ == "state",
+        )
+        arguments = tool.fn_metadata.arg_model
+        arguments.model_config["extra"] = "forbid"
+        arguments.model_rebuild(force=True)
+        tool.parameters = _plain(arguments.model_json_schema())
+        if tool.fn_metadata.output_schema is not None:
+            tool.fn_metadata.output_schema = _plain(tool.fn_metadata.output_schema)
+        return tool
+
+    async def run(self, arguments: dict[str, Any], *args: Any, **kwargs: Any) -> Any:
+        """Carry out a call."""
+        try:
+            self.fn_metadata.validate_arguments(arguments)
+        except ValidationError as error:
+            known = ", ".join(self.fn_metadata.arg_model.model_fields) or "no arguments"
+            wrong = "; ".join(
+                f"{'.'.join(str(part) for part in one['loc'])}: {one['msg']}"
+                for one in error.errors(include_url=False)
+            )
+            raise ToolError(f"{wrong}. {self.name} takes {known}.") from error
+        return await super().run(arguments, *args, **kwargs)
+
+
+def _plain(schema: Any) -> Any:
+    """Return a schema without the titles that Pydantic makes of names."""
+    if isinstance(schema, dict):
+        return {name: _plain(part) for name, part in schema.items() if name != "title"}
+    return [_plain(part) for part in schema] if isinstance(schema, list) else schema
+
+
+def make_agents(partner: Asker, clock: Callable[[], float] = time.monotonic) -> MCPServer:
+    """Return the tools and resources for agents, on no transport yet; ``clock`` gives s."""
+    tools = _Tools(partner, Allowance(RATE, BURST, clock))
+    server = MCPServer(
+        "miburi",
+        instructions=_INSTRUCTIONS,
+        version=__version__,
+        log_level="CRITICAL",
+        tools=[_StrictTool.of(getattr(tools, name)) for name in _HINTS],
+    )
+
+    async def state() -> str:
+        return (await tools.state()).model_dump_json()
+
+    json_text = "application/json"
+    server.resource("miburi://state", name="state", mime_type=json_text)(state)
+    server.resource("miburi://gestures", name="gestures", mime_type=json_text)(tools.gestures)
+    return server
+
+
+def add_agents(app: FastAPI, clock: Callable[[], float] = time.monotonic) -> None:
+    """Open the door for agents at ``/mcp``, for as long as the server serves; a gate guards it."""
+    server = make_agents(Asker.within(app, "agent"), clock)
+    inner = server.streamable_http_app(
+        streamable_http_path=AGENTS,
+        stateless_http=True,
+        json_response=True,
+        # Our gate has looked at Host and Origin already.
+        transport_security=TransportSecuritySettings(enable_dns_rebinding_protection=False),
+    )
+    app.router.routes.extend(inner.routes)
+
+    @asynccontextmanager
+    async def serving() -> AsyncIterator[None]:
+        async with server.session_manager.run():
+            yield
+
+    beside(app, serving)
+
+
+def _in_words(
+    work: Callable[Parameters, Awaitable[Answer]],
+) -> Callable[Parameters, Awaitable[Answer]]:
+    """Turn the errors of a partner that cannot be asked, or of a wrong value, into the tool's."""
+
+    @wraps(work)
+    async def answer(*args: Parameters.args, **kwargs: Parameters.kwargs) -> Answer:
+        try:
+            return await work(*args, **kwargs)
+        except InputError as error:
+            raise ToolError(str(error)) from error
+        except MiburiError as error:
+            raise ToolError(f"Nothing was done: {error}") from error
+
+    return answer
+
+
+def _wish(
+    work: Callable[Parameters, Awaitable[str]],
+) -> Callable[Parameters, Awaitable[str]]:
+    """Let what the body cannot do now be an answer, too; it is no error of the agent's."""
+
+    @wraps(work)
+    async def answer(*args: Parameters.args, **kwargs: Parameters.kwargs) -> str:
+        try:
+            return await work(*args, **kwargs)
+        except BodyError as error:
+            return f"Nothing was done: {error} Only a person can."
+
+    return _in_words(answer)
+
+
+class _Tools:
+    """What agents can call; each docstring is what they read about it."""
+
+    def __init__(self, partner: Asker, wishes: Allowance) -> None:
+        self._partner, self._wishes = partner, wishes
+
+    @_wish
+    async def feel(self, feeling: FeelingName, strength: Strength = 0.7) -> str:
+        """Let the partner feel something; its temperament decides how much it shows."""
+        if not self._wishes.take("all"):
+            return _TOO_FAST
+        await self._partner.tell("/stimulus", StimulusIn(feeling=feeling, strength=strength))
+        state = await self._partner.state()
+        return f"It feels {feeling}.{_hindrance(state)}"
+
+    @_wish
+    async def gesture(self, feeling: FeelingName, intensity: Strength = 0.7) -> str:
+        """Show a feeling's gesture once and wait for its end; tells why if the body stopped."""
+        if not self._wishes.take("all"):
+            return _TOO_FAST
+        before = await self._partner.state()
+        wish = await self._partner.wish("/express", ExpressIn(feeling=feeling, mood=intensity))
+        if before.stop is not None and not _passes(before, before.stop):
+            return f"{_why(before, before.stop)} Your gesture {_WAITS}"
+        return await self._follow(wish, feeling)
+
+    @_wish
+    async def say(self, words: Annotated[str, Field(min_length=1, max_length=300)]) -> str:
+        """Let the partner say something; it is shown, and heard where a page has its voice on."""
+        if not self._wishes.take("all"):
+            return _TOO_FAST
+        if not await asyncio.to_thread(may_be_said, words):
+            return _UNSAID
+        await self._partner.tell("/speak", SpeakIn(text=words))
+        return "It says so."
+
+    @_wish
+    async def look(self, at: Literal["user", "left", "right", "up", "down"]) -> str:
+        """Let the partner look somewhere for two seconds; `user` is straight ahead."""
+        return await self._look(at, 2.0, f"It looks {'ahead' if at == 'user' else at}.")
+
+    @_wish
+    async def think(self, on: bool) -> str:
+        """Show people that you are thinking, until your next wish, or for 30 s; or end it."""
+        if on:
+            return await self._look("aside", 30.0, "It looks thoughtful.")
+        return await self._look("user", 0.0, "It looks ahead.")
+
+    @_wish
+    async def stop(self) -> str:
+        """Stop all motors at once. Only a person can release them."""
+        await self._partner.tell("/stop")
+        return "It is stopped. Only a person can release it."
+
+    @_in_words
+    async def state(self) -> _Now:
+        """Tell what it feels and shows, and whether and why it is paused or stopped."""
+        state = await self._partner.state()
+        return _Now(
+            feels=_expressed(state.felt),
+            shows=_expressed(state.expressed),
+            asked=state.asked,
+            said=None if state.spoken is None else state.spoken.text,
+            distress=None if state.distress is None else state.distress.kind,
+            body=state.phase,
+            paused=state.paused,
+            stopped=None if state.stop is None else _why(state, state.stop),
+            latest_event=f"{state.boot}:{state.latest}",
+        )
+
+    @_in_words
+    async def events(
+        self, since: Annotated[str, Field(pattern=r"^[0-9a-f:]{0,24}$", max_length=24)] = ""
+    ) -> str:
+        """Tell what happened after the event `since`, also before it last woke: words, stops."""
+        events = await self._partner.log(since or None)
+        told = events[:_TOLD] if since else events[-_TOLD:]
+        lines = [_line(event) for event in told]
+        if left := len(events) - len(told):
+            more = f"{left} more; ask since {told[-1].id}" if since else f"{left} earlier ones"
+            lines.append(f"({more})")
+        return "\n".join(lines) or f"Nothing has happened after event {since}."
+
+    @_in_words
+    async def gestures(self) -> str:
+        """Return the gestures with their feelings and durations."""
+        gestures = await self._partner.gestures()
+        shown = ("name", "feeling", "duration")
+        return json.dumps([gesture.model_dump(include={*shown}) for gesture in gestures])
+
+    async def _look(self, at: Direction, seconds: float, told: str) -> str:
+        if not self._wishes.take("all"):
+            return _TOO_FAST
+        await self._partner.tell("/look", LookIn(at=at, seconds=seconds))
+        state = await self._partner.state()
+        if state.stop is not None:
+            return f"{_why(state, state.stop)} The look {_WAITS}"
+        return told
+
+    async def _follow(self, wish: str, feeling: str) -> str:
+        """Wait until a wished gesture has ended, and say how it ended."""
+        begun, since, stop = False, wish, None
+        for _ in range(round(_PATIENCE / _GLANCE)):
+            for event in await self._partner.log(since):
+                since = event.id
+                ours = event.wish == wish
+                match event.kind:
+                    case "stop" if event.stop is not None:
+                        stop = event.stop
+                        if not begun and stop.reason is not StopReason.ASKED:
+                            state = await self._partner.state()
+                            return f"{_why(state, stop)} Your gesture {_left(stop, begun)}."
+                    case "paused" if not begun:
+                        return _PAUSED
+                    case "gesture_begun" if ours:
+                        begun = True
+                    case "gesture_ended" if ours:
+                        return f"It has shown {feeling}."
+                    case "gesture_broken_off" | "wish_dropped" if ours:
+                        return await self._ending(event, stop, begun)
+            await asyncio.sleep(_GLANCE)
+        return f"It has {'begun' if begun else 'not begun'} after {_PATIENCE:g} s; look at state."
+
+    async def _ending(self, event: LiveEvent, stop: StopOut | None, begun: bool) -> str:
+        """Say why a gesture came to no end of its own."""
+        state = await self._partner.state()
+        stop = stop or state.stop
+        if stop is not None and event.name not in ("lapsed", "replaced"):
+            return f"{_why(state, stop)} Your gesture {_left(stop, begun)}."
+        if event.kind == "wish_dropped":
+            return _DROPPED.get(event.name or "", _REPLACED)
+        return "It was broken off."
+
+
+def _left(stop: StopOut, begun: bool) -> str:
+    """Say what a stop made of a gesture."""
+    if begun:
+        return "was broken off"
+    dropped = stop.reason is StopReason.ASKED
+    return "was dropped" if dropped else "has not begun; it waits for the release"
+
+
+def _expressed(shown: Expressed | None) -> _Shown | None:
+    return None if shown is None else _Shown(feeling=shown.feeling, mood=round(shown.mood, 2))
+
+
+def _passes(state: State, stop: StopOut) -> bool:
+    return stop.reason.passes and not state.held
+
+
+def _hindrance(state: State) -> str:
+    """Say what keeps the body from showing what is felt."""
+    if state.stop is not None:
+        return " " + _why(state, state.stop)
+    return " It does not show it: a person has paused it." if state.paused else ""
+
+
+def _why(state: State, stop: StopOut) -> str:
+    """Say why the body is stopped, and how that ends."""
+    ends = (
+        "It goes on by itself after a pause."
+        if _passes(state, stop)
+        else "Only a person can release it."
+    )
+    return f"The body is stopped: {_reason(stop)}. {ends}"
+
+
+def _reason(stop: StopOut) -> str:
+    match stop.reason:
+        case StopReason.CONTACT:
+            motor = (stop.motor or "a motor").replace("_", " ")
+            force = "" if stop.force is None else f" with {stop.force:.1f} N"
+            return f"its {motor} met something{force}"
+        case StopReason.ASKED:
+            return "somebody asked for it"
+        case StopReason.TOUCHED:
+            return f"somebody moves its {(stop.motor or 'body').replace('_', ' ')} by hand"
+        case reason:
+            return reason.spoken
+
+
+def _line(event: LiveEvent) -> str:
+    """Tell an event in a line."""
+    about = [f"{event.id} ({event.wall:%Y-%m-%d %H:%M:%S} UTC) {event.kind}"]
+    if event.stop is not None:
+        about.append(_reason(event.stop))
+    elif event.feeling is not None:
+        amount = event.mood if event.strength is None else event.strength
+        about.append(event.feeling if amount is None else f"{event.feeling} {amount:.2f}")
+    elif event.name is not None:
+        about.append(event.name)
+    about += [f'"{event.text}"'] if event.text else []
+    about += [text for text in (event.source, event.detail, event.by) if text]
+    return ": ".join([about[0], ", ".join(about[1:])] if len(about) > 1 else about)

@@ -1,0 +1,90 @@
+"""The doors that a user opens beside HTTP; each is loaded only then, and needs an extra."""
+
+from dataclasses import dataclass, field
+from importlib.util import find_spec
+from typing import TYPE_CHECKING
+
+from miburi.doors.broker import Broker
+from miburi.doors.ros_network import RosNetwork
+from miburi.errors import need
+from miburi.live.view import LivePartner
+from miburi.talk.care import Care
+from miburi.talk.endpoint import Endpoint
+from miburi.talk.synthesizer import Synthesizer
+
+if TYPE_CHECKING:  # the process of the partner's loop needs no web library
+    from fastapi import FastAPI
+
+__all__ = ["Doors"]
+
+
+@dataclass(frozen=True)
+class Doors:
+    """What is open.
+
+    Attributes
+    ----------
+    agents
+        Whether agents may come in (MCP).
+    broker
+        The broker of a home; None: the partner tells none.
+    name
+        The partner's name there.
+    talk
+        Who thinks of what it answers; None: it answers by itself.
+    ros
+        The network of ROS 2 nodes; None: the partner is in none.
+    voice
+        What turns its words into sound; None: the devices of its pages do.
+    care
+        How it cares for somebody in distress.
+    origins
+        The other origins whose pages may use the interface.
+    seed
+        Chooses among its own answers.
+    """
+
+    agents: bool = False
+    broker: Broker | None = None
+    name: str = "miburi"
+    talk: Endpoint | None = None
+    ros: RosNetwork | None = None
+    voice: Synthesizer | None = None
+    care: Care = field(default_factory=Care)
+    origins: frozenset[str] = frozenset()
+    seed: int = 0
+
+    def need(self) -> None:
+        """Refuse to go on without the libraries of the open doors."""
+        if self.agents:
+            need("mcp", "mcp")
+        if self.broker is not None:
+            need("aiomqtt", "mqtt")
+        if self.ros is not None:
+            need("cyclonedds", "ros")
+
+    def open(self, app: "FastAPI", partner: LivePartner, studio: str | None = None) -> None:
+        """Add the doors to an application of a live partner.
+
+        ``studio`` is the address at which other devices reach its pages.
+        """
+        if self.voice is not None:
+            from miburi.doors.voice import voice_router
+
+            app.include_router(voice_router(partner, self.voice))
+        if studio is not None and find_spec("zeroconf") is not None:
+            from miburi.serving.announce import add_announcement
+
+            add_announcement(app, self.name, studio)
+        if self.agents:
+            from miburi.doors.agents import add_agents
+
+            add_agents(app)
+        if self.broker is not None:
+            from miburi.doors.home import add_home
+
+            add_home(app, partner, self.broker, self.name, studio)
+        if self.ros is not None:
+            from miburi.doors.ros import add_ros
+
+            add_ros(app, partner, self.ros)

@@ -1,0 +1,229 @@
+"""A fleet: all partners at one broker or of a group there, and Stop for one or all.
+
+The broker is the engine: it keeps each partner's last report, and says ``offline`` for a partner
+that is gone. This module only listens. It needs the extra ``mqtt``.
+"""
+
+import asyncio
+import re
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager, suppress
+from datetime import UTC, datetime
+from secrets import token_hex
+
+from pydantic import BaseModel, Field, ValidationError
+
+from miburi.doors.broker import Broker, check_name, stay_at
+from miburi.doors.report import ALL, HomeReport, Topics
+from miburi.errors import InputError, needs_extra
+from miburi.live.view import UnreachableError
+
+try:
+    from aiomqtt import Client, MqttError
+except ModuleNotFoundError as error:
+    raise needs_extra("mqtt", error) from error
+
+__all__ = ["LARGEST", "Fleet", "FleetOut", "PartnerOut", "listening_to", "stop_and_look"]
+
+#: Partners in a fleet; more are left out (ours).
+LARGEST = 2000
+#: s in which what the broker keeps has come, and s in which a body must have stopped (ours).
+_GREETING, _PATIENCE = 5.0, 5.0
+_LOOK = 0.05
+_TOPIC = re.compile(r"miburi/(?:([^/]+)/)?([^/]+)/(available|report)")
+
+
+class PartnerOut(BaseModel):
+    """One partner; the report is null until it has sent one."""
+
+    name: str
+    lost: bool = Field(description="Whether it is gone, or its broker is.")
+    report: HomeReport | None
+    hottest: float | None = Field(description="The highest temperature of its motors, °C.")
+    age: float | None = Field(description="s since its report, by the two computers' clocks.")
+
+
+class FleetOut(BaseModel):
+    """All partners: those that are stopped first, then those that are lost, each by name."""
+
+    connected: bool = Field(description="Whether the broker can be reached.")
+    partners: list[PartnerOut]
+
+
+class Fleet:
+    """What is known of the partners at a broker.
+
+    Parameters
+    ----------
+    broker
+        The broker, and the group; without one, partners of a group have names like
+        ``GROUP/NAME``.
+    """
+
+    def __init__(self, broker: Broker) -> None:
+        self._broker = broker
+        self._client: Client | None = None
+        self._online: dict[str, bool] = {}
+        self._reports: dict[str, HomeReport] = {}
+        #: Whether there are more partners than are known here.
+        self.overfull = False
+        #: Whether there is a connection, and whether all that the broker keeps has come.
+        self.met, self.greeted = asyncio.Event(), asyncio.Event()
+        self._echo = Topics(broker.path(f"fleet-{token_hex(4)}")).here
+
+    async def listen(self) -> None:
+        """Listen until cancelled; find the broker again when it was away."""
+        await stay_at(self._broker, None, self._live)
+
+    @property
+    def news(self) -> FleetOut:
+        """All partners, as they are now."""
+        connected = self._client is not None
+        partners = [
+            PartnerOut(
+                name=name,
+                lost=not (connected and self._online[name]),
+                report=(report := self._reports.get(name)),
+                hottest=max(report.temperatures.values(), default=None) if report else None,
+                age=_age(report),
+            )
+            for name in sorted(self._online)
+        ]
+        # Whoever needs a person comes first.
+        partners.sort(key=lambda one: (not _is_stopped(one), not one.lost))
+        return FleetOut(connected=connected, partners=partners)
+
+    async def stop(self, name: str = ALL) -> None:
+        """Stop one partner, or all; returns when the broker has the word.
+
+        Raises
+        ------
+        InputError
+            There is no such partner.
+        UnreachableError
+            The broker cannot be reached.
+        """
+        if self._client is not None and name != ALL and name not in self._online:
+            known = ", ".join(sorted(self._online)) or "none"
+            raise InputError(f"there is no partner {name!r} at this broker; there are: {known}.")
+        try:
+            if self._client is None:
+                raise MqttError("no connection")
+            await self._client.publish(Topics(self._broker.path(name)).stop, qos=1)
+        except MqttError as error:
+            raise UnreachableError(
+                f"the broker at {self._broker.host}:{self._broker.port} cannot be reached; stop "
+                "the robots at their switches."
+            ) from error
+
+    async def _live(self, client: Client) -> None:
+        group = self._broker.group
+        names = ("+", "+/+") if group is None else (f"{group}/+",)
+        for topics in map(Topics, names):
+            # With QoS 1 Mosquitto drops what is retained beyond its queue of 1,000, without a word.
+            await client.subscribe([(topics.available, 0), (topics.report, 0)])
+        # The broker sends the retained messages before it echoes this one.
+        await client.subscribe(self._echo, 0)
+        await client.publish(self._echo, qos=0)
+        self._client = client
+        self.met.set()
+        try:
+            async for message in client.messages:
+                if str(message.topic) == self._echo:
+                    self.greeted.set()
+                elif isinstance(message.payload, bytes):
+                    self._take(str(message.topic), message.payload)
+        finally:
+            self._client = None
+            self.met.clear()
+            self.greeted.clear()
+            # Partners that are there report anew; those that have gone must not look alive.
+            self._online = dict.fromkeys(self._online, False)
+
+    def _take(self, topic: str, payload: bytes) -> None:
+        """Take in a message, if it makes sense."""
+        match = _TOPIC.fullmatch(topic)
+        if match is None:
+            return
+        group, name, kind = match.groups()
+        try:
+            check_name(name)
+            if group is not None and self._broker.group is None:
+                name = f"{check_name(group)}/{name}"
+            report = HomeReport.model_validate_json(payload) if kind == "report" else None
+        except (InputError, ValidationError):
+            return
+        if kind == "available" and not payload:  # somebody has cleared what the broker kept
+            self._online.pop(name, None)
+            self._reports.pop(name, None)
+        elif name in self._online or len(self._online) < LARGEST:
+            if report is not None:
+                self._reports[name] = report
+                self._online.setdefault(name, False)
+            else:
+                self._online[name] = payload == b"online"
+        else:
+            self.overfull = True
+
+
+@asynccontextmanager
+async def listening_to(fleet: Fleet) -> AsyncIterator[None]:
+    """Let a fleet listen meanwhile."""
+    task = asyncio.create_task(fleet.listen())
+    try:
+        yield
+    finally:
+        task.cancel()
+        await asyncio.gather(task, return_exceptions=True)
+
+
+async def stop_and_look(broker: Broker, name: str = ALL) -> tuple[list[str], list[str]]:
+    """Stop one partner or all, and see whether they have stopped.
+
+    Returns
+    -------
+    The names of those that say so, and of those that do not, or are lost.
+
+    Raises
+    ------
+    InputError
+        There is no such partner.
+    UnreachableError
+        The broker cannot be reached; or it knows of no partner, or of more than are looked at.
+    """
+    fleet = Fleet(broker)
+    async with listening_to(fleet):
+        with suppress(TimeoutError):  # a broker may forbid the echo: then all that has come counts
+            async with asyncio.timeout(_GREETING):
+                await fleet.met.wait()
+                if name == ALL:  # nobody need be known for that
+                    await fleet.stop(name)
+                await fleet.greeted.wait()
+        if name != ALL or not fleet.met.is_set():
+            await fleet.stop(name)
+        stopped: list[str] = []
+        for _ in range(round(_PATIENCE / _LOOK)):
+            partners = [one for one in fleet.news.partners if name in (ALL, one.name)]
+            stopped = [one.name for one in partners if not one.lost and _is_stopped(one)]
+            if len(stopped) == sum(not one.lost for one in partners):
+                break
+            await asyncio.sleep(_LOOK)
+    where = f"the broker at {broker.host}:{broker.port}"
+    if not partners:
+        raise UnreachableError(f"{where} knows of no partner; look whether they are all at it.")
+    if name == ALL and fleet.overfull:
+        raise UnreachableError(
+            f"{where} has more than {LARGEST} partners; all were told to stop, but whether the "
+            "others did, nobody has seen. Look there, or use several brokers."
+        )
+    return stopped, [one.name for one in partners if one.name not in stopped]
+
+
+def _age(report: HomeReport | None) -> float | None:
+    if report is None or report.wall is None:
+        return None
+    return max(0.0, (datetime.now(UTC) - report.wall).total_seconds())
+
+
+def _is_stopped(partner: PartnerOut) -> bool:
+    return partner.report is not None and partner.report.stopped is not None

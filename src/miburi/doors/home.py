@@ -1,0 +1,474 @@
+"""The door for homes: the partner tells a broker how it is, and takes small wishes (MQTT).
+
+A home that runs Home Assistant finds it by itself, by MQTT discovery. Each stop and each distress
+is told at least once, also those that happened while the broker or the partner was away. Reports
+are few, because a home keeps each of them. The last will says that the partner is gone. Wishes are
+those of HTTP (feel, say, stop); there is none to release. What cannot be done is answered on a
+topic of its own.
+
+This module needs the extra ``mqtt``; nothing loads it before somebody wants it.
+"""
+
+import asyncio
+import json
+import secrets
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from datetime import UTC, date, datetime
+from typing import Any
+
+from fastapi import FastAPI
+from pydantic import BaseModel, ValidationError
+
+from miburi.doors.broker import Broker, stay_at
+from miburi.doors.report import (
+    ALL,
+    NEUTRAL,
+    DistressNews,
+    GapNews,
+    HomeReport,
+    Topics,
+    make_report,
+    make_stop_news,
+)
+from miburi.errors import InputError, MiburiError, needs_extra
+from miburi.feelings import FEELINGS
+from miburi.feelings.catalogue import CATALOGUE
+from miburi.interface.asker import Asker
+from miburi.interface.wire import SpeakIn, StimulusIn
+from miburi.live.events.log import History
+from miburi.live.events.model import Cursor, LiveEvent
+from miburi.live.view import LivePartner
+from miburi.safety.stop import StopReason
+from miburi.senses.kinds import KINDS
+from miburi.serving.access import Allowance
+from miburi.serving.beside import live_beside
+from miburi.version import __version__
+
+try:
+    from aiomqtt import Client, Message, MqttError, Will
+except ModuleNotFoundError as error:
+    raise needs_extra("mqtt", error) from error
+
+__all__ = [
+    "BIRTH",
+    "BURST",
+    "RATE",
+    "About",
+    "add_home",
+    "check_free",
+    "discovery",
+    "discovery_topic",
+    "is_taken",
+    "live_at_home",
+]
+
+#: Where Home Assistant says that it has come back.
+BIRTH = "homeassistant/status"
+#: Wishes a second and at once, Stop not counted (ours).
+RATE, BURST = 5.0, 10.0
+#: The longest wish, bytes.
+_LONGEST = 4_000
+#: s between two looks at the partner (ours).
+_PERIOD = 0.25
+_ONLINE, _OFFLINE = "online", "offline"
+#: Refusals a second and at once that are told: no more than a person can read (ours).
+_TOLD_RATE, _TOLD_BURST = 1.0, 10.0
+#: Reports a second of what changes often, and of what a home must know soon; with their bursts
+#: that makes ten a minute at most, Stops not counted (ours).
+_REPORT_RATE, _URGENT_RATE, _REPORT_BURST = 3 / 60, 3 / 60, 2.0
+#: The name under which it remembers what the home knows.
+_WHO = "home"
+_WHY_STOPPED = (
+    "{{ {'reason': value_json.stopped, 'motor': value_json.motor, 'held': value_json.held} "
+    "| tojson }}"
+)
+#: s in which a partner that lives under a name has said so (ours).
+_ANSWER = 1.5
+#: s that a start waits for a broker that is away (ours).
+_PATIENCE = 4.0
+
+
+@dataclass(frozen=True)
+class About:
+    """A partner's identity at a home.
+
+    Attributes
+    ----------
+    name
+        Its name; with its group, if it is in one, as ``GROUP/NAME``.
+    model
+        The robot's name.
+    studio
+        Its studio's address, if other devices reach it.
+    """
+
+    name: str
+    model: str
+    studio: str | None = None
+
+    @property
+    def key(self) -> str:
+        """The name as it may stand in an identifier."""
+        return self.name.replace("/", ".")
+
+
+def add_home(
+    app: FastAPI,
+    partner: LivePartner,
+    broker: Broker,
+    name: str,
+    studio: str | None = None,
+    clock: Callable[[], float] = time.monotonic,
+) -> None:
+    """Let a partner live at a home's broker, for as long as the server serves.
+
+    ``studio`` is the address at which other devices reach its pages.
+    """
+    asker = Asker.within(app, "home")
+    about = About(broker.path(name), partner.robot.name, studio)
+    live_beside(app, lambda: live_at_home(asker, partner.history, broker, about, clock))
+
+
+async def live_at_home(
+    partner: Asker,
+    history: History,
+    broker: Broker,
+    about: About,
+    clock: Callable[[], float] = time.monotonic,
+    today: Callable[[], date] = date.today,
+) -> None:
+    """Tell a broker about a partner until cancelled; find the broker again when it was away.
+
+    Parameters
+    ----------
+    partner
+        The partner.
+    history
+        Remembers over restarts up to where the home has been told.
+    broker
+        The broker.
+    about
+        What the home knows it by; no other may have its name.
+    clock, today
+        Give s, for the rates of wishes and reports, and the day whose stops are counted.
+    """
+    home, name = _Home(partner, history, about, clock, today), about.name
+
+    async def admit() -> None:
+        # Two with one name would throw each other out for ever, and Stop would reach one of them.
+        if await is_taken(broker, name, home.instance):
+            raise InputError(
+                f"another partner has taken the name {name!r} there, so this one is not at home, "
+                "and the home's Stop does not reach it. Start it with another --name."
+            )
+
+    await stay_at(broker, f"miburi-{about.key}", home.live, home.will, admit)
+
+
+async def check_free(broker: Broker, name: str) -> None:
+    """Check that no other partner lives under a name; a broker that is away is no hindrance.
+
+    Raises
+    ------
+    InputError
+        One does; the message proposes a name that is free.
+    """
+    others = [f"{name[:37]}-{number}" for number in range(2, 6)]
+    try:
+        async with asyncio.timeout(_PATIENCE):
+            names = map(broker.path, (name, *others))
+            first, *rest = await asyncio.gather(*(is_taken(broker, one) for one in names))
+    except (MqttError, OSError, TimeoutError):
+        return
+    if first:
+        free = [one for one, is_gone in zip(others, rest, strict=True) if not is_gone]
+        proposed = f", such as --name {free[0]}" if free else ""
+        raise InputError(
+            f"another partner has taken the name {name!r} at {broker.host}:{broker.port}. Start "
+            f"this one with another name{proposed}."
+        )
+
+
+async def is_taken(broker: Broker, name: str, instance: str = "") -> bool:
+    """Whether a partner that is awake lives under a name; ``instance`` does not count.
+
+    Raises
+    ------
+    MqttError
+        The broker cannot be reached.
+    """
+    topics = Topics(name)
+    async with broker.client(None) as client:
+        await client.subscribe(topics.here, qos=1)
+        await client.publish(topics.who, qos=1)
+        with suppress(TimeoutError):
+            async with asyncio.timeout(_ANSWER):
+                async for message in client.messages:
+                    if _bytes(message.payload).decode(errors="replace") != instance:
+                        return True
+    return False
+
+
+class _Home:
+    """One partner at one broker, however often the connection is made anew."""
+
+    def __init__(
+        self,
+        partner: Asker,
+        history: History,
+        about: About,
+        clock: Callable[[], float],
+        today: Callable[[], date],
+    ) -> None:
+        self._partner, self._history, self._about = partner, history, about
+        self._urgent = Allowance(_URGENT_RATE, _REPORT_BURST, clock)
+        self._reports = Allowance(_REPORT_RATE, _REPORT_BURST, clock)
+        self._wishes, self._today = Allowance(RATE, BURST, clock), today
+        self._refusals, self._unsaid = Allowance(_TOLD_RATE, _TOLD_BURST, clock), 0
+        self._topics = Topics(about.name)
+        group, _, _ = about.name.rpartition("/")
+        #: Where all partners are stopped, or those of its group.
+        self._stops_of_all = {Topics(ALL).stop, Topics(f"{group}/{ALL}" if group else ALL).stop}
+        #: Tells it from another partner of the same name.
+        self.instance = secrets.token_hex(8)
+        self._contradicted = False  # whether somebody else has said whether it is there
+        self._told: Cursor | None = None  # the last event that the broker knows
+        self._day, self._stops = today(), 0
+        self._stopping: asyncio.Task[None] | None = None
+        self._online = False
+        self._reported: HomeReport | None = None
+        self._announced: list[str] | None = None  # the joints whose temperatures are known
+
+    @property
+    def will(self) -> Will:
+        """What the broker says when we are gone without a word."""
+        return Will(self._topics.available, _OFFLINE, qos=1, retain=True)
+
+    async def live(self, client: Client) -> None:
+        """Report and obey until the connection ends."""
+        self._online, self._reported, self._announced = False, None, None
+        topics = self._topics
+        heard = (topics.feel, topics.say, topics.stop, topics.who, topics.available)
+        for topic in (*heard, *self._stops_of_all, BIRTH):
+            await client.subscribe(topic, qos=1)
+        try:
+            async with asyncio.TaskGroup() as tasks:
+                tasks.create_task(self._report(client))
+                tasks.create_task(self._obey(client, tasks))
+        finally:
+            with suppress(MqttError):  # it may be the broker that has gone
+                await self._say_whether(client, _OFFLINE)
+
+    async def _say_whether(self, client: Client, online: str) -> None:
+        await client.publish(self._topics.available, online, qos=1, retain=True)
+
+    async def _report(self, client: Client) -> None:
+        while True:
+            try:
+                await self._look(client)
+            except MiburiError:  # it cannot be reached
+                if self._online:
+                    self._online = False
+                    await self._say_whether(client, _OFFLINE)
+            await asyncio.sleep(_PERIOD)
+
+    async def _look(self, client: Client) -> None:
+        """Tell what is new."""
+        state = await self._partner.state()
+        if self._told is None:
+            self._told = await asyncio.to_thread(self._history.recall, _WHO)
+        if self._told is None:
+            await self._remember(Cursor(state.boot, state.latest))
+        now = Cursor(state.boot, state.latest)
+        events = [] if self._told == now else await self._partner.log(str(self._told))
+        report_of = make_report(state, await self._partner.motors(), self._about.studio)
+        if self._announced != [*report_of.temperatures]:
+            self._announced = [*report_of.temperatures]
+            message = json.dumps(discovery(self._about, self._announced))
+            await client.publish(discovery_topic(self._about), message, qos=1, retain=True)
+        if not self._online or self._contradicted:
+            self._online, self._contradicted = True, False
+            await self._say_whether(client, _ONLINE)
+        for event in events:
+            await self._tell(client, event)
+            self._told = event.cursor
+        if self._day != self._today():
+            self._day, self._stops = self._today(), 0
+        report = report_of.model_copy(update={"stops_today": self._stops})
+        if self._may_report(report):
+            content = report.model_copy(update={"wall": datetime.now(UTC)}).model_dump_json()
+            await client.publish(self._topics.report, content, qos=1, retain=True)
+            self._reported = report
+
+    def _may_report(self, report: HomeReport) -> bool:
+        """Whether to report now: what a home must know soon at once, all else seldom."""
+        before = self._reported
+        if report == before:
+            return False
+        if before is None or report.held != before.held:  # a fleet waits to see who has stopped
+            return True
+        if (report.stopped, report.paused) != (before.stopped, before.paused):
+            return self._urgent.take("all")
+        return self._reports.take("all")
+
+    async def _tell(self, client: Client, event: LiveEvent) -> None:
+        """Tell a stop, a distress, or that events are missing; the broker has it at the return."""
+        about = {"id": event.id, "wall": event.wall}
+        match event.kind:
+            case "distress":
+                content = {"event_type": event.name, "words": event.text, **about}
+                topic = self._topics.distress
+                news: BaseModel = DistressNews.model_validate(content)
+            case "stop" if event.stop is not None:
+                self._stops += event.wall.astimezone().date() == self._today()
+                topic, news = self._topics.stops, make_stop_news(event, event.stop)
+            case "gap":
+                topic, news = (
+                    self._topics.gaps,
+                    GapNews.model_validate({"why": event.detail, **about}),
+                )
+            case _:
+                return
+        await client.publish(topic, news.model_dump_json(), qos=1)
+        await self._remember(event.cursor)
+
+    async def _remember(self, cursor: Cursor) -> None:
+        self._told = cursor
+        await asyncio.to_thread(self._history.remember, _WHO, cursor)
+
+    async def _obey(self, client: Client, tasks: asyncio.TaskGroup) -> None:
+        async for message in client.messages:
+            topic = str(message.topic)
+            if topic == BIRTH:
+                if message.payload == _ONLINE.encode():
+                    self._announced = self._reported = None
+            elif topic == self._topics.who:
+                tasks.create_task(client.publish(self._topics.here, self.instance, qos=1))
+            elif topic == self._topics.available:
+                self._contradicted |= message.payload != _ONLINE.encode()
+            elif message.retain:
+                pass  # a wish of another day
+            elif topic in (self._topics.stop, *self._stops_of_all):
+                if self._stopping is None or self._stopping.done():
+                    self._stopping = tasks.create_task(self._do(client, message))
+            elif self._wishes.take("all"):
+                tasks.create_task(self._do(client, message))
+            else:
+                tasks.create_task(self._refuse(client, topic, "too many wishes at once."))
+
+    async def _do(self, client: Client, message: Message) -> None:
+        topic, payload = str(message.topic), _bytes(message.payload)
+        try:
+            if topic == self._topics.feel:
+                await self._partner.tell("/stimulus", StimulusIn.model_validate_json(payload))
+            elif topic == self._topics.say:
+                await self._partner.tell("/speak", SpeakIn(text=payload.decode()))
+            else:
+                await self._partner.tell("/stop")
+        except ValidationError as error:
+            item = error.errors(include_url=False, include_input=False)[0]
+            where = ".".join(str(part) for part in item["loc"])
+            await self._refuse(client, topic, f"{where}: {item['msg']}".removeprefix(": "))
+        except (MiburiError, UnicodeDecodeError) as error:
+            await self._refuse(client, topic, str(error))
+
+    async def _refuse(self, client: Client, topic: str, why: str) -> None:
+        if not self._refusals.take("all"):
+            self._unsaid += 1
+            return
+        told, self._unsaid = {"topic": topic, "why": why, "unsaid": self._unsaid}, 0
+        await client.publish(self._topics.refused, json.dumps(told))
+
+
+def _bytes(payload: object) -> bytes:
+    """Return a payload, cut so that no wish of any length costs anything."""
+    return payload[:_LONGEST] if isinstance(payload, bytes) else b""
+
+
+def discovery_topic(about: About) -> str:
+    """Return the topic by which Home Assistant finds a partner."""
+    group, _, name = about.name.rpartition("/")
+    return f"homeassistant/device/{group + '/' if group else ''}miburi-{name}/config"
+
+
+def discovery(about: About, joints: list[str]) -> dict[str, Any]:
+    """Return the message that describes a partner to Home Assistant.
+
+    Parameters
+    ----------
+    about
+        What the home knows the partner by.
+    joints
+        The joints whose motors report a temperature.
+
+    Its keys are those of Home Assistant's MQTT device discovery (2024.11 and later).
+    """
+    topics, key = Topics(about.name), f"miburi_{about.key}"
+
+    def part(what: str, platform: str, label: str, **more: Any) -> dict[str, Any]:
+        return {"platform": platform, "name": label, "unique_id": f"{key}_{what}", **more}
+
+    def read(what: str) -> dict[str, str]:
+        template = f"{{{{ value_json.{what} }}}}"
+        return {"state_topic": topics.report, "value_template": template}
+
+    stopped = "{{ 'ON' if value_json.stopped else 'OFF' }}"
+    parts = {
+        "feeling": part(
+            "feeling", "sensor", "Feeling", **read("feeling"),
+            device_class="enum", options=[*FEELINGS, NEUTRAL],
+        ),
+        "mood": part(
+            "mood", "sensor", "Mood", **read("mood"),
+            unit_of_measurement="%", state_class="measurement",
+        ),
+        "stopped": part(
+            "stopped", "binary_sensor", "Stopped",
+            state_topic=topics.report, value_template=stopped, device_class="problem",
+            json_attributes_topic=topics.report, json_attributes_template=_WHY_STOPPED,
+        ),
+        "stops": part(
+            "stops", "event", "Stop", state_topic=topics.stops, event_types=[*StopReason],
+        ),
+        "distress": part(
+            "distress", "event", "Distress", state_topic=topics.distress, event_types=[*KINDS],
+        ),
+        "stops_today": part(
+            "stops_today", "sensor", "Stops today", **read("stops_today"),
+            state_class="total_increasing",
+        ),
+        "say": part("say", "text", "Say", command_topic=topics.say, min=1, max=255),
+        "stop": part("stop", "button", "Stop", command_topic=topics.stop),
+    }  # fmt: skip
+    for feeling in CATALOGUE.feeling:
+        wish = StimulusIn(feeling=feeling.name).model_dump_json()
+        label = f"Feel {feeling.words['en']}"
+        parts[f"feel_{feeling.name}"] = part(
+            f"feel_{feeling.name}", "button", label, command_topic=topics.feel, payload_press=wish
+        )
+    for joint in joints:
+        what = f"temperature_{joint}"
+        parts[what] = part(
+            what, "sensor", f"Temperature of {joint.replace('_', ' ')}",
+            **read(f"temperatures.{joint}"), device_class="temperature",
+            unit_of_measurement="°C", state_class="measurement", entity_category="diagnostic",
+        )  # fmt: skip
+    device = {
+        "identifiers": [key],
+        "name": f"Miburi {about.name}",
+        "manufacturer": "Miburi",
+        "model": about.model,
+        "sw_version": __version__,
+    }
+    if about.studio is not None:
+        device["configuration_url"] = about.studio
+    return {
+        "device": device,
+        "origin": {"name": "miburi", "sw_version": __version__},
+        "availability_topic": topics.available,
+        "qos": 1,
+        "components": parts,
+    }

@@ -1,0 +1,207 @@
+"""A recording as ROS 2's tools read it: in goes ours, out comes MCAP with ROS's messages.
+
+Times are those of the recording: the computer's clock, or the robot's from 0 in an experiment. It
+needs the extra ``ros``.
+"""
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Annotated, TypeVar
+
+from cyclonedds.idl import IdlStruct
+from mcap.well_known import MessageEncoding, Profile, SchemaEncoding
+from mcap.writer import CompressionType, Writer
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from miburi.doors.ros_messages import (
+    express,
+    fixed_frames,
+    frames,
+    joint_state,
+    stop_report,
+)
+from miburi.doors.ros_network import RosNetwork
+from miburi.doors.ros_types import StringMsg, definition, ros_name
+from miburi.errors import InputError
+from miburi.feelings.catalogue import FeelingName
+from miburi.ground.files import whole_files
+from miburi.live.recording import RecordedMessage, read
+from miburi.live.state import Eight, Expressed, StopOut
+from miburi.robot import Robot
+from miburi.robot.shape import links
+from miburi.robot.urdf import to_urdf
+from miburi.safety.stop import StopReason
+from miburi.version import __version__
+
+__all__ = ["convert_recording"]
+
+_Timed = tuple[str, IdlStruct]
+_Content = TypeVar("_Content", bound=BaseModel)
+#: Recorded frames have no namespace.
+_NOWHERE = RosNetwork()
+#: How rosbag2 says that a topic is kept for late subscribers, so that a player keeps it, too.
+_EVER = "{sec: 9223372036, nsec: 854775807}"
+_KEPT = (
+    "- {history: 1, depth: 1, reliability: 1, durability: 1, "
+    f"deadline: {_EVER}, lifespan: {_EVER}, liveliness: 1, liveliness_lease_duration: {_EVER}, "
+    "avoid_ros_namespace_conventions: false}"
+)
+
+
+class _Joints(BaseModel):
+    model_config = ConfigDict(allow_inf_nan=False)
+
+    position: Eight
+    velocity: Eight
+
+
+class _Commands(BaseModel):
+    model_config = ConfigDict(allow_inf_nan=False)
+
+    position: Eight
+    speed: Eight
+
+
+class _Feelings(BaseModel):
+    name: list[str]
+    mood: list[Annotated[float, Field(ge=0, le=1)]]
+    expressed: FeelingName | None
+
+
+class _Contact(BaseModel):
+    reason: StopReason
+    motor: str | None
+    sign: str | None
+    ratio: float | None
+    force: float | None = None
+    part: str | None = None
+    mood_before: float
+    mood_after: float
+
+
+def convert_recording(recording: Path, robot: Robot, out: Path) -> int:
+    """Write a recording for ROS 2's tools; return the number of its messages.
+
+    Joint states come with the frames that follow from them; the description and the fixed frames
+    come first. Commands are joint states, too: where the joints shall go, and how fast.
+
+    Parameters
+    ----------
+    recording
+        A recording of ours; one that is broken off is taken up to its break.
+    robot
+        The robot that moved.
+    out
+        The file to write.
+
+    Raises
+    ------
+    InputError
+        The recording is none of ours.
+    OutputError
+        The file cannot be written.
+    """
+    messages = read(recording)
+    try:
+        first = next(messages)
+    except StopIteration:
+        raise InputError(f"{recording}: there is nothing in this recording.") from None
+    with whole_files(out.resolve().parent) as draft, (draft / out.name).open("wb") as file:
+        bag = _Bag(Writer(file, compression=CompressionType.ZSTD))
+        start = _stamp(first)
+        bag.write(start, "/robot_description", StringMsg(to_urdf(robot)), _KEPT)
+        bag.write(start, "/tf_static", fixed_frames(robot, _NOWHERE, start), _KEPT)
+        last: Expressed | None = None
+        unsaid = True
+        for message in (first, *messages):
+            stamp = _stamp(message)
+            if message.topic == "/feelings":
+                shown = _shown(_check(recording, _Feelings, message))
+                if (unsaid or shown != last) and (said := express(stamp, shown)) is not None:
+                    bag.write(stamp, "/expression", said, _KEPT)
+                last, unsaid = shown, False
+            elif message.topic in _KINDS:
+                for topic, one in _KINDS[message.topic](recording, robot, message):
+                    bag.write(stamp, topic, one)
+        bag.end()
+    return bag.written
+
+
+class _Bag:
+    """An MCAP file of ROS 2 messages."""
+
+    def __init__(self, writer: Writer) -> None:
+        self._writer = writer
+        self._channels: dict[str, int] = {}
+        self._schemas: dict[type[IdlStruct], int] = {}
+        self.written = 0
+        writer.start(profile=Profile.ROS2, library=f"miburi {__version__}")
+
+    def write(self, time: int, topic: str, message: IdlStruct, qos: str = "") -> None:
+        """Write a message at a time, ns."""
+        kind = type(message)
+        if kind not in self._schemas:
+            self._schemas[kind] = self._writer.register_schema(
+                ros_name(kind), SchemaEncoding.ROS2, definition(kind).encode()
+            )
+        if topic not in self._channels:
+            self._channels[topic] = self._writer.register_channel(
+                topic, MessageEncoding.CDR, self._schemas[kind], {"offered_qos_profiles": qos}
+            )
+        data = message.serialize(use_version_2=False)
+        self._writer.add_message(self._channels[topic], time, data, time)
+        self.written += 1
+
+    def end(self) -> None:
+        """Write what belongs at the end."""
+        self._writer.finish()  # type: ignore[no-untyped-call]  # mcap leaves it untyped
+
+
+def _stamp(message: RecordedMessage) -> int:
+    """Return when a message was, ns."""
+    return round(message.time * 1e9) if message.wall is None else message.wall
+
+
+def _check(recording: Path, kind: type[_Content], message: RecordedMessage) -> _Content:
+    try:
+        return kind.model_validate(message.content)
+    except ValidationError as error:
+        item = error.errors(include_url=False, include_input=False)[0]
+        where = ".".join(str(part) for part in item["loc"])
+        raise InputError(
+            f"{recording}: this is no recording of Miburi: {message.topic} at "
+            f"{message.time:.2f} s: {where}: {item['msg']}."
+        ) from error
+
+
+def _shown(feelings: _Feelings) -> Expressed | None:
+    """Return the expressed feeling and its mood, to a hundredth."""
+    if feelings.expressed is None:
+        return None
+    moods = dict(zip(feelings.name, feelings.mood, strict=False))
+    return Expressed(feeling=feelings.expressed, mood=round(moods.get(feelings.expressed, 0.0), 2))
+
+
+def _of_joints(recording: Path, robot: Robot, message: RecordedMessage) -> Iterator[_Timed]:
+    joints, stamp = _check(recording, _Joints, message), _stamp(message)
+    yield "/joint_states", joint_state(stamp, joints.position, joints.velocity)
+    yield "/tf", frames(links(robot), _NOWHERE, stamp, joints.position)
+
+
+def _of_commands(recording: Path, _robot: Robot, message: RecordedMessage) -> Iterator[_Timed]:
+    commands, stamp = _check(recording, _Commands, message), _stamp(message)
+    yield "/commands", joint_state(stamp, commands.position, commands.speed)
+
+
+def _of_contacts(recording: Path, _robot: Robot, message: RecordedMessage) -> Iterator[_Timed]:
+    contact = _check(recording, _Contact, message)
+    unknown = dict.fromkeys(("moved", "due", "measured", "expected"))
+    stop = StopOut.model_validate(contact.model_dump() | unknown | {"time": message.time})
+    yield "/diagnostics", stop_report(_stamp(message), stop)
+
+
+_KINDS: dict[str, Callable[[Path, Robot, RecordedMessage], Iterator[_Timed]]] = {
+    "/joint_states": _of_joints,
+    "/commands": _of_commands,
+    "/contacts": _of_contacts,
+}

@@ -1,0 +1,55 @@
+"""The partner's own voice for its pages: the sound of its latest sentence, by a synthesizer.
+
+A page with its voice on plays the sound, so that page's switch mutes it, its ears are closed
+meanwhile, and its mouth moves with what is heard.
+"""
+
+import asyncio
+
+from fastapi import APIRouter, HTTPException, Response
+
+from miburi.feelings.catalogue import CATALOGUE
+from miburi.interface.wire import Refusal
+from miburi.live.state import Spoken
+from miburi.live.view import LivePartner
+from miburi.talk.synthesizer import LANGUAGES, Synthesizer
+
+__all__ = ["voice_router"]
+
+
+def voice_router(partner: LivePartner, synthesizer: Synthesizer) -> APIRouter:
+    """Return the route by which pages get the sound of the latest sentence.
+
+    One sentence is made into sound at a time, and that of the latest is kept for all pages.
+    """
+    router = APIRouter()
+    turn = asyncio.Lock()
+    latest: tuple[int, bytes | None] | None = None
+
+    def spoken(number: int) -> Spoken:
+        said = partner.snapshot.state.spoken
+        if said is None or said.number != number or said.language not in LANGUAGES:
+            raise HTTPException(404, "this is not its latest sentence, or none that it can sound.")
+        return said
+
+    @router.get(
+        "/api/v1/voice/{number}",
+        response_class=Response,
+        responses={
+            200: {"content": {"audio/wav": {}}, "description": "A WAV file."},
+            404: {"model": Refusal, "description": "There is no such sound."},
+        },
+    )
+    async def voice(number: int) -> Response:
+        """Return the sound of the latest sentence that it said aloud, by its number."""
+        nonlocal latest
+        spoken(number)
+        async with turn:
+            said = spoken(number)  # another may have come while others had their turn
+            if latest is None or latest[0] != number:
+                latest = number, await synthesizer.sound(said.text, CATALOGUE.voice(said.feeling))
+        if latest[1] is None:
+            raise HTTPException(404, "this sentence has no sound.")
+        return Response(latest[1], media_type="audio/wav")
+
+    return router

@@ -1,0 +1,438 @@
+"""Start the live partner and its server, and bring both to a good end.
+
+The partner's loop and its watchdog run here. The server has a process of its own
+(:mod:`miburi.host.process`), which cannot starve them, and so has the reception before it.
+"""
+
+import gc
+import os
+import signal
+import socket
+import sys
+import threading
+import webbrowser
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field, replace
+from datetime import UTC, datetime
+from enum import Enum, auto
+from multiprocessing import Pipe, get_context
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
+from pathlib import Path
+from queue import Empty, SimpleQueue
+from types import FrameType
+
+from miburi.bma.settings import Settings
+from miburi.doors.doors import Doors
+from miburi.errors import BodyError, InputError, OutputError, need
+from miburi.feelings import EmotionalModel, Stimulus, Temperament
+from miburi.gestures import Repertoire
+from miburi.ground.cores import coming_first
+from miburi.ground.log import logged
+from miburi.host.given import Pages
+from miburi.host.process import serve_pages
+from miburi.live.answering import answer
+from miburi.live.archive import Archive
+from miburi.live.bodies import KINDS
+from miburi.live.crossing import Lanes, lanes
+from miburi.live.events.store import kept_events
+from miburi.live.memory import keep, remember, remembered
+from miburi.live.runner import Runner
+from miburi.partner import solve_with
+from miburi.robot import Robot
+from miburi.safety.contact import Rule
+from miburi.serving.addresses import listening_plainly, listening_twice
+from miburi.serving.passing import CAN_PASS
+from miburi.serving.press import Hold, Press
+from miburi.serving.reach import Reach
+from miburi.serving.reception import receive
+from miburi.serving.renewal import reach_of
+from miburi.studio.words import FALLBACK, words
+from miburi.talk.endpoint import Endpoint
+
+__all__ = ["GREETING", "Wish", "own_folder", "serve"]
+
+#: A partner that wakes is glad to see people (ours).
+GREETING = Stimulus("happiness", 0.8)
+#: s in which the server must have ended.
+_PATIENCE = 4.0
+#: s; Windows takes a signal only between two waits.
+_GLANCE = 0.5
+
+
+@dataclass(frozen=True)
+class Wish:
+    """How the server shall be started.
+
+    Attributes
+    ----------
+    robot, repertoire, temperament
+        The body on paper, its gestures, and the character to begin with.
+    rule
+        The contact rule of simulated bodies; None: the robot's own.
+    settings
+        Those of the inverse kinematics; None: Miburi's own way.
+    body, port_of_body
+        The kind of body, and a card's serial port.
+    host, port
+        Where to listen; port 0 takes any that is free.
+    https
+        Whether to listen there by https, at the next port, and by http for this computer alone.
+    headless
+        Open no browser.
+    doors
+        The doors that are open beside HTTP.
+    folder
+        Where the token, the partner's state and recordings are kept.
+    forget
+        Start in the resting moods, and keep none.
+    seed
+        Chooses among gestures, and their small variations; 0 or more.
+    rest
+        How lively it rests.
+    programs_may_release
+        Whether programs may end a person's Stop.
+    """
+
+    robot: Robot
+    repertoire: Repertoire
+    temperament: Temperament
+    rule: Rule | None = None
+    settings: Settings | None = None
+    body: str = "simulated"
+    port_of_body: str | None = None
+    host: str = "127.0.0.1"
+    port: int = 8080
+    https: bool = False
+    headless: bool = False
+    doors: Doors = field(default_factory=Doors)
+    folder: Path | None = None
+    forget: bool = False
+    seed: int = 0
+    programs_may_release: bool = False
+
+
+def own_folder() -> Path:
+    """Return where a user's programs keep their state (XDG_STATE_HOME), with our name."""
+    base = os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state"
+    return Path(base) / "miburi"
+
+
+def serve(wish: Wish, meanwhile: Callable[[], None] = lambda: None) -> None:
+    """Run the live partner and its server until SIGINT or SIGTERM; then bring the body home.
+
+    The server answers until the body is home. A body that somebody stopped stays where it is.
+
+    Parameters
+    ----------
+    wish
+        What to start.
+    meanwhile
+        Called while the server's process loads its libraries.
+
+    Raises
+    ------
+    InputError
+        The seed, the host, the port or the body is not one.
+    OutputError
+        The port is taken.
+    BodyError
+        The body cannot be reached, or the loop or the server has failed; the body was stopped.
+    """
+    _check(wish)
+    with coming_first():  # a Stop must not wait for other programs
+        _serve(wish, meanwhile)
+
+
+def _serve(wish: Wish, meanwhile: Callable[[], None]) -> None:
+    folder = wish.folder or own_folder()
+    memory = None if wish.forget else folder / "feelings.json"
+    _keep_private(folder)
+    listen = listening_twice if wish.https else listening_plainly
+    with listen(wish.host, wish.port) as listeners:
+        reach, certificate = reach_of(listeners, folder, datetime.now(UTC))
+        helpers = _start(Pages(listeners, reach, wish.doors, folder, certificate))
+        url = listeners.url
+    try:
+        meanwhile()
+        feelings = _feelings(wish, memory)
+        runner = _wake(wish, feelings, folder)
+        talk = wish.doors.talk
+        end = _live(
+            runner,
+            helpers,
+            memory,
+            lambda: _announce(url, reach, talk, wish.headless),
+        )
+    finally:
+        with _signals(SimpleQueue()):  # a second Ctrl-C must leave none behind
+            helpers.end()
+    kept = memory is not None and _keep(memory, feelings)
+    if runner.failure is not None:
+        raise BodyError(runner.failure)
+    if end in _LEFT_ALONE:
+        raise BodyError(
+            f"{_LEFT_ALONE[end]}, and nobody could have stopped the body any more: it was stopped "
+            "where it was. Start Miburi again."
+        )
+    _say_good_bye(runner, folder, kept=kept)
+
+
+def _keep_private(folder: Path) -> None:
+    """Let nobody but this user read what the partner writes, from now on and of earlier times."""
+    os.umask(0o077)  # in the helpers, too: they begin with ours
+    own = [folder / name for name in ("events.sqlite", "feelings.json", "recordings")]
+    for one in (*own, *folder.glob("recordings/*.mcap")):
+        with suppress(OSError):  # it is not there, or somebody else's
+            one.chmod(0o700 if one.is_dir() else 0o600)
+
+
+def _check(wish: Wish) -> None:
+    """Refuse what cannot be started."""
+    wish.doors.need()
+    if wish.https:
+        need("cryptography", "https")
+    if wish.seed < 0:
+        raise InputError(f"the seed must be 0 or more, got {wish.seed}.")
+    if wish.body not in KINDS:
+        raise InputError(f"the body must be one of {', '.join(KINDS)}, got {wish.body!r}.")
+    if KINDS[wish.body].needs_port and not wish.port_of_body:
+        raise InputError(
+            f"the {wish.body} body needs a port, such as /dev/ttyACM0; give it one with --serial. "
+            "`miburi card list` names the ports that are there."
+        )
+    if wish.rule is not None and wish.body == "card":
+        raise InputError(
+            "a card has its own calibration; load this one onto it with `miburi card load`."
+        )
+
+
+def _feelings(wish: Wish, memory: Path | None) -> EmotionalModel:
+    """Return the feelings of last time, or those of a first meeting, glad in both cases."""
+    kept = None if memory is None else _recall(memory, wish.temperament)
+    feelings = kept or EmotionalModel(wish.temperament)
+    feelings.stimulate(GREETING)
+    return feelings
+
+
+def _wake(wish: Wish, feelings: EmotionalModel, folder: Path) -> Runner:
+    runner = Runner(
+        wish.robot,
+        feelings,
+        Archive(folder / "recordings"),
+        body=wish.body,
+        port=wish.port_of_body,
+        seed=wish.seed,
+        rule=wish.rule,
+        repertoire=wish.repertoire,
+        solve=solve_with(wish.settings),
+        hold=Hold(programs_may_release=wish.programs_may_release),
+        events=kept_events(folder),
+    )
+    stop = runner.body.state.stop
+    if stop is not None:
+        why = words(FALLBACK)["reason"][stop.reason]
+        print(f"The body is stopped: {why}. Make room, then release it in the studio.")
+    return runner
+
+
+def _live(
+    runner: Runner,
+    helpers: "_Helpers",
+    memory: Path | None,
+    announce: Callable[[], None],
+) -> "_Happening":
+    """Let the partner live until something ends that; return what did. The body is home then."""
+    happenings: SimpleQueue[_Happening] = SimpleQueue()
+    runner.start(on_failure=lambda: happenings.put(_Happening.LOOP_GAVE_UP))
+    ending = threading.Event()
+    threads = [
+        threading.Thread(target=_watch, args=(process, happening, happenings), daemon=True)
+        for process, happening in zip(helpers.processes, _LEFT_ALONE, strict=False)
+    ]
+    if memory is not None:
+        arguments = (memory, runner.feelings, ending.wait)
+        threads.append(threading.Thread(target=keep, args=arguments, daemon=True))
+    for thread in threads:
+        thread.start()
+    gc.freeze()  # or a collection looks through all that was loaded, and the loop is late
+    with _signals(happenings):
+        answer(
+            runner,
+            helpers.server,
+            on_ready=lambda: happenings.put(_Happening.LISTENS),
+            on_hang=lambda: happenings.put(_Happening.HELPER_HANGS),
+            reception=helpers.reception,
+        )
+        end = _next(happenings)
+        if end is _Happening.LISTENS:
+            announce()
+            end = _next(happenings)
+        if end in _LEFT_ALONE:
+            runner.stop(Press("partner"))  # nobody else can any more
+        ending.set()
+        runner.close()
+    return end
+
+
+class _Happening(Enum):
+    """What the partner's process waits for while its loop runs."""
+
+    LISTENS = auto()
+    SERVER_ENDED = auto()
+    RECEPTION_ENDED = auto()
+    HELPER_HANGS = auto()
+    LOOP_GAVE_UP = auto()
+    SIGNAL = auto()
+
+
+#: Events after which nobody can press Stop, with the words for them; the first two are in the order
+#: of the processes.
+_LEFT_ALONE = {
+    _Happening.SERVER_ENDED: "the server has ended",
+    _Happening.RECEPTION_ENDED: "the process that receives Stop has ended",
+    _Happening.HELPER_HANGS: "the server, or the process that receives Stop, hangs",
+}
+
+
+def _next(happenings: "SimpleQueue[_Happening]") -> _Happening:
+    while True:
+        with suppress(Empty):
+            return happenings.get(timeout=_GLANCE)
+
+
+@dataclass(frozen=True)
+class _Helpers:
+    """The processes beside ours, and our ends of the pipes to them."""
+
+    processes: tuple[BaseProcess, ...]
+    server: Lanes
+    reception: Connection | None
+
+    def end(self) -> None:
+        """End them all."""
+        for process in self.processes:
+            process.terminate()
+            process.join(_PATIENCE)
+            process.kill()
+
+
+def _start(pages: Pages) -> _Helpers:
+    """Start the server's process, and a reception where it can pass connections on."""
+    ours, theirs = lanes()
+    if not CAN_PASS:
+        server = _spawn(serve_pages, pages, theirs)
+        theirs.close()
+        return _Helpers((server,), ours, None)
+    (inside, outside), (stopping, stopped) = socket.socketpair(), Pipe()
+    for end in (inside, outside):
+        end.setblocking(False)
+    plain, encrypted = pages.listeners.plain, pages.listeners.encrypted
+    processes = (
+        _spawn(serve_pages, replace(pages, passage=inside), theirs),
+        _spawn(receive, plain, encrypted, outside, stopping, pages.reach.keys, pages.doors.origins),
+    )
+    # Nothing of what is theirs is kept, so that each sees when another has gone.
+    theirs.close()
+    inside.close()
+    outside.close()
+    stopping.close()
+    return _Helpers(processes, ours, stopped)
+
+
+def _spawn(work: Callable[..., None], *arguments: object) -> BaseProcess:
+    spawn = get_context("spawn").Process
+    process = spawn(target=logged, args=(work, *arguments), name=work.__name__)
+    # Ctrl-C reaches the whole group; this process decides, and the others serve until the end.
+    handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        process.start()
+    finally:
+        signal.signal(signal.SIGINT, handler)
+    return process
+
+
+def _watch(
+    process: BaseProcess, ended: "_Happening", happenings: "SimpleQueue[_Happening]"
+) -> None:
+    process.join()
+    happenings.put(ended)
+
+
+@contextmanager
+def _signals(happenings: "SimpleQueue[_Happening]") -> Iterator[None]:
+    """Let SIGINT and SIGTERM be happenings."""
+
+    def take(_number: int, _frame: FrameType | None) -> None:
+        happenings.put(_Happening.SIGNAL)  # the one queue that a signal's handler may use
+
+    kept = {number: signal.signal(number, take) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield
+    finally:
+        for number, handler in kept.items():
+            signal.signal(number, handler)
+
+
+def _recall(path: Path, temperament: Temperament) -> EmotionalModel | None:
+    try:
+        return remembered(path, temperament)
+    except InputError as error:
+        print(f"miburi: {error}", file=sys.stderr)
+        return None
+
+
+def _keep(path: Path, feelings: EmotionalModel) -> bool:
+    try:
+        remember(path, feelings.save())
+    except OutputError as error:
+        print(f"miburi: {error}", file=sys.stderr)
+        return False
+    return True
+
+
+def _say_good_bye(runner: Runner, folder: Path, *, kept: bool) -> None:
+    """Say in one line how the partner was left."""
+    if runner.held:
+        how = "was stopped and stays where it is, softly held"
+    elif runner.at_home:
+        how = "rests at neutral"
+    else:
+        how = "could not be brought to neutral; look at it"
+    remembers = f"; what it feels is kept in {folder}" if kept else ""
+    print(f"Good-bye. The body {how}{remembers}.", flush=True)
+
+
+def _announce(url: str, reach: Reach, talk: Endpoint | None, headless: bool) -> None:
+    """Say where the studio is; open it unless told otherwise."""
+    from miburi.serving.reach import pairing_url, qr_for_terminal
+
+    token, safe = reach.token, reach.authority is not None
+    shown = url if token is None or safe else pairing_url(url, token)
+    print(f"Miburi is awake. Studio: {shown}   face: {url}/face   (end with Ctrl-C)", flush=True)
+    if talk is not None:
+        print(f"What is said to it goes to {talk}.", flush=True)
+    if token is not None:
+        print(f"Token for programs and other devices: {token}")
+    if token is not None and reach.addresses:
+        first, *others = (pairing_url(address, token) for address in reach.addresses)
+        print(f"On a phone in the same network, scan this or open {first}")
+        print(qr_for_terminal(first))
+        for other in others:
+            print(f"In another network: {other}")
+    elif token is not None:
+        print("No phone can come: this computer has no address in a network at home.")
+    if safe:
+        print(
+            "The phone warns once, for it does not know this home's authority yet: go on there, or "
+            f"install it; {url}/pair says how.\nIts SHA-256 is {reach.fingerprint}"
+        )
+    sys.stdout.flush()
+    if headless:
+        return
+    can_show = sys.platform in ("darwin", "win32") or any(
+        os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY")
+    )
+    if not (can_show and webbrowser.open(shown)):
+        print("No browser could be opened here; open the address above in one.", flush=True)

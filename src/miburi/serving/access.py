@@ -1,0 +1,491 @@
+"""Who may talk to the server, how much, and how often: one gate in front of every route.
+
+On the loopback address anybody at this computer may; on any other address a token is needed
+everywhere but on the pairing and the privacy page. Requests from other sites' pages are refused on
+both, unless the user lets an origin use the interface. Where the server listens by https, too, no
+token passes unencrypted: plain http is for this computer itself, and tells others only where https
+is.
+"""
+
+import asyncio
+import json
+import time
+from collections import OrderedDict
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
+from http import HTTPStatus
+from ipaddress import ip_address
+from urllib.parse import SplitResult, urlsplit
+from weakref import WeakValueDictionary
+
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from miburi.serving.keys import Keys
+from miburi.serving.origins import Headers, allowed_origin, cors, permit
+from miburi.serving.policy import NICEGUI, POLICY
+
+__all__ = [
+    "AGENTS",
+    "AUTHORITY",
+    "BURST",
+    "CAME",
+    "CONNECTIONS",
+    "COOKIE",
+    "EVENTS",
+    "HEADERS",
+    "HEADER_TIME",
+    "LARGEST",
+    "PAGE_BREATH",
+    "PAGE_BURST",
+    "PAGE_RATE",
+    "PAIRING",
+    "PRIVACY",
+    "RATE",
+    "SAFE_HEADERS",
+    "SOCKETS",
+    "STOP",
+    "WRONG_BURST",
+    "WRONG_RATE",
+    "Allowance",
+    "Gate",
+    "RefusedError",
+    "int_or",
+    "is_loopback",
+]
+
+COOKIE = "miburi_token"
+#: The only paths that answer without a token: how to come in, what becomes of what one says, and by
+#: https, whom to trust.
+PAIRING, PRIVACY, AUTHORITY = "/pair", "/privacy", "/ca.pem"
+#: What no limit holds up, for those who may use the partner.
+STOP = "/api/v1/stop"
+#: A stream of events, which lasts as a WebSocket does.
+EVENTS = "/api/v1/events"
+#: In a request's state: when it came, s on the clock of all processes, where a reception knows.
+CAME = "came"
+#: Where agents come in, if the partner lets them.
+AGENTS = "/mcp"
+#: Since this revision of MCP headers say what an agent asks for, and its server holds them against
+#: the body. Calls of older clients wait their turn, whatever they ask for.
+_REVISION = {b"mcp-protocol-version": b"2026-07-28"}
+#: An agent's call of its tool `stop`: no limit holds it up either.
+_AGENTS_STOP = _REVISION | {b"mcp-method": b"tools/call", b"mcp-name": b"stop"}
+_AGENTS_LIST = _REVISION | {b"mcp-method": b"tools/list"}
+#: The largest body of a request, and the largest message on a WebSocket, bytes.
+LARGEST = 65_536
+#: Bytes that a request's headers may have, and s within which they must have come (ours).
+HEADERS, HEADER_TIME = 16_384, 10.0
+#: Connections that an address may have open, sockets not counted (ours).
+CONNECTIONS = 200
+#: Requests to the interface a second and at once, from one address.
+RATE, BURST = 50.0, 150.0
+#: Pages a second and at once, to one address; the server makes each of them anew.
+PAGE_RATE, PAGE_BURST = 1.0, 12.0
+#: The same to all addresses together: a page takes about 0.8 MB for some seconds (ours).
+_PAGES_RATE, _PAGES_BURST = 1.5, 15.0
+#: s between the end of a page's making and the next: what waits meanwhile may be a Stop (ours).
+PAGE_BREATH = 0.05
+#: s for which a page may keep others waiting: whoever asks for one may take it in slowly.
+_PAGE_TIME = 1.0
+#: Wrong tokens a second and at once, from one address.
+WRONG_RATE, WRONG_BURST = 0.2, 10.0
+#: WebSockets and streams of events that may be open at the same time.
+SOCKETS = 200
+#: The most keys that one request may present: cookies of one name can exist for several paths.
+_LOOKED_AT = 4
+#: s between two looks at the key of an open socket (ours).
+_KEY_LOOK = 1.0
+_FORGOTTEN = "this device was forgotten; pair it again."
+_PAGES = ("/", "/face")
+_METHODS = ("GET", "HEAD", "POST", "DELETE")
+#: What every answer tells a browser not to do.
+SAFE_HEADERS = (
+    (b"x-content-type-options", b"nosniff"),
+    (b"referrer-policy", b"no-referrer"),
+    (b"x-frame-options", b"DENY"),
+    (POLICY, NICEGUI),
+)
+
+
+def is_loopback(host: str) -> bool:
+    """Whether a host name or address means this computer alone."""
+    try:
+        return ip_address(host.strip("[]")).is_loopback
+    except ValueError:
+        return host.lower() == "localhost"
+
+
+@dataclass
+class Allowance:
+    """A token bucket for each of many keys.
+
+    Attributes
+    ----------
+    rate, burst
+        How much comes back a second, and how much there is at most.
+    clock
+        Gives s.
+    """
+
+    rate: float
+    burst: float
+    clock: Callable[[], float] = time.monotonic
+    _left: OrderedDict[str, tuple[float, float]] = field(default_factory=OrderedDict)
+
+    def take(self, key: str, amount: float = 1.0) -> bool:
+        """Take ``amount`` if it is there; False if not."""
+        now = self.clock()
+        left, then = self._left.pop(key, (self.burst, now))
+        left = min(self.burst, left + (now - then) * self.rate)
+        enough = left >= amount
+        self._left[key] = (left - amount if enough else left, now)
+        while len(self._left) > 1000:
+            self._left.popitem(last=False)
+        return enough
+
+
+class RefusedError(Exception):
+    """A request that the gate does not let through."""
+
+    def __init__(self, status: int, words: str) -> None:
+        super().__init__(words)
+        self.status = status
+
+
+class Gate:
+    """Lets through what may pass, and limits the rest; an ASGI application around another.
+
+    Parameters
+    ----------
+    app
+        What is behind the gate.
+    keys
+        One of them is needed by everybody when given; None on the loopback address, where instead
+        the request must have been sent to a loopback name (a page elsewhere could make its own name
+        point here).
+    clock
+        Gives s.
+    https
+        Whether the server listens by https, too.
+    origins
+        The other origins whose pages may use the interface.
+    """
+
+    def __init__(
+        self,
+        app: ASGIApp,
+        keys: Keys | None = None,
+        clock: Callable[[], float] = time.monotonic,
+        *,
+        https: bool = False,
+        origins: frozenset[str] = frozenset(),
+    ) -> None:
+        self._app = app
+        self._keys = keys
+        self._https, self._origins = https, origins
+        self._requests = Allowance(RATE, BURST, clock)
+        self._agents = Allowance(RATE, BURST, clock)
+        self._agents_turns: WeakValueDictionary[str, asyncio.Lock] = WeakValueDictionary()
+        self._pages = Allowance(PAGE_RATE, PAGE_BURST, clock)
+        self._all_pages = Allowance(_PAGES_RATE, _PAGES_BURST, clock)
+        self._wrong = Allowance(WRONG_RATE, WRONG_BURST, clock)
+        self._sockets = 0
+        self._next_page = 0.0  # on the event loop's clock
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one connection."""
+        if scope["type"] not in ("http", "websocket"):
+            await self._app(scope, receive, send)
+            return
+        origin = self.origin_of(scope["path"], headers := _headers(scope))
+        if origin is not None:
+            if scope.get("method") == "OPTIONS":
+                await _tell(HTTPStatus.NO_CONTENT, permit(origin, headers), send)
+                return
+            send = _with(cors(origin), send)
+        try:
+            key = self.check(scope)
+        except RefusedError as refused:
+            if refused.status in (401, 426) and _wants_page(scope):
+                await _lead(f"{PAIRING}#{scope['path']}", send)
+                return
+            await _refuse(scope, receive, send, refused)
+            return
+        if not _lasts(scope):
+            if scope["path"] == AGENTS and not _has(scope, _AGENTS_STOP):
+                await self._agents_turn(_asker(scope), calls=not _has(scope, _AGENTS_LIST))
+            serve = self._serve_page if scope["path"] in _PAGES else self._serve
+            await serve(scope, receive, send)
+            return
+        self._sockets += 1
+        try:
+            await self._serve_socket(scope, receive, send, key)
+        finally:
+            self._sockets -= 1
+
+    async def _serve_socket(
+        self, scope: Scope, receive: Receive, send: Send, key: str | None
+    ) -> None:
+        """Serve a socket or a stream for as long as the key that opened it fits."""
+        serve = self._app if scope["type"] == "websocket" else self._serve
+        if key is None or self._keys is None:
+            await serve(scope, receive, send)
+            return
+        over = False
+
+        async def unless_over(message: Message) -> None:
+            if not over:
+                await send(message)
+
+        serving = asyncio.ensure_future(serve(scope, receive, unless_over))
+        try:
+            while not (await asyncio.wait({serving}, timeout=_KEY_LOOK))[0]:
+                if not self._keys.fits(key):
+                    over = True
+                    break
+            else:
+                await serving
+        finally:
+            serving.cancel()
+            await asyncio.wait({serving})
+        if over and scope["type"] == "websocket":
+            with suppress(OSError, RuntimeError, TimeoutError):  # the client is gone or stuck
+                async with asyncio.timeout(_KEY_LOOK):
+                    await send({"type": "websocket.close", "code": 1008, "reason": _FORGOTTEN})
+
+    async def _agents_turn(self, who: str, *, calls: bool) -> None:
+        """Let calls of agents wait their turn, those of each address behind each other.
+
+        A refusal would look to an agent like a broken tool; a moment is nothing to it. Lists of
+        tools have turns of their own: a client asks for one before its first Stop.
+        """
+        lane = f"{who} {calls}"
+        async with self._agents_turns.setdefault(lane, asyncio.Lock()):
+            while not self._agents.take(lane):
+                await asyncio.sleep(1 / RATE)
+
+    async def _serve_page(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Make one page at a time, and take a breath after each: what waits may be a Stop."""
+        loop = asyncio.get_running_loop()
+        while (left := self._next_page - loop.time()) > 0:
+            await asyncio.sleep(min(left, PAGE_BREATH))
+        self._next_page = loop.time() + _PAGE_TIME
+        try:
+            await self._serve(scope, receive, send)
+        finally:
+            self._next_page = loop.time() + PAGE_BREATH
+
+    def origin_of(self, path: str, headers: Mapping[bytes, str]) -> str | None:
+        """Return the other origin whose page asks, if it may use the interface."""
+        return allowed_origin(path, headers, self._origins)
+
+    def check(self, scope: Scope) -> str | None:
+        """Let a request pass, and return the key that it needed.
+
+        Raises
+        ------
+        RefusedError
+            It may not, and why.
+        """
+        headers = _headers(scope)
+        who = _asker(scope)
+        path = scope["path"]
+        method = scope.get("method", "GET")
+        encrypted = scope.get("scheme") in ("https", "wss")
+        plain = self._https and not encrypted
+        keys = None if plain and _is_own(scope) else self._keys
+        _check_host(headers, near=keys is None)
+        if self.origin_of(path, headers) is None:
+            _check_site(headers, encrypted=encrypted)
+        unlocked = path in (PAIRING, PRIVACY) or (self._https and path == AUTHORITY)
+        if keys is not None and plain and not (unlocked and method in ("GET", "HEAD")):
+            raise RefusedError(
+                426, "no token is taken by plain http; use the https address of this partner."
+            )
+        if self.origin_of(path, headers) is not None:  # its pages bring a token, and no cookie
+            headers.pop(b"cookie", None)
+        key = None if keys is None or unlocked else self._check_key(headers, who, keys)
+        if path == STOP and method == "POST":
+            return key
+        if method not in _METHODS:
+            raise RefusedError(405, f"{method[:20]} is not for this address.")
+        limited = path.startswith("/api") or path in (PAIRING, PRIVACY, AUTHORITY)
+        if limited and not self._requests.take(who):
+            raise RefusedError(429, f"too many requests; at most {RATE:g} a second, please.")
+        if path in _PAGES and not self._pages.take(who):
+            raise RefusedError(429, "too many pages at once; wait a moment.")
+        if path in _PAGES and not self._all_pages.take("everybody"):
+            raise RefusedError(503, "others are opening too many pages; wait a moment.")
+        if _lasts(scope) and self._sockets >= SOCKETS:
+            raise RefusedError(503, f"{SOCKETS} connections are open already; close one.")
+        if int_or(headers.get(b"content-length"), 0) > LARGEST:
+            raise RefusedError(413, f"a request may have {LARGEST} bytes at most.")
+        return key
+
+    def _check_key(self, headers: dict[bytes, str], who: str, keys: Keys) -> str:
+        given = list(dict.fromkeys(_tokens_of(headers)))
+        for one in given[:_LOOKED_AT]:  # each costs a read from the disk
+            if keys.fits(one):
+                return one
+        if given and not self._wrong.take(who):
+            raise RefusedError(429, "too many wrong tokens; wait a minute.")
+        raise RefusedError(
+            401,
+            "a token is needed here. Scan the QR code in the studio or in the terminal, open "
+            f"{PAIRING}, or send the header Authorization: Bearer TOKEN.",
+        )
+
+    async def _serve(self, scope: Scope, receive: Receive, send: Send) -> None:
+        received = 0
+        began = False
+
+        async def counted() -> Message:
+            nonlocal received
+            message = await receive()
+            received += len(message.get("body", b""))
+            if received > LARGEST:
+                raise RefusedError(413, f"a request may have {LARGEST} bytes at most.")
+            return message
+
+        async def guarded(message: Message) -> None:
+            nonlocal began
+            if received > LARGEST and not began:
+                # Whoever reads the body may have taken our refusal for a mistake in it.
+                raise RefusedError(413, f"a request may have {LARGEST} bytes at most.")
+            if message["type"] == "http.response.start":
+                began = True
+                own = dict(message["headers"])  # our own pages set a stricter policy
+                more = [header for header in SAFE_HEADERS if header[0] not in own]
+                more += _farewell(scope)
+                message = {**message, "headers": [*message["headers"], *more]}
+            await send(message)
+
+        try:
+            await self._app(scope, counted, guarded)
+        except RefusedError as refused:
+            if not began:
+                await _refuse(scope, receive, send, refused)
+
+
+def _headers(scope: Scope) -> dict[bytes, str]:
+    return {name: value.decode("latin-1") for name, value in scope["headers"]}
+
+
+def _check_host(headers: dict[bytes, str], *, near: bool) -> None:
+    """Refuse names that only point here; ``near`` is this computer's own door."""
+    host = headers.get(b"host", "")
+    if near and not is_loopback(_split(f"//{host}").hostname or ""):
+        raise RefusedError(
+            403,
+            "this server answers to localhost only; start it with --https or --host to open it.",
+        )
+
+
+def _check_site(headers: dict[bytes, str], *, encrypted: bool) -> None:
+    """Refuse what a page of another site has sent; ``encrypted`` is what came by https."""
+    host, origin = headers.get(b"host", ""), headers.get(b"origin")
+    # A browser names no origin where a page shows an image or a script of ours, but the site.
+    foreign = headers.get(b"sec-fetch-site", "none") not in ("same-origin", "none")
+    if origin is not None:
+        page = _split(origin)
+        # Anybody on the way can make a page of ours by plain http.
+        foreign |= page.netloc != host or (encrypted and page.scheme != "https")
+    if foreign:
+        named = "; `miburi run --allow-origin` lets pages use the interface that you name"
+        raise RefusedError(403, f"requests from other sites' pages are refused{named}.")
+
+
+def int_or(text: str | None, otherwise: int) -> int:
+    """Return the whole number in ``text``, or ``otherwise``."""
+    return int(text) if text is not None and text.isascii() and text.isdigit() else otherwise
+
+
+def _lasts(scope: Scope) -> bool:
+    """Whether a connection stays: a WebSocket, or a stream of events."""
+    return bool(scope["type"] == "websocket" or scope["path"] == EVENTS)
+
+
+def _asker(scope: Scope) -> str:
+    """Return the address that a request comes from."""
+    return str((scope.get("client") or ("?", 0))[0])
+
+
+def _is_own(scope: Scope) -> bool:
+    """Whether a connection was made to the address that only this computer reaches."""
+    return is_loopback(str((scope.get("server") or ("",))[0]))
+
+
+def _tokens_of(headers: dict[bytes, str]) -> list[str]:
+    """Return the tokens that a request brings, in its header or in cookies of our name.
+
+    Other cookies of this host are others' matter: whatever stands in them, ours is found.
+    """
+    scheme, _, value = headers.get(b"authorization", "").partition(" ")
+    if scheme.lower() == "bearer" and value:
+        return [value.strip()]
+    pairs = (pair.strip().partition("=") for pair in headers.get(b"cookie", "").split(";"))
+    return [value.strip('"') for name, _, value in pairs if name == COOKIE]
+
+
+def _split(url: str) -> SplitResult:
+    try:
+        return urlsplit(url)
+    except ValueError:
+        raise RefusedError(403, "the host or the origin is not a name.") from None
+
+
+def _has(scope: Scope, headers: dict[bytes, bytes]) -> bool:
+    return headers.items() <= dict(scope["headers"]).items()
+
+
+def _wants_page(scope: Scope) -> bool:
+    """Whether a person opens a page, whom words in JSON would not help."""
+    accepted = b"".join(value for name, value in scope["headers"] if name == b"accept")
+    return scope.get("method") == "GET" and scope["path"] in _PAGES and b"text/html" in accepted
+
+
+async def _lead(where: str, send: Send) -> None:
+    headers = [(b"location", where.encode()), (b"content-length", b"0")]
+    await _tell(HTTPStatus.SEE_OTHER, headers, send)
+
+
+async def _tell(status: int, headers: Headers, send: Send) -> None:
+    """Answer with headers alone."""
+    start = {"type": "http.response.start", "status": status, "headers": [*headers, *SAFE_HEADERS]}
+    await send(start)
+    await send({"type": "http.response.body"})
+
+
+def _with(headers: Headers, send: Send) -> Send:
+    """Send with more headers."""
+
+    async def sending(message: Message) -> None:
+        if message["type"] == "http.response.start":
+            message = {**message, "headers": [*message["headers"], *headers]}
+        await send(message)
+
+    return sending
+
+
+def _farewell(scope: Scope) -> list[tuple[bytes, bytes]]:
+    """Return the header that tells a client to send nothing more after the answer to a stream."""
+    return [(b"connection", b"close")] if scope["path"] == EVENTS else []
+
+
+async def _refuse(scope: Scope, receive: Receive, send: Send, refused: RefusedError) -> None:
+    if scope["type"] == "websocket":
+        await receive()  # the client's wish to connect
+        await send({"type": "websocket.close", "code": 1008, "reason": str(refused)[:100]})
+        return
+    body = json.dumps({"detail": str(refused)}).encode()
+    headers = [
+        (b"content-type", b"application/json"),
+        (b"content-length", str(len(body)).encode()),
+        *SAFE_HEADERS,
+        *_farewell(scope),
+    ]
+    if refused.status == HTTPStatus.UNAUTHORIZED:
+        headers.append((b"www-authenticate", b'Bearer realm="miburi"'))
+    await send({"type": "http.response.start", "status": refused.status, "headers": headers})
+    await send({"type": "http.response.body", "body": body})

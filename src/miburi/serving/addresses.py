@@ -1,0 +1,177 @@
+"""Where the server listens, and the addresses at which other devices reach it."""
+
+import errno
+import socket
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass
+from ipaddress import IPv4Address
+
+import ifaddr
+
+from miburi.errors import InputError, OutputError
+from miburi.serving.access import is_loopback
+
+__all__ = [
+    "EVERYWHERE",
+    "Listeners",
+    "listening",
+    "listening_plainly",
+    "listening_twice",
+    "own_addresses",
+]
+
+#: Connections that the kernel queues; it makes any beyond these retry after a second.
+_BACKLOG = 1024
+#: Hosts that mean every address of this computer.
+EVERYWHERE = ("0.0.0.0", "::", "")  # noqa: S104
+_HERE = "127.0.0.1"
+
+#: What the names of interfaces begin with that lead to machines and tunnels, not to a phone.
+_VIRTUAL = (
+    "br-",
+    "docker",
+    "tailscale",
+    "tap",
+    "tun",
+    "vbox",
+    "veth",
+    "virbr",
+    "vmnet",
+    "wg",
+    "zt",
+)
+
+
+def own_addresses() -> list[str]:
+    """Return this computer's IPv4 addresses but loopback, the likeliest for a phone first."""
+    found = {
+        str(address.ip): adapter.nice_name.lower().startswith(_VIRTUAL)
+        for adapter in ifaddr.get_adapters()
+        for address in adapter.ips
+        if isinstance(address.ip, str) and not IPv4Address(address.ip).is_loopback
+    }
+    leading = _leading()
+
+    def unlikely(ip: str) -> tuple[bool, bool, bool]:
+        return ip != leading, found[ip], IPv4Address(ip).is_link_local
+
+    return sorted(found, key=unlikely)
+
+
+def _leading() -> str | None:
+    """Return the address of the interface that leads outside, if one does."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect(("192.0.2.1", 9))  # sends nothing
+        except OSError:
+            return None
+        return str(probe.getsockname()[0])
+
+
+@dataclass(frozen=True)
+class Listeners:
+    """Sockets that listen.
+
+    Attributes
+    ----------
+    plain
+        By http, the first for this computer.
+    encrypted
+        By https; None: nobody may come by https.
+    """
+
+    plain: tuple[socket.socket, ...]
+    encrypted: socket.socket | None = None
+
+    @property
+    def url(self) -> str:
+        """The address for this computer itself."""
+        return _url(self.plain[0])
+
+    @property
+    def open_to_others(self) -> bool:
+        """Whether somebody may come who is not at this computer."""
+        return self.encrypted is not None or not is_loopback(self.plain[0].getsockname()[0])
+
+    def addresses(self) -> list[str]:
+        """Return the addresses under which other devices reach us, the likeliest first."""
+        listener = self.encrypted or self.plain[0]
+        scheme = "https" if self.encrypted else "http"
+        host = str(listener.getsockname()[0])
+        if host not in EVERYWHERE:
+            return [_url(listener, scheme)] if self.open_to_others else []
+        names = own_addresses() or [socket.gethostname()]
+        return [f"{scheme}://{name}:{listener.getsockname()[1]}" for name in names]
+
+
+@contextmanager
+def listening(host: str, port: int) -> Iterator[socket.socket]:
+    """Take the port before anything else is done.
+
+    Raises
+    ------
+    InputError
+        The host or the port is not one.
+    OutputError
+        The port is taken.
+    """
+    if not 0 <= port <= 65_535:
+        raise InputError(f"the port must be from 0 to 65535, got {port}.")
+    try:
+        family, kind, *_, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
+    except (OSError, UnicodeError) as error:
+        raise InputError(f"{host!r} is not an address of this computer: {error}.") from error
+    listener = socket.socket(family, kind)
+    try:
+        if sys.platform != "win32":  # there it would let two programs share a port unnoticed
+            listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            listener.bind(address)
+            listener.listen(_BACKLOG)
+        except OSError as error:
+            if error.errno == errno.EADDRNOTAVAIL:
+                raise InputError(
+                    f"{host} is not an address of this computer. 127.0.0.1 is for this computer "
+                    "alone, 0.0.0.0 for its whole network."
+                ) from error
+            raise OutputError(
+                f"cannot listen on {host} port {port}: {error.strerror}. If another Miburi is "
+                "running, use its page or end it; or choose another port with --port, 0 for any "
+                "that is free."
+            ) from error
+        listener.setblocking(False)
+        yield listener
+    finally:
+        listener.close()
+
+
+@contextmanager
+def listening_plainly(host: str, port: int) -> Iterator[Listeners]:
+    """Listen by http alone; raises what :func:`listening` does."""
+    with listening(host, port) as listener:
+        yield Listeners((listener,))
+
+
+@contextmanager
+def listening_twice(host: str, port: int) -> Iterator[Listeners]:
+    """Listen by http for this computer alone, and by https at the next port for others.
+
+    Who comes from elsewhere by http is told of https, at the addresses that there are now.
+    """
+    with ExitStack() as sockets:
+        own = sockets.enter_context(listening(_HERE, port))
+        encrypted = sockets.enter_context(listening(host, port + 1 if port else 0))
+        plain = [own]
+        for address in own_addresses() if host in EVERYWHERE else [host]:
+            with suppress(InputError, OutputError):
+                plain.append(sockets.enter_context(listening(address, own.getsockname()[1])))
+        yield Listeners(tuple(plain), encrypted)
+
+
+def _url(listener: socket.socket, scheme: str = "http") -> str:
+    host, port, *_ = listener.getsockname()
+    if host in EVERYWHERE:
+        host = _HERE
+    return f"{scheme}://{f'[{host}]' if ':' in host else host}:{port}"

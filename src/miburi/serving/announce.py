@@ -1,0 +1,66 @@
+"""Tell the local network where the partner's pages are, by multicast DNS (``_miburi._tcp``).
+
+It tells an address and a name, and no token: whoever finds a partner must still be let in. It is
+done where other devices reach the partner at all, if the extra ``https`` is installed.
+"""
+
+import asyncio
+from ipaddress import ip_address
+from secrets import token_hex
+from urllib.parse import urlsplit
+
+from fastapi import FastAPI
+
+from miburi.errors import needs_extra
+from miburi.ground.log import log_once
+from miburi.serving.beside import live_beside
+from miburi.version import __version__
+
+try:
+    from zeroconf import ServiceInfo
+    from zeroconf.asyncio import AsyncZeroconf
+except ModuleNotFoundError as error:
+    raise needs_extra("https", error) from error
+
+__all__ = ["KIND", "add_announcement", "announce"]
+
+#: The service's type.
+KIND = "_miburi._tcp.local."
+
+
+def add_announcement(app: FastAPI, name: str, address: str) -> None:
+    """Tell the network about a partner, for as long as the server serves."""
+    live_beside(app, lambda: announce(name, address))
+
+
+async def announce(name: str, address: str) -> None:
+    """Tell the network until cancelled; what fails is logged, and nobody is found.
+
+    Parameters
+    ----------
+    name
+        The partner's name; where another has it, a number is added.
+    address
+        The URL of its pages. If its host is not an IP address, nothing is announced.
+    """
+    url = urlsplit(address)
+    service = None
+    try:
+        host = ip_address(url.hostname or "")
+        info = ServiceInfo(
+            KIND,
+            f"{name}.{KIND}",
+            port=url.port,
+            addresses=[host.packed],
+            properties={"path": "/", "scheme": url.scheme, "version": __version__},
+            server=f"miburi-{token_hex(4)}.local.",
+        )
+        service = AsyncZeroconf(interfaces=[str(host)])
+        await service.async_register_service(info, allow_name_change=True)
+        await asyncio.Event().wait()
+    except Exception as error:  # whatever the network does not allow, the partner lives on
+        log_once("the partner cannot be announced by mDNS", error)
+    finally:
+        if service is not None:
+            await service.async_unregister_all_services()
+            await service.async_close()

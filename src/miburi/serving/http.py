@@ -1,0 +1,260 @@
+"""How a server takes connections: what it grants them before anybody knows who asks.
+
+Headers are limited in size, and must come within a time. An address has so many connections:
+when one more comes, its oldest silent one gives way, so that who opens many and says nothing
+keeps nobody out. An encrypted connection counts from its first moment, not from its handshake's
+end, so the same holds for it.
+
+Where a :mod:`reception <miburi.serving.reception>` listens for the server, each request by http
+comes through a :class:`Passage` with a connection of its own, which ends with the answer.
+"""
+
+import asyncio
+import logging
+import socket
+import ssl
+from asyncio.sslproto import SSLProtocol
+from collections import defaultdict
+from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
+from pathlib import Path
+from weakref import WeakKeyDictionary
+
+import h11
+import uvicorn
+from starlette.types import ASGIApp, Receive, Scope, Send
+from uvicorn.protocols.http.h11_impl import H11Protocol
+from uvicorn.server import ServerState
+
+from miburi.serving.access import CAME, CONNECTIONS, HEADER_TIME, HEADERS, LARGEST
+from miburi.serving.passing import ENCRYPTED, Note, Passed, taken_in
+
+__all__ = ["Passage", "configure", "encryption", "listen_encrypted"]
+
+#: s for which a closed connection waits for a farewell by the other side, which may be asleep; less
+#: than the server's own end.
+_FAREWELL = 0.5
+_BACKLOG = 2048
+#: In a request's state: what a reception knows of it.
+_NOTE = "note"
+#: Connections that are taken in at once: what waits meanwhile is served between them.
+_AT_ONCE = 16
+
+
+class _Connection(H11Protocol):
+    """One connection that speaks HTTP."""
+
+    _timer: asyncio.TimerHandle | None = None  # runs while no headers have come
+    note: Note | None = None  # what a reception knows of it
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        super().connection_made(transport)
+        if self.note is not None:
+            self.client, self.server = self.note.client, self.note.server
+        if self._timer is not None:
+            return  # its handshake is over; it was counted when that began
+        crowd = self._crowds[self._address]
+        if len(crowd) >= CONNECTIONS:
+            # Never the new one: it may be a Stop.
+            silent = (other for other in crowd if other._timer is not None)
+            oldest = next(silent, next(iter(crowd)))
+            oldest.transport.abort()
+            oldest._leave()
+        self._crowds[self._address][self] = None
+        self._timer = self.loop.call_later(HEADER_TIME, transport.abort)
+
+    def data_received(self, data: bytes) -> None:
+        super().data_received(data)
+        if self.scope is not None:  # its first headers have come
+            self._hear()
+
+    def on_response_complete(self) -> None:
+        super().on_response_complete()
+        if self.note is not None and self.note.kind != ENCRYPTED:
+            self.transport.close()  # by this the reception knows that the answer is whole
+
+    def handle_websocket_upgrade(self, event: h11.Request) -> None:
+        self._leave()
+        super().handle_websocket_upgrade(event)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self._leave()
+        super().connection_lost(exc)
+
+    @property
+    def _address(self) -> str:
+        return self.client[0] if self.client else ""
+
+    @property
+    def _crowds(self) -> "defaultdict[str, dict[_Connection, None]]":
+        """The connections that each address has open to this server, the oldest first."""
+        return _CROWDS.setdefault(self.server_state, defaultdict(dict))
+
+    def _hear(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+
+    def _leave(self) -> None:
+        self._hear()
+        self._crowds[self._address].pop(self, None)
+        if not self._crowds[self._address]:
+            del self._crowds[self._address]
+
+
+_CROWDS: WeakKeyDictionary[ServerState, defaultdict[str, dict[_Connection, None]]]
+_CROWDS = WeakKeyDictionary()
+
+
+class _Handshake(SSLProtocol):
+    """Encrypts a connection, which counts as a silent one until its handshake is over.
+
+    ``create_server(ssl=…)`` does the same, but tells nobody of the connection before that: who
+    opens many and shakes no hand would be without a limit.
+    """
+
+    max_size = 16_384  # of a buffer that each connection has; asyncio's 256 KiB are a flood's gain
+
+    def __init__(self, connection: _Connection, context: ssl.SSLContext) -> None:
+        super().__init__(
+            connection.loop,
+            connection,
+            context,
+            None,  # type: ignore[arg-type]  # nobody waits for it
+            server_side=True,
+            ssl_shutdown_timeout=_FAREWELL,
+        )
+        self._counted = connection
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        self._counted.connection_made(transport)
+        super().connection_made(transport)
+
+    def connection_lost(self, exc: BaseException | None) -> None:
+        super().connection_lost(exc)
+        if self._counted.scheme != "https":  # else it was told
+            self._counted.connection_lost(None)
+
+
+def configure(app: ASGIApp, *, lifespan: bool = True) -> uvicorn.Config:
+    """Return how an application is served; every server of ours is configured by this.
+
+    Parameters
+    ----------
+    app
+        What answers, behind its :class:`~miburi.serving.access.Gate`.
+    lifespan
+        Whether it is told of the server's start and end.
+    """
+
+    async def known(scope: Scope, receive: Receive, send: Send) -> None:
+        note = scope.get("state", {}).pop(_NOTE, None)
+        if note is not None:  # a WebSocket's protocol knows only whom the server has connected to
+            scope = {**scope, "client": note.client, "server": note.server}
+            if note.kind != ENCRYPTED:  # else many requests come
+                scope["state"] = {**scope["state"], CAME: note.came}
+        await app(scope, receive, send)
+
+    config = uvicorn.Config(
+        known,
+        http=_Connection,
+        log_level="error",  # what strangers send wrong is no news
+        lifespan="on" if lifespan else "off",
+        ws="websockets-sansio",
+        ws_max_size=LARGEST,
+        ws_per_message_deflate=False,  # a state is small; to pack it costs more than to send it
+        timeout_graceful_shutdown=2,
+        server_header=False,
+        proxy_headers=False,  # who asks is who has connected, whatever a header says
+        h11_max_incomplete_event_size=HEADERS,
+        backlog=_BACKLOG,
+    )
+    logging.getLogger("uvicorn.error").addFilter(_tells_more_than_the_end)
+    return config
+
+
+def _tells_more_than_the_end(record: logging.LogRecord) -> bool:
+    """Leave out that requests were cancelled because the server ended: it is no error."""
+    error = record.exc_info[1] if record.exc_info else None
+    cancels = str(record.msg).startswith("Cancel %s running task(s)")
+    return not (cancels or isinstance(error, asyncio.CancelledError))
+
+
+def _made(server: uvicorn.Server) -> _Connection:
+    loop = asyncio.get_running_loop()
+    return _Connection(server.config, server.server_state, server.lifespan.state, loop)
+
+
+async def listen_encrypted(
+    server: uvicorn.Server, listener: socket.socket, context: ssl.SSLContext
+) -> None:
+    """Let a server that has started listen on one more socket, by https."""
+    server.servers.append(
+        await asyncio.get_running_loop().create_server(
+            lambda: _Handshake(_made(server), context),
+            sock=listener,
+            backlog=server.config.backlog,
+        )
+    )
+
+
+class Passage:
+    """The server's end of what leads to a reception.
+
+    Parameters
+    ----------
+    end
+        A Unix socket that never blocks.
+    server
+        It has started.
+    context
+        Encrypts connections by https; None: none come.
+    """
+
+    def __init__(
+        self, end: socket.socket, server: uvicorn.Server, context: ssl.SSLContext | None
+    ) -> None:
+        self._end, self._server, self._context = end, server, context
+        self._loop = asyncio.get_running_loop()
+        self._coming: set[asyncio.Task[object]] = set()
+        self._loop.add_reader(end.fileno(), self._take_in)
+
+    def close(self) -> None:
+        """Take in no more."""
+        self._loop.remove_reader(self._end.fileno())
+
+    def _take_in(self) -> None:
+        for passed in taken_in(self._end, _AT_ONCE):
+            if passed is None:
+                self.close()
+                return
+            make = partial(
+                self._make_encrypted if passed.note.kind == ENCRYPTED else self._make, passed
+            )
+            task = self._loop.create_task(self._welcome(make, passed.line))
+            self._coming.add(task)
+            task.add_done_callback(self._coming.discard)
+
+    async def _welcome(self, make: Callable[[], asyncio.BaseProtocol], line: socket.socket) -> None:
+        with suppress(OSError):  # it has gone
+            await self._loop.connect_accepted_socket(make, line)
+
+    def _make(self, passed: Passed) -> _Connection:
+        connection = _made(self._server)
+        connection.note = passed.note
+        connection.app_state = {**connection.app_state, _NOTE: passed.note}
+        return connection
+
+    def _make_encrypted(self, passed: Passed) -> asyncio.BaseProtocol:
+        if self._context is None:
+            raise ValueError("a server without a certificate takes no encrypted connection.")
+        return _Handshake(self._make(passed), self._context)
+
+
+def encryption(certificate: Path) -> ssl.SSLContext:
+    """Return what encrypts the connections of a server with its key and certificate, PEM."""
+    context = ssl.create_default_context(ssl.Purpose.CLIENT_AUTH)
+    context.load_cert_chain(certificate)
+    context.set_alpn_protocols(["http/1.1"])
+    return context

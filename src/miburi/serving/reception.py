@@ -1,0 +1,495 @@
+"""The reception: keeps all connections, answers Stop itself, and relays the rest to the server.
+
+The server may be busy: with pages, with many who ask, with a step that takes long; or it may hang.
+So a process of its own listens, and looks at the head of each request by plain http. A Stop goes
+from here to the partner's process, past the server. Any other request is relayed to the server, and
+so is its answer (:mod:`miburi.serving.relay`); the connection stays here. So a Stop never waits
+for the server, over a connection that is new or kept, and connections that say nothing cost the
+server nothing.
+
+By https only the server, which has the keys, can read a head: a Stop over it takes its turn there.
+
+Windows passes no open files in this way; there the server listens itself.
+"""
+
+import errno
+import gc
+import math
+import re
+import selectors
+import socket
+import time
+from collections import defaultdict, deque
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
+from functools import partial
+from multiprocessing.connection import Connection
+
+import h11
+from starlette.types import Receive, Scope, Send
+
+from miburi.ground.cores import come_first
+from miburi.ground.log import log_once
+from miburi.serving.access import (
+    CONNECTIONS,
+    HEADER_TIME,
+    HEADERS,
+    STOP,
+    Gate,
+    RefusedError,
+)
+from miburi.serving.keys import Keys
+from miburi.serving.passing import ENCRYPTED, PLAIN, Note, pass_on
+from miburi.serving.press import BY, PRESS, PRESSED, Press, press
+from miburi.serving.relay import Guest, answer_of
+
+__all__ = ["BEAT", "GRACE", "HANDSHAKES", "SILENCE", "Reception", "receive"]
+
+#: s between two signs of life, and s after which a Stop is said to have reached nobody (ours).
+BEAT, SILENCE = 1.0, 1.0
+#: s in which a new connection does not have to give way to newer ones (ours).
+GRACE = 0.5
+#: Connections by https, from all addresses, whose handshakes may be under way: each takes 0.33 MB
+#: of the server (ours).
+HANDSHAKES = 100
+#: Files of its process that are no connections.
+_OWN_FILES = 64
+#: Connections that are taken in, and passed on, before others are looked at: one may be a Stop.
+_AT_ONCE, _PASSED_AT_ONCE = 64, 16
+_GLANCE = 0.25
+_END = re.compile(rb"\n\r?\n")
+_WISHES = {b"upgrade", b"expect"}
+_TOO_LARGE = f"the headers of a request may have {HEADERS} bytes at most."
+_STOP = f"POST {STOP} ".encode()
+_OVERTAKEN = "Stop has overtaken this request, and it may not have been obeyed."
+_NO_ANSWER = "the partner cannot be reached; should it answer again, it will stop."
+
+
+def receive(
+    plain: Sequence[socket.socket],
+    encrypted: socket.socket | None,
+    passage: socket.socket,
+    stopping: Connection,
+    keys: Keys | None,
+    origins: frozenset[str],
+) -> None:
+    """Receive until the partner's process has ended; for a process of its own.
+
+    The parameters are those of :class:`Reception` and of its gate.
+    """
+    come_first(apart=True)
+    import resource  # there is none on Windows, where nobody receives
+
+    gate = Gate(_nobody, keys, https=encrypted is not None, origins=origins)
+    most = resource.getrlimit(resource.RLIMIT_NOFILE)[0] - _OWN_FILES
+    reception = Reception(plain, encrypted, passage, stopping, gate, most)
+    gc.freeze()
+    reception.serve()
+    reception.close()
+
+
+async def _nobody(scope: Scope, receive: Receive, send: Send) -> None:
+    """Stand behind a gate that is only asked."""
+
+
+class Reception:
+    """Sees to the listening sockets.
+
+    Parameters
+    ----------
+    plain, encrypted
+        The sockets that listen by http and by https; they never block.
+    passage
+        Leads to the server; a Unix socket that never blocks.
+    stopping
+        Leads to the partner's process: takes a Stop's time and who pressed, or None as a sign of
+        life, and answers each with None when it is done.
+    gate
+        Says who may stop the partner.
+    most
+        Connections that may be open here.
+    clock
+        Gives s, the same in all processes.
+    """
+
+    def __init__(
+        self,
+        plain: Iterable[socket.socket],
+        encrypted: socket.socket | None,
+        passage: socket.socket,
+        stopping: Connection,
+        gate: Gate,
+        most: int,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._passage, self._stopping, self._gate, self._clock = passage, stopping, gate, clock
+        self._crowds: defaultdict[str, dict[Guest, None]] = defaultdict(dict)
+        self._sockets: dict[Guest, None] = {}
+        self._shaking: defaultdict[str, dict[Guest, None]] = defaultdict(dict)  # their hands
+        self._files, self._most = 0, most
+        self._waiting: deque[Guest] = deque()  # for the server
+        self._full = False  # whether it takes nothing now
+        self._pressing: list[Guest] = []
+        self._press: Press | None = None  # since the last Stop was sent
+        self._pressed: list[Guest] = []
+        self._wanted = self._asked = False
+        self._told = self._tidied = -math.inf  # the first sign of life is due
+        self._over = False
+        self._selector = selectors.DefaultSelector()
+        for listener in plain:
+            self._watch(listener, partial(self._accept, listener, PLAIN))
+        if encrypted is not None:
+            self._watch(encrypted, partial(self._accept, encrypted, ENCRYPTED))
+        self._watch(passage, self._hear_passage)
+        self._watch(stopping, lambda _events: self._hear_partner())
+
+    def serve(self) -> None:
+        """Serve until the partner's process has gone."""
+        while not self._over:
+            self.turn(_GLANCE)
+
+    def close(self) -> None:
+        """Close all connections that are here."""
+        for guest in self._everybody():
+            self._close(guest)
+        self._selector.close()
+
+    def turn(self, patience: float = 0.0) -> None:
+        """Do what there is to do, and wait for it so many s at most."""
+        hurries = bool(self._waiting) and not self._full
+        for key, events in self._selector.select(0.0 if hurries else patience):
+            key.data(events)
+        self._pass_on()
+        now = self._clock()
+        if now - self._tidied >= _GLANCE:
+            self._tidied = now
+            self._tidy(now)
+
+    def _watch(self, what: socket.socket | Connection, do: Callable[[int], None]) -> None:
+        self._selector.register(what, selectors.EVENT_READ, do)
+
+    def _attend(self, guest: Guest) -> None:
+        """Wait for what is next between a guest and the server."""
+        if guest.closed:
+            return
+        self._await(guest.line, guest.line_wants, partial(self._hear, guest))
+        if guest.relay is not None:
+            self._await(guest.relay, guest.relay_wants, partial(self._hear_server, guest))
+
+    def _await(
+        self, what: socket.socket, wants: tuple[bool, bool], do: Callable[[int], None]
+    ) -> None:
+        events = selectors.EVENT_READ * wants[0] | selectors.EVENT_WRITE * wants[1]
+        key = self._selector.get_map().get(what)
+        if key is not None and not events:
+            self._selector.unregister(what)
+        elif key is None and events:
+            self._selector.register(what, events, do)
+        elif key is not None and key.events != events:
+            self._selector.modify(what, events, do)
+
+    def _accept(self, listener: socket.socket, kind: bytes, _events: int) -> None:
+        for _ in range(_AT_ONCE):
+            try:
+                line, address = listener.accept()
+            except BlockingIOError:
+                return
+            except OSError as error:
+                if error.errno in (errno.EMFILE, errno.ENFILE):
+                    self._make_room(_largest(self._crowds))
+                return  # else it has gone again
+            line.setblocking(False)
+            guest = Guest(line, (address[0], address[1]), kind, self._clock())
+            if len(self._crowds[address[0]]) >= CONNECTIONS:
+                self._make_room(self._crowds[address[0]])
+            if kind == ENCRYPTED:
+                if sum(map(len, self._shaking.values())) >= HANDSHAKES:
+                    self._make_room(_largest(self._shaking))
+                self._shaking[address[0]][guest] = None
+            self._crowds[address[0]][guest] = None
+            self._take_files(1)
+            self._hear(guest, selectors.EVENT_READ)  # what has come with it keeps its place
+            self._attend(guest)
+
+    def _take_files(self, count: int) -> None:
+        """Count files; where there are too many, the address that has the most gives some back."""
+        self._files += count
+        while self._files > self._most and self._make_room(_largest(self._crowds)):
+            pass
+
+    def _everybody(self) -> list[Guest]:
+        return [*self._sockets, *(guest for crowd in self._crowds.values() for guest in crowd)]
+
+    def _make_room(self, crowd: dict[Guest, None]) -> bool:
+        """Close one: a silent stranger, else a silent guest, else a busy one, else a new one.
+
+        If more than half are new, somebody is flooding, and the oldest new one is closed before any
+        guest. Its bytes are read first, because they may be a Stop; a Stop that is being answered
+        is closed last.
+        """
+        now = self._clock()
+        new = [g for g in crowd if g.silent and not g.known and now - g.since < GRACE]
+        flood = 2 * len(new) > len(crowd)
+
+        def rank(guest: Guest) -> tuple[int, float]:
+            if guest.stop:
+                return 5, guest.since
+            if not guest.silent:
+                return 3, guest.since
+            if guest.known:
+                return 2, guest.since
+            if now - guest.since < GRACE:
+                return 1 if flood else 4, guest.since
+            return 0, guest.since
+
+        for _ in range(_AT_ONCE):
+            if not crowd:
+                return False
+            guest = min(crowd, key=rank)
+            was = rank(guest)
+            if guest.silent:
+                self._hear(guest, selectors.EVENT_READ)
+            if guest.closed:
+                return True
+            if rank(guest) <= was:
+                break
+        self._close(guest)
+        return True
+
+    def _close(self, guest: Guest) -> None:
+        if guest.closed:
+            return
+        for one in (guest.line, guest.relay):
+            if one is not None:
+                self._files -= 1
+                self._forget(one)
+        guest.close()
+        self._sockets.pop(guest, None)
+        _leave(self._shaking, guest)
+        _leave(self._crowds, guest)
+
+    def _forget(self, what: socket.socket) -> None:
+        with suppress(KeyError, ValueError):
+            self._selector.unregister(what)
+
+    def _hear(self, guest: Guest, events: int) -> None:
+        """Hear what a client says, or send it what it waits for."""
+        if guest.closed:  # earlier in this turn
+            return
+        gone = events & selectors.EVENT_WRITE and not guest.flush()
+        if not gone and events & selectors.EVENT_READ:
+            gone = not (guest.forward() if guest.body else self._look(guest))
+        self._go_on(guest, gone=bool(gone))
+
+    def _hear_server(self, guest: Guest, events: int) -> None:
+        """Hear what the server answers, or send it what it takes."""
+        relay = guest.relay
+        if relay is None or guest.closed:
+            return
+        if events & selectors.EVENT_WRITE:
+            guest.push()
+        gone = False
+        if events & selectors.EVENT_READ:
+            guest.fetch()
+            if guest.relay is None:
+                self._files -= 1
+                self._forget(relay)
+            gone = not guest.flush()
+        self._go_on(guest, gone=gone)
+
+    def _go_on(self, guest: Guest, *, gone: bool) -> None:
+        """Close a connection that is at its end, or wait for what is next."""
+        if not guest.silent:
+            _leave(self._shaking, guest)
+        if gone or (guest.ends and guest.resting):
+            self._close(guest)
+            return
+        if guest.resting and not guest.silent:
+            guest.silent, guest.known, guest.since = True, True, self._clock()
+        self._attend(guest)
+
+    def _look(self, guest: Guest) -> bool:
+        """Look at what a client asks; False if it has gone."""
+        try:
+            head = guest.line.recv(HEADERS, socket.MSG_PEEK)
+        except BlockingIOError:
+            return True
+        except OSError:
+            return False
+        if len(head) == guest.seen:  # nothing has come but the end
+            return False
+        guest.seen, new = 0, guest.relay is None and not guest.waits
+        guest.line.setsockopt(socket.SOL_SOCKET, socket.SO_RCVLOWAT, 1)
+        if guest.kind == ENCRYPTED:
+            self._wait(guest, 0)
+            return True
+        end = _END.search(head)
+        may_be_stop = head.startswith(_STOP) or _STOP.startswith(head)
+        if end is None and len(head) < HEADERS and (head[:1].isupper() if new else may_be_stop):
+            guest.seen = len(head)  # look again when more has come
+            guest.line.setsockopt(socket.SOL_SOCKET, socket.SO_RCVLOWAT, len(head) + 1)
+        elif may_be_stop and end is not None and self._may_stop(guest, head[: end.end()]):
+            guest.stop, guest.silent, guest.since = end.end(), False, self._clock()
+            guest.looked = True
+            self._pressing.append(guest)
+            self._wanted = True
+            self._send_press()
+        elif not new:
+            guest.looked = True  # it has its turn
+        elif end is None and head[:1].isupper():
+            guest.ends = True
+            self._answer(guest, 431, _TOO_LARGE)
+        else:
+            guest.silent, guest.since = False, self._clock()
+            self._wait(guest, 0 if end is None else end.end())
+        return True
+
+    def _wait(self, guest: Guest, head: int) -> None:
+        guest.wait(head)
+        self._waiting.append(guest)
+
+    def _may_stop(self, guest: Guest, head: bytes) -> bool:
+        """Whether this is a Stop that the gate lets in; the server answers whatever is not."""
+        reader = h11.Connection(h11.SERVER, HEADERS)
+        try:
+            reader.receive_data(head)
+            request, end = reader.next_event(), reader.next_event()
+        except h11.RemoteProtocolError:
+            return False
+        if not isinstance(request, h11.Request) or not isinstance(end, h11.EndOfMessage):
+            return False  # it brings a body
+        headers = [*request.headers]
+        if request.http_version != b"1.1" or not _WISHES.isdisjoint(dict(headers)):
+            return False  # whoever asks for more than to stop is the server's guest
+        guest.ends = reader.their_state is h11.MUST_CLOSE
+        known = {name: value.decode("latin-1") for name, value in headers}
+        guest.origin = self._gate.origin_of(STOP, known)
+        came = press(known.get(BY.encode(), ""), known.get(PRESS.encode(), ""))
+        try:
+            self._gate.check(
+                {
+                    "type": "http",
+                    "scheme": "http",
+                    "method": "POST",
+                    "path": STOP,
+                    "headers": headers,
+                    "client": guest.client,
+                    "server": guest.line.getsockname(),
+                }
+            )
+        except (RefusedError, OSError):
+            return False
+        except Exception as error:  # the reception must survive whatever this is
+            log_once("a Stop could not be judged", error)
+            return False
+        self._press = Press.both(self._press, came)
+        return True
+
+    def _send_press(self) -> None:
+        """Send a Stop, one at a time; requests that come meanwhile share the next one."""
+        if self._wanted and not self._asked:
+            self._pressed, self._pressing, self._wanted = self._pressing, [], False
+            pressed, self._press = self._press or PRESSED, None
+            self._tell((self._clock(), pressed))
+
+    def _tell(self, what: tuple[float, Press] | None) -> None:
+        self._asked, self._told = True, self._clock()
+        with suppress(OSError):  # its end comes to be heard
+            self._stopping.send(what)
+
+    def _hear_partner(self) -> None:
+        try:
+            self._stopping.recv()
+        except (OSError, EOFError):
+            self._over = True
+            return
+        pressed, self._pressed, self._asked = self._pressed, [], False
+        for guest in pressed:
+            self._answer(guest, 204)
+        self._send_press()
+
+    def _answer(self, guest: Guest, status: int, words: str = "") -> None:
+        """Answer a Stop, or what is no request."""
+        if guest.closed:
+            return
+        stop, guest.stop = guest.stop, 0
+        answer = b""
+        if guest.waits or guest.relay is not None:  # the client did not wait for that answer
+            if guest.begun:
+                return  # its turn comes after what has begun; then it stops the body once more
+            bare = guest.head.startswith(b"HEAD ")
+            if guest.relay is not None:
+                self._files -= 1
+                self._forget(guest.relay)
+            guest.waits = False
+            guest.drop()
+            answer = answer_of(503, "" if bare else _OVERTAKEN, ends=False)
+        if stop:
+            with suppress(OSError):  # the client has gone
+                guest.line.recv(stop)
+        gone = not guest.tell(
+            answer + answer_of(status, words, ends=guest.ends, origin=guest.origin)
+        )
+        self._go_on(guest, gone=gone)
+
+    def _pass_on(self) -> None:
+        """Pass to the server what it takes, but never much at once."""
+        for _ in range(_PASSED_AT_ONCE):
+            while self._waiting and not self._waiting[0].waits:  # closed, or overtaken
+                self._waiting.popleft()
+            if self._full or not self._waiting:
+                return
+            guest = self._waiting[0]
+            try:
+                ours, theirs = socket.socketpair()
+            except OSError:  # there are no files left
+                self._make_room(_largest(self._crowds))
+                return
+            here = guest.line.getsockname()
+            note = Note(guest.kind, guest.since, guest.client, (here[0], here[1]))
+            with theirs:
+                self._full = not pass_on(self._passage, theirs.fileno(), note)
+            if self._full:
+                ours.close()
+                with suppress(KeyError):  # the server has gone
+                    events = selectors.EVENT_READ | selectors.EVENT_WRITE
+                    self._selector.modify(self._passage, events, self._hear_passage)
+                return
+            self._waiting.popleft()
+            guest.begin(ours)
+            if guest.apart:
+                self._sockets[guest] = None
+                _leave(self._crowds, guest)
+            self._take_files(1)
+            self._attend(guest)
+
+    def _hear_passage(self, events: int) -> None:
+        """Take in that the server takes more, or that it has gone."""
+        self._full = bool(events & selectors.EVENT_READ)
+        if self._full:
+            self._selector.unregister(self._passage)
+        else:
+            self._selector.modify(self._passage, selectors.EVENT_READ, self._hear_passage)
+
+    def _tidy(self, now: float) -> None:
+        """Give a sign of life, and close what has been silent or waiting for too long."""
+        if not self._asked and now - self._told >= BEAT:
+            self._tell(None)
+        for waiting in (self._pressed, self._pressing):
+            while waiting and now - waiting[0].since > SILENCE:
+                self._answer(waiting.pop(0), 503, _NO_ANSWER)
+        for guest in self._everybody():
+            if guest.silent and now - guest.since > HEADER_TIME:
+                self._close(guest)
+
+
+def _largest(crowds: dict[str, dict[Guest, None]]) -> dict[Guest, None]:
+    """Return the guests of the address that has the most."""
+    return max(crowds.values(), key=len, default={})
+
+
+def _leave(crowds: dict[str, dict[Guest, None]], guest: Guest) -> None:
+    crowd = crowds.get(guest.client[0], {})
+    crowd.pop(guest, None)
+    if not crowd:
+        crowds.pop(guest.client[0], None)

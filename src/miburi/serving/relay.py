@@ -1,0 +1,254 @@
+"""A guest of the reception: one open connection, and how it is relayed to the server.
+
+The connection itself never leaves the reception, so that a Stop on it can always be read. For each
+request the server gets the other end of a pair of Unix sockets, answers there, and closes it::
+
+    client ══ line ══ Guest ══ relay ══ server
+
+An answer is held back until the server has closed its end, as far as it is small: so a client that
+has an answer is one whose next request is read here. What lasts, or has no end that is seen from
+here (https, WebSockets, bodies in chunks), is relayed byte by byte until either side closes.
+"""
+
+import json
+import math
+import socket
+from contextlib import suppress
+from dataclasses import dataclass, field
+from email.utils import formatdate
+from http import HTTPStatus
+from typing import NamedTuple
+
+import h11
+
+from miburi.serving.access import EVENTS, HEADERS, SAFE_HEADERS
+from miburi.serving.origins import cors
+from miburi.serving.passing import ENCRYPTED
+
+__all__ = ["Address", "Framing", "Guest", "answer_of", "frame"]
+
+#: Bytes that are read at once, and bytes of an answer that are held back (ours).
+_PIECE = 65_536
+_WISHES = {b"upgrade", b"expect", b"transfer-encoding"}
+
+Address = tuple[str, int]
+
+
+class Framing(NamedTuple):
+    """How a request ends: bytes of its body, infinite if unknown; and whether no other follows.
+
+    ``lasts`` is a WebSocket or a stream of events.
+    """
+
+    body: float
+    ends: bool
+    lasts: bool = False
+
+
+def frame(head: bytes) -> Framing:
+    """Return how the request with this head ends."""
+    reader = h11.Connection(h11.SERVER, HEADERS)
+    try:
+        reader.receive_data(head)
+        request = reader.next_event()
+    except h11.RemoteProtocolError:
+        request = None  # the server says what is wrong with it
+    if not isinstance(request, h11.Request):
+        return Framing(math.inf, ends=True)
+    headers = dict(request.headers)
+    if not _WISHES.isdisjoint(headers):
+        return Framing(math.inf, ends=True, lasts=b"upgrade" in headers)
+    if request.target.partition(b"?")[0] == EVENTS.encode():
+        return Framing(math.inf, ends=True, lasts=True)
+    ends = request.http_version != b"1.1" or b"close" in headers.get(b"connection", b"").lower()
+    return Framing(int(headers.get(b"content-length", b"0")), ends)
+
+
+@dataclass(eq=False)
+class Guest:
+    """An open connection.
+
+    Attributes
+    ----------
+    line
+        It never blocks.
+    client, kind
+        Who has connected, and what it speaks.
+    since
+        When it came, or last began or ended something; s.
+    silent
+        Whether it has not said all that must be known of it: a request's head, or by https its
+        second word, which ends the handshake.
+    known
+        Whether it has been answered before.
+    stop
+        Bytes of a Stop that has been pressed and is still to be answered; they wait in the line.
+    ends
+        Whether it is closed once it has been answered.
+    origin
+        The other origin whose page asks for a Stop, if it may.
+    """
+
+    line: socket.socket
+    client: Address
+    kind: bytes
+    since: float
+    silent: bool = True
+    known: bool = False
+    stop: int = 0
+    ends: bool = False
+    origin: str | None = None
+    apart: bool = False  # a WebSocket or a stream of events: it is counted by the gate
+    seen: int = 0  # bytes of a head that has not ended yet
+    head: bytes = b""  # of a request that waits for the server
+    waits: bool = False  # whether one does
+    relay: socket.socket | None = None
+    begun: bool = False  # whether something of the present answer has left
+    body: float = 0.0  # bytes of the request that are still to come
+    looked: bool = False  # whether what comes after the request has been looked at
+    _back: bytearray = field(default_factory=bytearray)  # for the server
+    _held: bytearray = field(default_factory=bytearray)  # of the answer
+    _out: bytearray = field(default_factory=bytearray)  # for the client
+
+    @property
+    def closed(self) -> bool:
+        """Whether it has been closed."""
+        return self.line.fileno() < 0
+
+    @property
+    def resting(self) -> bool:
+        """Whether everything has been answered, and the client has the answer."""
+        return self.relay is None and not (self._out or self.stop or self.body or self.waits)
+
+    @property
+    def line_wants(self) -> tuple[bool, bool]:
+        """Whether to read from the client now, and whether to write to it."""
+        if self.waits:  # of these methods' requests we know that no body comes
+            more = self.head.startswith((b"GET ", b"HEAD ")) and not self.looked
+        elif self.body:
+            more = not self._back
+        else:
+            more = self.resting or (self.relay is not None and not self.looked)
+        return more, bool(self._out)
+
+    @property
+    def relay_wants(self) -> tuple[bool, bool]:
+        """The same for the server."""
+        return not self._out, bool(self._back)
+
+    def wait(self, head: int) -> None:
+        """Take a request's head of so many bytes, which waits for the server; a tunnel has none."""
+        self.head = (_receive(self.line, head) if head else None) or b""
+        self.waits, self.looked, self.begun = True, False, False
+
+    def begin(self, relay: socket.socket) -> None:
+        """Relay the request that waits, and what follows it."""
+        relay.setblocking(False)
+        framing = frame(self.head) if self.head else Framing(math.inf, ends=True)
+        self.relay, self.waits, self.apart = relay, False, framing.lasts
+        self.body, self.ends = framing.body, framing.ends
+        self._back += self.head
+        self.push()
+
+    def close(self) -> None:
+        """Close it, and the server's end."""
+        self.line.close()
+        self.waits = False
+        self.drop()
+
+    def drop(self) -> None:
+        """Let the server go; what is still to come of the request is for nobody."""
+        if self.relay is not None:
+            self.relay.close()
+            self.relay = None
+        if math.isinf(self.body):  # no other request can follow
+            self.ends, self.body = True, 0.0
+        self._back.clear()
+        self._held.clear()
+        self.begun = False
+
+    def forward(self) -> bool:
+        """Take in more of a request; False if the client has gone."""
+        if (piece := _receive(self.line, int(min(self.body, _PIECE)))) is None:
+            return True
+        if self.kind == ENCRYPTED and self.begun:
+            self.silent = False
+        self.body -= len(piece)
+        self._back += piece
+        self.push()
+        return bool(piece)
+
+    def push(self) -> None:
+        """Send to the server what it takes."""
+        if self.relay is None or not _send(self.relay, self._back):
+            self._back.clear()  # it has answered already, and needs no more
+
+    def fetch(self) -> None:
+        """Take in more of an answer; at its end, let the server go."""
+        while self.relay is not None and not self._out:
+            if (piece := _receive(self.relay, _PIECE)) is None:
+                return
+            if not piece:
+                self.ends |= not (self.begun or self._held)  # the server has ended
+                self._out += self._held
+                self.drop()
+                return
+            if math.isinf(self.body):
+                self._out += piece
+            elif len(self._held) + len(piece) > _PIECE:
+                self._out, self._held = self._held, bytearray(piece)
+            else:
+                self._held += piece
+            self.begun |= bool(self._out)
+            if not self.flush():
+                self.ends = True
+                self.drop()
+
+    def tell(self, answer: bytes) -> bool:
+        """Send an answer of our own; False if the client has gone."""
+        self._out += answer
+        return self.flush()
+
+    def flush(self) -> bool:
+        """Send to the client what it takes; False if it has gone."""
+        return _send(self.line, self._out)
+
+
+def _receive(line: socket.socket, most: int) -> bytes | None:
+    """Return what has come, empty at the end; None if nothing has."""
+    try:
+        return line.recv(most)
+    except BlockingIOError:
+        return None
+    except OSError:
+        return b""
+
+
+def _send(line: socket.socket, waiting: bytearray) -> bool:
+    """Send what is taken of what waits; False if nobody takes it any more."""
+    with suppress(BlockingIOError):
+        try:
+            while waiting:
+                del waiting[: line.send(waiting)]
+        except BlockingIOError:
+            raise
+        except OSError:
+            return False
+    return True
+
+
+def answer_of(status: int, words: str, *, ends: bool, origin: str | None = None) -> bytes:
+    """Return an answer that the reception itself gives."""
+    body = json.dumps({"detail": words}).encode() if words else b""
+    headers = [(b"date", formatdate(usegmt=True).encode()), *SAFE_HEADERS]
+    if origin is not None:
+        headers += cors(origin)
+    if status != HTTPStatus.NO_CONTENT:
+        headers.append((b"content-length", b"%d" % len(body)))
+    if body:
+        headers.append((b"content-type", b"application/json"))
+    if ends:
+        headers.append((b"connection", b"close"))
+    lines = [f"HTTP/1.1 {status} {HTTPStatus(status).phrase}".encode()]
+    lines += [name + b": " + value for name, value in headers]
+    return b"\r\n".join([*lines, b"", body])

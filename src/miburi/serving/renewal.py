@@ -1,0 +1,112 @@
+"""How other devices reach the server, now and later: addresses change, and certificates end.
+
+At the start, and each minute while it runs, this looks at the computer's addresses. Where they
+have changed, or where the certificate is near its end, the certificate is made anew; the pages'
+codes and links follow, and connections that begin from then on get the new certificate.
+"""
+
+import ssl
+import sys
+from datetime import datetime
+from pathlib import Path
+from urllib.parse import urlsplit
+
+from miburi.errors import MiburiError
+from miburi.serving.addresses import EVERYWHERE, Listeners
+from miburi.serving.keys import Keys, kept_token
+from miburi.serving.reach import Reach, pairing_url, qr_for_terminal
+
+__all__ = ["EVERY", "Renewal", "reach_of"]
+
+#: s between two looks (ours).
+EVERY = 60.0
+
+
+def reach_of(listeners: Listeners, folder: Path, now: datetime) -> tuple[Reach, Path | None]:
+    """Return how others reach the server now, and its certificate, if it listens by https.
+
+    Parameters
+    ----------
+    listeners
+        Where it listens.
+    folder
+        Where token and certificates are kept; what is missing is made.
+    now
+        The time, with its zone.
+
+    Raises
+    ------
+    InputError, OutputError
+        See :func:`miburi.serving.authority.kept_certificates`.
+    """
+    if not listeners.open_to_others:
+        return Reach(), None
+    kept_token(folder / "token")
+    keys, addresses = Keys(folder), tuple(listeners.addresses())
+    if listeners.encrypted is None:
+        return Reach(addresses, keys), None
+    from miburi.serving.authority import is_at_home, kept_certificates, own_names
+
+    if listeners.encrypted.getsockname()[0] in EVERYWHERE:  # some may lead to the internet
+        addresses = tuple(each for each in addresses if is_at_home(urlsplit(each).hostname or ""))
+    hosts = [urlsplit(each).hostname or "" for each in addresses]
+    kept = kept_certificates(folder / "https", [*own_names(), *hosts], now)
+    if kept.news:
+        print(f"miburi: {kept.news}", file=sys.stderr)
+    reach = Reach(addresses, keys, kept.authority.read_bytes(), kept.fingerprint)
+    return reach, kept.server
+
+
+class Renewal:
+    """Keeps a running server's reach and certificate up to date.
+
+    Parameters
+    ----------
+    listeners, folder
+        As in :func:`reach_of`.
+    reach
+        What the pages show; it is changed in place.
+    context
+        What encrypts new connections; None without https.
+    certificate
+        The file that the context was made from.
+    """
+
+    def __init__(
+        self,
+        listeners: Listeners,
+        folder: Path,
+        reach: Reach,
+        context: ssl.SSLContext | None,
+        certificate: Path | None,
+    ) -> None:
+        self._listeners, self._folder = listeners, folder
+        self._reach, self._context = reach, context
+        self._used = None if certificate is None else certificate.read_bytes()
+        self._trouble = ""
+
+    def look(self, now: datetime) -> None:
+        """Renew what no longer serves at a time; what fails is said once, and tried again."""
+        try:
+            self._renew(now)
+        except (MiburiError, OSError) as error:
+            if self._trouble != str(error):
+                print(f"miburi: addresses could not be renewed: {error}", file=sys.stderr)
+            self._trouble = str(error)
+        else:
+            self._trouble = ""
+
+    def _renew(self, now: datetime) -> None:
+        found, certificate = reach_of(self._listeners, self._folder, now)
+        if certificate is not None and self._context is not None:
+            content = certificate.read_bytes()
+            if content != self._used:
+                self._context.load_cert_chain(certificate)
+                self._used = content
+        moved = found.addresses != self._reach.addresses
+        self._reach.addresses, self._reach.authority = found.addresses, found.authority
+        self._reach.fingerprint = found.fingerprint
+        if moved and found.addresses and self._reach.token is not None:
+            url = pairing_url(found.addresses[0], self._reach.token)
+            print(f"Its address has changed. On a phone, scan this or open {url}")
+            print(qr_for_terminal(url), flush=True)

@@ -1,0 +1,126 @@
+"""Let the partner begin by itself: it looks around every few seconds, and seldom says something."""
+
+import asyncio
+import json
+from collections.abc import Callable
+from datetime import datetime, timedelta
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from miburi.errors import MiburiError, OutputError
+from miburi.ground.files import write_whole
+from miburi.ground.log import log_once
+from miburi.languages import FALLBACK, Language
+from miburi.live.settle import done
+from miburi.live.view import LivePartner
+from miburi.people import Memory
+from miburi.talk.answers import Answerer
+from miburi.talk.initiative import Initiative, Manners, Presence
+from miburi.talk.script import script
+
+__all__ = ["Beginning"]
+
+#: s between two looks, and for how long it is quiet when it was asked to (ours).
+_LOOKS, _HUSHED = 5.0, timedelta(hours=1)
+
+
+class Beginning:
+    """Begins by itself, as a person allows.
+
+    Parameters
+    ----------
+    partner
+        The partner.
+    memory
+        Whom it knows.
+    answerer
+        Chooses what it says.
+    clock
+        Tells the time of the place where the partner stands.
+    path
+        The file of its manners; None: they last until it ends.
+    """
+
+    def __init__(
+        self,
+        partner: LivePartner,
+        memory: Memory,
+        answerer: Answerer,
+        clock: Callable[[], datetime],
+        path: Path | None,
+    ) -> None:
+        self._partner, self._memory, self._answerer = partner, memory, answerer
+        self._clock, self._path = clock, path
+        self._initiative, self._presence = Initiative(_read(path)), Presence()
+        self._language, self._hushed = FALLBACK, clock()
+        self._spoken_of: set[tuple[str, int]] = set()
+
+    @property
+    def manners(self) -> Manners:
+        """What a person allows."""
+        return self._initiative.manners
+
+    def behave(self, manners: Manners) -> None:
+        """Take other manners, and keep them.
+
+        Raises
+        ------
+        OutputError
+            The file cannot be written.
+        """
+        if self._path is not None:
+            try:
+                write_whole(self._path, manners.model_dump_json(indent=1), private=True)
+            except OSError as error:
+                raise OutputError(f"{self._path}: cannot be written: {error.strerror}.") from error
+        self._initiative.manners = manners
+
+    def notice(self, language: Language | None = None) -> None:
+        """Take that somebody is there, and in which language they spoke, if they did."""
+        self._presence.notice(self._clock(), words=language is not None)
+        self._language = language or self._language
+
+    def hush(self) -> None:
+        """Begin nothing for an hour: somebody wants quiet."""
+        self._hushed = self._clock() + _HUSHED
+
+    async def live(self) -> None:
+        """Look around until cancelled."""
+        while True:
+            await asyncio.sleep(_LOOKS)
+            try:
+                await self.look()
+            except MiburiError as error:
+                log_once("the partner could not begin by itself", error)
+
+    async def look(self) -> None:
+        """Begin, if there is a reason to; what it says has its reason in the log."""
+        state, now = self._partner.snapshot.state, self._clock()
+        busy = state.paused or state.stop is not None or state.distress is not None
+        if busy or now < self._hushed:
+            return
+        due = self._memory.due(now, self._spoken_of)
+        reason = self._initiative.look(now, self._presence, due is not None)
+        if reason is None:
+            return
+        known = {} if self._memory.present is None else {"name": self._memory.present.name}
+        if due is not None:
+            known["told"] = due[1].text.rstrip(".。")
+            if reason == "date":
+                self._spoken_of.add((due[0].name, due[1].number))
+        text = self._answerer.say(script(self._language).begin[reason], known)
+        await done(self._partner.speak(text, "partner", why=reason))
+
+
+def _read(path: Path | None) -> Manners:
+    """Return the manners in a file; without one, or one that is none of ours, it begins nothing."""
+    if path is None:
+        return Manners()
+    try:
+        return Manners.model_validate(json.loads(path.read_text(encoding="utf-8")))
+    except FileNotFoundError:
+        return Manners()
+    except (OSError, ValueError, RecursionError, ValidationError) as error:
+        log_once(f"{path} cannot be read, so the partner begins nothing by itself", error)
+        return Manners()

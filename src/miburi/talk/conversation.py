@@ -1,0 +1,279 @@
+"""A conversation by a language model: somebody's words go to an endpoint, and a reply comes back.
+
+In go what somebody said and the partner's state; out come words and a feeling, or nothing where
+the endpoint is slow, dead or silly: then the partner answers by itself. Whatever the endpoint
+sends, a reply is a short text and a feeling with a strength. The words are only spoken; the
+feeling is a stimulus among others. There is nothing in it that could move or stop a body.
+
+One sentence is thought about at a time, the latest. A request that is only slow stays open for a
+while, as servers load their model meanwhile, and would give that up with the request. What was
+said is kept in memory alone, and no more than the last few exchanges of it.
+"""
+
+import asyncio
+import json
+from collections import deque
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import httpx
+from pydantic import BaseModel, Field, ValidationError
+
+from miburi.feelings import FEELINGS, Stimulus
+from miburi.live.state import State
+from miburi.talk.care import may_be_said
+from miburi.talk.endpoint import KEY, Endpoint, OvertakenError
+from miburi.talk.replies import Content, read_reply
+from miburi.version import __version__
+
+__all__ = ["LARGEST_REPLY", "PATIENCE", "Conversation", "Reply"]
+
+#: s until the partner answers by itself; a program waits 10 s for the answer to what it says.
+PATIENCE = 8.0
+#: The largest answer of an endpoint, bytes.
+LARGEST_REPLY = 65_536
+
+#: s for which a slow request stays open: as long as a model may take to load (ours).
+_LOADING = 120.0
+#: s to find the server.
+_CONNECTING = 3.0
+#: Exchanges that are sent along.
+_REMEMBERED = 6
+#: Tokens that the endpoint may spend, thoughts included.
+_TOKENS = 1000
+_NONE = "none"
+
+_PROMPT = f"""\
+You are Miburi, a small robot partner with a waist, a head and two arms, at a table with a person. \
+Your body shows by gestures what you feel. It does so by itself: nothing that you say moves it or \
+stops it, so promise no movement. Answer the person kindly and simply, in the person's language, \
+in one or two short sentences, without emojis and markup. Write one JSON object and nothing else: \
+{{"reply": "...", "feeling": "...", "strength": 0.5}}. reply is what you say. feeling is what you \
+feel at the person's words: {", ".join(FEELINGS)} or {_NONE}. strength is how strongly, from 0 to \
+1."""
+
+_SCHEMA = {
+    "type": "object",
+    "properties": {
+        "reply": {"type": "string"},
+        "feeling": {"type": "string", "enum": [*FEELINGS, _NONE]},
+        "strength": {"type": "number"},
+    },
+    "required": ["reply", "feeling", "strength"],
+    "additionalProperties": False,
+}
+_FORMAT = {
+    "type": "json_schema",
+    "json_schema": {"name": "reply", "strict": True, "schema": _SCHEMA},
+}
+#: Statuses of servers that do not know what we ask for beside the words.
+_UNKNOWN_WISH = (400, 422)
+#: What a status most often means.
+_HINTS = {
+    401: f"the server wants another key than that in {KEY}",
+    403: f"the server wants another key than that in {KEY}",
+    404: "the server does not know the model; look at --model, and at --talk's path",
+}
+
+
+@dataclass(frozen=True)
+class Reply:
+    """What the partner says, and what it feels at what it heard; None: nothing special."""
+
+    text: str
+    stimulus: Stimulus | None
+
+
+class _Message(BaseModel):
+    content: str
+
+
+class _Choice(BaseModel):
+    message: _Message
+
+
+class _Completion(BaseModel):
+    """The part of a chat completion that counts."""
+
+    choices: list[_Choice] = Field(min_length=1)
+
+
+class _SilentError(Exception):
+    """There is no reply; why, in words."""
+
+
+class Conversation:
+    """A conversation with whoever speaks to the partner; it belongs to one event loop.
+
+    Parameters
+    ----------
+    endpoint
+        Who thinks.
+    patience
+        s until a reply comes too late.
+    """
+
+    def __init__(self, endpoint: Endpoint, patience: float = PATIENCE) -> None:
+        self.endpoint = endpoint
+        #: Why the latest sentence got no reply; None if it got one.
+        self.trouble: str | None = None
+        self._patience = patience
+        self._said: deque[tuple[str, str | None]] = deque(maxlen=_REMEMBERED)
+        self._thinking: asyncio.Task[Content] | None = None
+        self._slow: asyncio.Task[Content] | None = None
+        self._plainly = False
+
+    def overtake(self) -> None:
+        """Want no reply any more to what was said before."""
+        if self._thinking is not None:
+            self._thinking.cancel()
+
+    async def reply(self, said: str, felt: Iterable[Stimulus], state: State) -> Reply | None:
+        """Return a reply, or None if none has come in time; then ``trouble`` says why.
+
+        Parameters
+        ----------
+        said
+            What somebody said.
+        felt
+            What the partner felt at that.
+        state
+            How the partner is.
+
+        Raises
+        ------
+        OvertakenError
+            Somebody has said something else meanwhile.
+        """
+        self.overtake()
+        said = said.encode(errors="ignore").decode()  # half a character cannot be sent
+        self._said.append((said, None))
+        messages = [{"role": "system", "content": _prompt(felt, state)}, *self._messages()]
+        task = self._thinking = asyncio.create_task(self._ask(messages))
+        await asyncio.wait({task}, timeout=self._patience)
+        if task.cancelled():
+            raise OvertakenError("something else was said meanwhile.")
+        self._thinking, self.trouble = None, self._trouble(task)
+        if not task.done():
+            self._leave_open(task)
+        if self.trouble is not None:
+            return None
+        content = task.result()
+        if not may_be_said(content.text):
+            self.trouble = "a reply that it does not say."
+            return None
+        self._remember(said, content)
+        feeling, strength = content.feeling, content.strength
+        felt_at_it = Stimulus(feeling, strength, "talk") if feeling and strength > 0 else None
+        return Reply(content.text, felt_at_it)
+
+    def answered(self, answer: str) -> None:
+        """Remember what the partner answered by itself, so that the model can follow the talk."""
+        if self._said:
+            self._remember(self._said[-1][0], Content(answer, None, 0.0))
+
+    def _remember(self, said: str, content: Content) -> None:
+        if self._said[-1] == (said, None):
+            told = {
+                "reply": content.text,
+                "feeling": content.feeling or _NONE,
+                "strength": content.strength,
+            }
+            self._said[-1] = (said, json.dumps(told, ensure_ascii=False))
+
+    def _trouble(self, task: asyncio.Task[Content]) -> str | None:
+        """Return why a request has brought no reply, if so; whatever failed, there is an answer."""
+        if not task.done():
+            return f"no reply within {self._patience:g} s."
+        match task.exception():
+            case None:
+                return None
+            case _SilentError() as known:
+                return str(known)
+            case error:
+                return f"no reply ({type(error).__name__})."
+
+    def _messages(self) -> list[dict[str, str]]:
+        """Return the latest exchanges; roles alternate, as the templates of some models ask for."""
+        messages: list[dict[str, str]] = []
+        unanswered: list[str] = []
+        for said, replied in self._said:
+            unanswered.append(said)
+            if replied is not None:
+                messages.append({"role": "user", "content": "\n".join(unanswered)})
+                messages.append({"role": "assistant", "content": replied})
+                unanswered = []
+        messages.append({"role": "user", "content": "\n".join(unanswered)})
+        return messages
+
+    def _leave_open(self, task: asyncio.Task[Content]) -> None:
+        """Let one slow request go on, so that the server goes on loading; end any other."""
+        if self._slow is None or self._slow.done():
+            self._slow = task
+            task.add_done_callback(lambda done: done.cancelled() or done.exception())
+        else:
+            task.cancel()
+
+    async def _ask(self, messages: list[dict[str, str]]) -> Content:
+        plain = {"model": self.endpoint.model, "messages": messages, "stream": False}
+        wished = {**plain, "max_tokens": _TOKENS, "response_format": _FORMAT}
+        async with asyncio.timeout(_LOADING):
+            if not self._plainly:
+                status, answer = await self._post(wished)
+                if status not in _UNKNOWN_WISH:
+                    return _content(status, answer)
+            status, answer = await self._post(plain)
+            self._plainly = status == httpx.codes.OK
+            return _content(status, answer)
+
+    async def _post(self, request: dict[str, Any]) -> tuple[int, bytes]:
+        """Return the status and the body of an answer; no other server is asked than ours."""
+        headers = {"Accept-Encoding": "identity", "User-Agent": f"miburi/{__version__}"}
+        if self.endpoint.key is not None:
+            headers["Authorization"] = f"Bearer {self.endpoint.key}"
+        client = httpx.AsyncClient(
+            verify=self.endpoint.tls,
+            timeout=httpx.Timeout(_LOADING, connect=_CONNECTING),
+            trust_env=False,  # or a proxy of the environment would get the words
+            follow_redirects=False,
+        )
+        body, url = bytearray(), f"{self.endpoint.url}/chat/completions"
+        async with client, client.stream("POST", url, json=request, headers=headers) as answer:
+            async for part in answer.aiter_raw():
+                body += part
+                if len(body) > LARGEST_REPLY:
+                    raise _SilentError(f"an answer above {LARGEST_REPLY} bytes.")
+        return answer.status_code, bytes(body)
+
+
+def _prompt(felt: Iterable[Stimulus], state: State) -> str:
+    """Return who the partner is, and how it is now."""
+    now = ["You feel nothing special now."]
+    if state.felt is not None:
+        now = [f"You feel {state.felt.feeling} now; your mood of it is {state.felt.mood:.2f} of 1."]
+    if brought := ", ".join(f"{each.feeling} {each.strength:.2f}" for each in felt):
+        now.append(f"The person's words have just brought you {brought}.")
+    moods = zip(FEELINGS, state.mood, strict=True)
+    now.append(f"Your moods: {', '.join(f'{name} {mood:.2f}' for name, mood in moods)}.")
+    if state.stop is not None:
+        now.append("Your body is stopped now, and you are content with that.")
+    return " ".join([_PROMPT, *now])
+
+
+def _content(status: int, answer: bytes) -> Content:
+    """Return what the model wrote."""
+    if httpx.codes.is_redirect(status):
+        raise _SilentError("a redirect, which is not followed; give its address with --talk.")
+    if status in _HINTS:
+        raise _SilentError(f"an answer with status {status}: {_HINTS[status]}.")
+    if status != httpx.codes.OK:
+        raise _SilentError(f"an answer with status {status}.")
+    try:
+        text = _Completion.model_validate_json(answer).choices[0].message.content
+    except ValidationError:
+        raise _SilentError("an answer that is no chat completion.") from None
+    content = read_reply(text)
+    if content is None:
+        raise _SilentError("an answer without words.")
+    return content

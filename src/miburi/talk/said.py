@@ -1,0 +1,48 @@
+"""What came of something that was said, as a pydantic model that OpenAPI describes."""
+
+from pydantic import BaseModel, Field
+
+from miburi.feelings.catalogue import TheirFeeling
+from miburi.feelings.temperament import Source
+from miburi.live.state import Share
+from miburi.senses.kinds import Distress
+
+__all__ = ["FeltOut", "SayOut", "WhyOut"]
+
+
+class WhyOut(BaseModel):
+    """A word, and how much it spoke for the feeling (log-odds over none)."""
+
+    what: str = Field(description="The word.")
+    weight: float = Field(description="How much it spoke for the feeling.")
+
+
+class FeltOut(BaseModel):
+    """What moved the partner's feelings."""
+
+    feeling: TheirFeeling = Field(description="The feeling that was moved.")
+    strength: Share = Field(description="By how much, before the temperament weighs it.")
+    source: Source = Field(description="What it came from.")
+
+
+class SayOut(BaseModel):
+    """What was heard in it, why, and what the partner felt at it."""
+
+    feeling: TheirFeeling | None = Field(description="The feeling that was heard; null: none.")
+    strength: Share = Field(description="How likely it is; 0 without a feeling.")
+    why: list[WhyOut] = Field(description="What spoke for it.")
+    felt: list[FeltOut] = Field(description="What the partner felt at it.")
+    asked: bool = Field(default=False, description="Whether it was asked what it feels itself.")
+    meant: str | None = Field(
+        default=None, description="What was wanted of it, such as `time`, `wave` or `thanks`."
+    )
+    distress: Distress | None = Field(
+        default=None, description="What somebody needs help with now; it calls nobody."
+    )
+    worry: Distress | None = Field(
+        default=None, description="What somebody may need help with: the answer asks."
+    )
+    answer: str = Field(description="What it answered, aloud where a page has its voice on.")
+    trouble: str | None = Field(
+        default=None, description="Why the language model of `--talk` did not answer this."
+    )

@@ -1,0 +1,287 @@
+"""What is said to the partner: it hears the feeling of the words, feels with it, and answers."""
+
+import asyncio
+from collections import Counter
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import asdict, replace
+from datetime import datetime, timedelta
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from miburi.errors import MiburiError
+from miburi.feelings import Expression, Stimulus
+from miburi.gestures import KeyPose, look
+from miburi.languages import FALLBACK, Language, language_of
+from miburi.live.settle import done
+from miburi.live.view import LivePartner
+from miburi.people import Memory
+from miburi.robot import Array
+from miburi.safety.stop import StopReason
+from miburi.senses import Impression
+from miburi.senses.kinds import Distress
+from miburi.senses.tone import Tone, coloured
+from miburi.serving.press import Press, who
+from miburi.talk.answers import Answerer, SmallAnswer, wants_stop
+from miburi.talk.beginning import Beginning
+from miburi.talk.care import Care, agrees, may_be_said
+from miburi.talk.dates import due_of
+from miburi.talk.endpoint import Endpoint, OvertakenError
+from miburi.talk.moves import move
+from miburi.talk.said import FeltOut, SayOut, WhyOut
+from miburi.talk.script import Cue, script
+
+if TYPE_CHECKING:
+    from miburi.talk.conversation import Conversation
+
+__all__ = ["Speech"]
+
+#: s without an answer after which it looks thoughtful, and s for which it does so at most (ours).
+_THOUGHTFUL, _LONGEST_THOUGHT = 0.5, 30.0
+#: s for which it looks where somebody asks it to, and the mood of a feeling on demand (ours).
+_LOOKED, _SHOWN = 2.0, 0.8
+#: How long a "yes" answers its question whether somebody needs help (ours).
+_ANSWERED = timedelta(minutes=2)
+
+
+class Speech:
+    """Takes what is said to a partner, and lets it answer.
+
+    Parameters
+    ----------
+    partner
+        The partner.
+    endpoint
+        The language model that thinks of its answers; None: it answers by itself.
+    care
+        How it cares for somebody in distress.
+    clock
+        Tells the time of the place where the partner stands.
+    seed
+        Chooses among its own answers.
+    folder
+        Where it keeps whom it knows, and its manners; None: it knows them until it ends.
+    """
+
+    def __init__(
+        self,
+        partner: LivePartner,
+        endpoint: Endpoint | None,
+        care: Care,
+        clock: Callable[[], datetime],
+        seed: int = 0,
+        folder: Path | None = None,
+    ) -> None:
+        self._partner, self._care, self._clock = partner, care, clock
+        #: Whom it knows.
+        self.memory = Memory(folder and folder / "people.json", partner.own_temperament, clock)
+        self._answerer, self._language = Answerer(seed), FALLBACK
+        #: Lets it begin by itself.
+        self.beginning = Beginning(
+            partner, self.memory, self._answerer, clock, folder and folder / "manners.json"
+        )
+        self._turns: Counter[str] = Counter()  # of help, by kind
+        self._asked: tuple[Distress, datetime] | None = None  # whether somebody needs help
+        self._conversation = None if endpoint is None else _converse(endpoint)
+        self._noted: tuple[str | None] | None = None  # of the conversation, in the log
+        self._counted = partner.history.number
+        self._leaning: Array | None = None
+
+    async def take(self, said: str, tone: Tone = "plain", by: str = "person") -> SayOut:
+        """Let the partner feel with what was said, and answer it.
+
+        "Stop" stops the body before anything else. What was overtaken by another sentence gets no
+        answer. Distress gets the help that fits; then, and for ten minutes after, no language
+        model is asked and no small answer given. What may be distress is asked about first, and a
+        "yes" to that is distress.
+
+        Parameters
+        ----------
+        said
+            The sentence.
+        by
+            Who says it, as for :func:`miburi.serving.press.who`.
+        """
+        from miburi.senses.words import hear
+
+        self._language = language = language_of(said, self._language)
+        self.beginning.notice(language)
+        if wants_stop(said, language):
+            await done(self._partner.stop(Press(who(by))))
+        heard = coloured(await asyncio.to_thread(hear, said, language), tone)
+        asked, self._asked = self._asked, None
+        if asked is not None and self._clock() - asked[1] < _ANSWERED and agrees(said, language):
+            heard = Impression(None, 0.0, "speech", distress=asked[0])
+        grave = heard.distress is not None
+        wanted = script(language).intents_of(said)
+        if heard.worry == "help" and wanted:
+            heard = replace(heard, worry=None)  # it is not clear what it is, and an answer is known
+        if not grave and heard.worry is None and any(match.cue.acts for match in wanted):
+            heard = Impression(None, 0.0, "speech")  # an order shows nobody's feeling
+        if (grave or heard.worry is not None) and self._conversation is not None:
+            self._conversation.overtake()
+        felt = await done(self._partner.take(heard, said))
+        await self.count(felt)
+        if heard.worry is not None:
+            self._asked = heard.worry, self._clock()
+            answer, meant = self._ask(heard.worry, language), None
+            await done(self._partner.speak(answer, "partner"))
+        elif grave or self._partner.snapshot.state.distress is not None:
+            answer, meant = self._comfort(heard.distress, language), None
+            await done(self._partner.speak(answer, "partner"))
+        else:
+            answer, meant = await self._answer(said, heard, language, felt)
+            self._asked = asked if meant == "repeat" else None
+        return SayOut(
+            feeling=heard.feeling,
+            asked=heard.topic == "asked",
+            meant=meant,
+            distress=heard.distress,
+            worry=heard.worry,
+            strength=heard.strength,
+            why=[WhyOut.model_validate(asdict(part)) for part in heard.why],
+            felt=[FeltOut.model_validate(asdict(stimulus)) for stimulus in felt],
+            answer=answer,
+            trouble=None if self._conversation is None else self._conversation.trouble,
+        )
+
+    def _comfort(self, kind: Distress | None, language: Language) -> str:
+        """Return what is said to a distress, or after one."""
+        turn = self._turns[kind or ""]
+        self._turns[kind or ""] += 1
+        if kind is None:
+            return self._care.stay(language, turn)
+        return self._care.help(kind, language, turn)
+
+    def _ask(self, kind: Distress, language: Language) -> str:
+        """Return the question whether somebody needs help."""
+        turn = self._turns[f"ask {kind}"]
+        self._turns[f"ask {kind}"] += 1
+        return self._care.ask(kind, language, turn)
+
+    async def _answer(
+        self, said: str, heard: Impression, language: Language, felt: tuple[Stimulus, ...]
+    ) -> tuple[str, str | None]:
+        """Answer what is no distress, by a language model if there is one; tell what was meant."""
+        acts = any(match.cue.acts for match in script(language).intents_of(said))
+        if not acts:
+            reply = await self._reply(said, felt)
+            if reply is not None:
+                return reply, None
+        own = self._partner.snapshot.state.felt
+        feels = None if own is None else own.feeling
+        known = self._known(said, language)
+        answer = self._answerer.answer(said, heard, feels, language, self._clock(), known)
+        text = await self._perform(self._remember(answer, said))
+        tune = None if answer.cue is None else answer.cue.tune
+        await done(self._partner.speak(text, "partner", tune))
+        if self._conversation is not None and not acts:
+            self._conversation.answered(text)
+        return text, None if answer.cue is None else answer.cue.name
+
+    async def count(self, felt: tuple[Stimulus, ...]) -> None:
+        """Let what somebody did, and contacts meanwhile, count for how they are to the partner."""
+        events = self._partner.history.after(self._counted)
+        self._counted = self._partner.history.number
+        contacts = sum(one.kind == "stop" and one.name == StopReason.CONTACT for one in events)
+        if self.memory.present is not None:
+            await asyncio.to_thread(self.memory.hear, felt, contacts)
+        if self._leaning is not (leaning := self.memory.leaning):
+            self._leaning = leaning
+            await done(self._partner.lean(leaning))
+
+    def _known(self, said: str, language: Language) -> dict[str, str]:
+        """Return what it knows for the slots of answers."""
+        present, told = self.memory.present, self.memory.recall(said, language)
+        known = {} if present is None else {"name": present.name}
+        return known if told is None else known | {"told": told}
+
+    def _remember(self, answer: SmallAnswer, said: str) -> SmallAnswer:
+        """Keep a name or what was told; return the answer."""
+        words, memory, now = answer.words, self.memory, self._clock()
+        if answer.do == "name" and words:
+            memory.meet(words[:1].upper() + words[1:])
+        elif answer.do == "remember" and words:
+            memory.remember(words, answer.language, due_of(words, answer.language, now))
+        elif answer.cue is not None and answer.cue.name == "quiet":
+            self.beginning.hush()
+        elif answer.cue is None:
+            for fact in script(answer.language).facts_in(said):
+                memory.remember(fact, answer.language, due_of(fact, answer.language, now))
+        return answer
+
+    async def _perform(self, answer: SmallAnswer) -> str:
+        """Perform what comes with an answer; return what to say, also where it cannot move."""
+        cue = answer.cue
+        if answer.words and not await asyncio.to_thread(may_be_said, answer.text):
+            return self._answerer.say(script(answer.language).feelings.lines("none", None))
+        if cue is None or not (cue.move or cue.show or cue.look):
+            return answer.text
+        state, words = self._partner.snapshot.state, script(answer.language)
+        if state.paused:
+            return self._answerer.say(words.paused)
+        if state.stop is not None:
+            return self._answerer.say(words.stopped)
+        shown = None if cue.show is None else Expression(cue.show, _SHOWN)
+        await done(self._partner.perform(shown, self._poses(cue), "gesture", "partner"))
+        return answer.text
+
+    def _poses(self, cue: Cue) -> list[KeyPose] | None:
+        robot = self._partner.robot
+        if cue.move is not None:
+            return move(robot, cue.move)
+        return None if cue.look is None else look(robot, cue.look, _LOOKED)
+
+    async def _reply(self, said: str, felt: tuple[Stimulus, ...]) -> str | None:
+        """Say what a conversation brings, and feel it; None if it brings nothing."""
+        talk = self._conversation
+        if talk is None:
+            return None
+        if self._noted is None:
+            await self._note(talk)
+        thinking = asyncio.create_task(self._look_thoughtful())
+        try:
+            reply = await talk.reply(said, felt, self._partner.snapshot.state)
+        except OvertakenError:
+            return ""
+        finally:
+            await self._look_back(thinking)
+        if self._noted != (talk.trouble,):
+            await self._note(talk)
+        if reply is None:
+            return None
+        if self._partner.snapshot.state.distress is not None:
+            return ""  # somebody has been in distress meanwhile
+        if reply.stimulus is not None:
+            await done(self._partner.stimulate(reply.stimulus, "partner"))
+        await done(self._partner.speak(reply.text, "partner"))
+        return reply.text
+
+    async def _look_thoughtful(self) -> bool:
+        """Look aside once an answer takes longer than people wait; return whether it does."""
+        await asyncio.sleep(_THOUGHTFUL)
+        state = self._partner.snapshot.state
+        if state.asked or state.stop is not None:
+            return False
+        aside = look(self._partner.robot, "aside", _LONGEST_THOUGHT)
+        await done(self._partner.perform(None, aside, "look", "partner"))
+        return True
+
+    async def _look_back(self, thinking: asyncio.Task[bool]) -> None:
+        """Look at the person again, if it has looked aside."""
+        if not thinking.done():
+            thinking.cancel()
+        elif thinking.exception() is None and thinking.result():
+            ahead = look(self._partner.robot, "user", 0.0)
+            with suppress(MiburiError):  # paused meanwhile
+                await done(self._partner.perform(None, ahead, "look", "partner"))
+
+    async def _note(self, talk: "Conversation") -> None:
+        self._noted = (talk.trouble,)
+        await done(self._partner.note_talk(str(talk.endpoint), talk.trouble))
+
+
+def _converse(endpoint: Endpoint) -> "Conversation":
+    from miburi.talk.conversation import Conversation  # the libraries of a client, only here
+
+    return Conversation(endpoint)

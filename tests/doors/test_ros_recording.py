@@ -1,0 +1,129 @@
+"""A recording for ROS 2's tools, opened by two libraries that nobody here wrote."""
+
+from collections import Counter
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from mcap.reader import make_reader
+from mcap_ros2.decoder import DecoderFactory
+from rosbags.highlevel import AnyReader
+from typer.testing import CliRunner
+
+from miburi.bodies import BodyState
+from miburi.cli.commands import app
+from miburi.doors.ros_recording import convert_recording
+from miburi.errors import InputError
+from miburi.feelings import EmotionalModel
+from miburi.live.recording import RecordedMessage, Recorder, step_messages
+from miburi.partner import Stopped
+from miburi.robot import JOINTS, Robot
+from miburi.robot.urdf import to_urdf
+from miburi.safety.stop import Phase, Stop, StopReason
+
+STOP = Stop(1.0, StopReason.CONTACT, "waist", "speed", 0.5)
+STEPS = 50
+
+
+@pytest.fixture
+def recording(tmp_path: Path) -> Path:
+    """A second of a happy partner that turns its waist, and meets something at its end."""
+    feelings = EmotionalModel()
+    feelings.set_state(emotion={"happiness": 0.8}, mood={"happiness": 0.5})
+    path = tmp_path / "miburi-0001.mcap"
+    with path.open("wb") as file, Recorder(file) as recorder:
+        for k in range(STEPS):
+            angles = np.zeros(8)
+            angles[0] = 0.01 * k
+            state = BodyState(0.02 * (k + 1), angles, np.full(8, 0.5), Phase.MOVING, None)
+            events = [Stopped(1.0, STOP, 0.5, 0.4)] if k == STEPS - 1 else []
+            recorder.write(step_messages(state, feelings, events))
+    return path
+
+
+@pytest.fixture
+def converted(recording: Path, robot: Robot, tmp_path: Path) -> Path:
+    """The same for ROS 2."""
+    out = tmp_path / "ros.mcap"
+    assert convert_recording(recording, robot, out) == 2 * STEPS + 4
+    return out
+
+
+def test_rosbags_opens_it_with_the_right_names_stamps_and_profiles(
+    converted: Path, robot: Robot
+) -> None:
+    heard: dict[str, list[tuple[int, Any]]] = {}
+    with AnyReader([converted]) as bag:
+        kinds = {one.topic: one.msgtype for one in bag.connections}
+        kept = {one.topic for one in bag.connections if one.ext.offered_qos_profiles}
+        for connection, time, raw in bag.messages():
+            message = bag.deserialize(raw, connection.msgtype)
+            heard.setdefault(connection.topic, []).append((time, message))
+    assert kinds == {
+        "/joint_states": "sensor_msgs/msg/JointState",
+        "/tf": "tf2_msgs/msg/TFMessage",
+        "/tf_static": "tf2_msgs/msg/TFMessage",
+        "/robot_description": "std_msgs/msg/String",
+        "/expression": "hri_msgs/msg/Expression",
+        "/diagnostics": "diagnostic_msgs/msg/DiagnosticArray",
+    }
+    assert kept == {"/tf_static", "/robot_description", "/expression"}
+    joints = heard["/joint_states"]
+    assert [time for time, _ in joints] == [20_000_000 * (k + 1) for k in range(STEPS)]
+    assert [m.header.stamp.sec * 10**9 + m.header.stamp.nanosec for _, m in joints] == [
+        time for time, _ in joints
+    ]
+    assert all(message.name == list(JOINTS) for _, message in joints)
+    assert joints[7][1].position.tolist() == [0.07, *[0.0] * 7]
+    assert joints[7][1].velocity.tolist() == [0.5] * 8
+    turned = heard["/tf"][7][1].transforms[0]
+    assert (turned.header.frame_id, turned.child_frame_id) == ("base_link", "torso")
+    assert 2 * np.arcsin(turned.transform.rotation.z) == pytest.approx(0.07)
+    assert heard["/robot_description"][0][1].data == to_urdf(robot)
+    ((_, said),) = heard["/expression"]
+    assert said.expression == "happy"
+    ((_, told),) = heard["/diagnostics"]
+    assert told.status[0].message == "stopped: contact at waist"
+
+
+def test_mcap_reads_every_message_by_its_schema(converted: Path) -> None:
+    with converted.open("rb") as file:
+        reader = make_reader(file, decoder_factories=[DecoderFactory()])
+        assert reader.get_header().profile == "ros2"
+        read = [(channel, message) for _, channel, _, message in reader.iter_decoded_messages()]
+        summary = reader.get_summary()
+    counted = Counter(channel.topic for channel, _ in read)
+    assert counted["/joint_states"] == counted["/tf"] == STEPS
+    joints = [message for channel, message in read if channel.topic == "/joint_states"]
+    assert joints[7].name == list(JOINTS)
+    assert joints[7].position == [0.07, *[0.0] * 7]
+    assert summary is not None
+    assert {one.encoding for one in summary.schemas.values()} == {"ros2msg"}
+    assert {one.message_encoding for one in summary.channels.values()} == {"cdr"}
+
+
+def test_what_is_no_recording_of_ours_is_refused(robot: Robot, tmp_path: Path) -> None:
+    path = tmp_path / "other.mcap"
+    file = BytesIO()
+    with Recorder(file) as recorder:
+        recorder.write([RecordedMessage(0.5, "/joint_states", {"position": [0.0] * 7})])
+    path.write_bytes(file.getvalue())
+    with pytest.raises(InputError, match=r"no recording of Miburi: /joint_states at 0.50 s: pos"):
+        convert_recording(path, robot, tmp_path / "out.mcap")
+    assert [one.name for one in tmp_path.iterdir()] == ["other.mcap"]
+
+
+def test_an_empty_recording_is_refused(robot: Robot, tmp_path: Path) -> None:
+    path = tmp_path / "empty.mcap"
+    with path.open("wb") as file, Recorder(file):
+        pass
+    with pytest.raises(InputError, match="nothing in this recording"):
+        convert_recording(path, robot, tmp_path / "out.mcap")
+
+
+def test_the_command_says_what_it_wrote(recording: Path, tmp_path: Path) -> None:
+    out = tmp_path / "ros.mcap"
+    done = CliRunner().invoke(app, ["to-ros", str(recording), str(out)])
+    assert done.output == f"{2 * STEPS + 4} messages in {out}.\n"

@@ -1,0 +1,439 @@
+"""The server as a user starts it: how it begins, whom it lets in, and how it ends."""
+
+import itertools
+import json
+import os
+import re
+import signal
+import socket
+import ssl
+from collections.abc import Iterator
+from contextlib import suppress
+from functools import partial
+from http.client import HTTPResponse
+from pathlib import Path
+from urllib.error import URLError
+from urllib.parse import urlsplit
+from urllib.request import Request, urlopen
+
+import httpx
+import numpy as np
+import pytest
+from tests.fixtures.command import miburi as command
+from tests.fixtures.live import refuses_in_json
+from tests.fixtures.program import Program, address, running
+from tests.fixtures.waiting import PATIENCE, get, post, until
+from typer.testing import CliRunner
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.sync.client import connect
+
+import miburi
+from miburi.cli.commands import app
+from miburi.errors import InputError, OutputError
+from miburi.feelings import shipped_temperament
+from miburi.interface.client import ConnectionLostError
+from miburi.live.memory import remembered
+from miburi.live.recording import read
+from miburi.serving.access import AGENTS
+from miburi.serving.addresses import listening_plainly, listening_twice
+from miburi.serving.reach import qr_for_terminal
+
+
+@pytest.fixture(scope="module")
+def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Program]:
+    """A program for what leaves it as it was; nothing that its tests have not looked at is said."""
+    with running(tmp_path_factory.mktemp("shared"), "--forget", headless=False) as program:
+        program.url = address(program.out.next("Miburi is awake"))
+        yield program
+        code, said, errors = program.end()
+    assert (code, errors) == (0, "")
+    assert "Good-bye. " in said
+
+
+@pytest.fixture
+def there(shared: Program) -> Program:
+    """The same, with a body that moves."""
+    if get(shared.url + "/api/v1/state").json()["held"]:
+        page = {"Origin": shared.url}
+        release = partial(post, shared.url + "/api/page/release", json={}, headers=page)
+        until(release, lambda answer: answer.status_code == 204)  # after its pause
+        until(lambda: get(shared.url + "/api/v1/state").json()["phase"] in ("idle", "moving"))
+    return shared
+
+
+def session(leader: int) -> dict[int, str]:
+    """The living processes of a session and those that its leader started; their command lines."""
+    found = {}
+    for folder in Path("/proc").glob("[0-9]*"):
+        with suppress(OSError):
+            state, parent, _, session = (folder / "stat").read_text().rsplit(")", 1)[1].split()[:4]
+            if str(leader) in (parent, session) and state != "Z":
+                found[int(folder.name)] = (folder / "cmdline").read_text()
+    return found
+
+
+#: Which of the helpers is which, in the order in which they begin.
+SERVER, RECEPTION = 0, 1
+
+
+def helpers_of(partner: int) -> list[int]:
+    """The processes that the partner's process has started: the server, and the reception."""
+    return sorted(pid for pid, words in session(partner).items() if "spawn_main" in words)
+
+
+def nobody_left(partner: int, helpers: list[int]) -> None:
+    """Wait until all are gone; each helper has a session of its own."""
+    until(
+        lambda: [session(one) for one in (partner, *helpers)],
+        lambda sessions: not any(sessions),
+    )
+
+
+def test_on_this_computer_it_answers_at_once_and_moves(there: Program) -> None:
+    url = there.url
+    page = get(url)
+    assert page.status_code == 200
+    assert "Miburi" in page.text
+    assert "Simulated, servo XL330-M288-T as identified by others." in page.text
+    for source in ("http://", "https://"):
+        assert source not in page.text.replace("http://www.w3.org", "")
+    assert get(url + "/face").status_code == 200
+    # It breathes, and is about to greet.
+    shown = until(lambda: get(url + "/api/v1/state").json()["expressed"])
+    assert shown["feeling"] == "happiness"
+    assert get(url, headers={"Host": "evil.example"}).status_code == 403
+    evil = {"Origin": "https://evil.example"}
+    assert post(url + "/api/v1/stop", headers=evil).status_code == 403
+    with pytest.raises(InvalidStatus):
+        connect(url.replace("http", "ws") + "/api/v1/live", additional_headers=evil)
+    socket_io = url + "/_nicegui_ws/socket.io/?EIO=4&transport=polling"
+    assert get(socket_io, headers=evil).status_code == 403
+    assert post(url + AGENTS, json={}).status_code == 404, "agents come in where they are let in"
+    refuses_in_json(url)
+
+
+def test_where_no_browser_can_be_opened_it_is_said(shared: Program) -> None:
+    words = "No browser could be opened here"  # the line after its greeting
+    until(lambda: any(words in line for line in shared.out.all))
+
+
+def test_an_address_without_a_page_shows_the_ways_back_and_tells_the_terminal_nothing(
+    there: Program,
+) -> None:
+    for language, words in (("en", "nothing at this address"), ("ja", "何もありません")):
+        page = get(there.url + "/mistyped", headers={"Accept-Language": language})
+        assert (page.status_code, words in page.text) == (404, True)
+        assert 'href="/"' in page.text
+    assert not any("mistyped" in line for line in (*there.out.all, *there.errors.all))
+
+
+def code_leads_to_this_computer(program: Program) -> None:
+    """Check that the code in the terminal leads to an address that a phone can reach."""
+    said = program.out.next("On a phone")
+    found = re.search(r"http://([\w.-]+):\d+/pair#[\w-]+/$", said)
+    assert found, said
+    assert found[1] not in ("127.0.0.1", "localhost", "0.0.0.0")
+    code = "".join(program.out.next() for _ in range(8))
+    assert qr_for_terminal(found[0]).startswith(code)
+
+
+def test_elsewhere_nothing_but_the_pairing_page_answers_without_the_token(tmp_path: Path) -> None:
+    with (
+        running(tmp_path, "--host", "0.0.0.0", "--forget") as program,
+        httpx.Client(timeout=PATIENCE) as stranger,
+    ):
+        url = address(program.out.next())
+        code_leads_to_this_computer(program)
+        token = (tmp_path / "token").read_text().strip()
+        described = get(
+            url + "/api/openapi.json", headers={"Authorization": f"Bearer {token}"}
+        ).json()
+        paths = [
+            (method, path) for path in described["paths"] for method in described["paths"][path]
+        ]
+        pages = ["/", "/face", "/static/live.js", "/static/nothing", "/api/openapi.json", "/docs",
+                 "/_nicegui_ws/socket.io/?EIO=4&transport=polling", "/_nicegui/client", "/pair/",
+                 "/api/v1/live", "/x/../pair/../api/v1/state", "//pair"]  # fmt: skip
+        assert len(paths) >= 17
+        for method, path in [*paths, *(("get", page) for page in pages)]:
+            for headers in ({}, {"Cookie": "miburi_token=" + "x" * 43}):
+                status = stranger.request(method, url + path, headers=headers).status_code
+                assert status in (401, 429), (method, path)
+        with pytest.raises(InvalidStatus):
+            connect(url.replace("http", "ws") + "/api/v1/live")
+        assert get(url + "/pair").status_code == 200
+        assert post(url + "/pair", json={"token": "wrong"}).status_code == 401
+        with httpx.Client(base_url=url) as phone:
+            assert phone.post("/pair", json={"token": token}).status_code == 204
+            cookie = next(iter(phone.cookies.jar))
+            assert cookie.has_nonstandard_attr("HttpOnly")
+            assert phone.get("/face").status_code == 200
+            assert phone.post("/api/v1/stop").status_code == 204
+            lost = {"Cookie": f"{cookie.name}={cookie.value}", "User-Agent": "iPhone Safari"}
+            with connect(url.replace("http", "ws") + "/api/v1/live", additional_headers=lost) as it:
+                it.recv(PATIENCE)
+                said = devices("forget", "--all", folder=tmp_path)
+                with pytest.raises(ConnectionClosed) as closed:
+                    while True:
+                        it.recv(PATIENCE)
+            assert closed.value.rcvd is not None
+            assert (closed.value.rcvd.code, "forgotten" in closed.value.rcvd.reason) == (1008, True)
+            assert phone.post("/api/v1/stop").status_code in (401, 429)
+            assert phone.post("/pair", json={"token": token}).status_code in (401, 429)
+            token = (tmp_path / "token").read_text().strip()
+            assert token in said
+            assert phone.post("/pair", json={"token": token}).status_code == 204
+
+
+def devices(*words: str, folder: Path) -> str:
+    """Return what `miburi devices` says."""
+    return CliRunner().invoke(app, ["devices", *words, "--folder", str(folder)]).output
+
+
+def test_by_https_a_phone_comes_in_and_by_http_only_this_computer(tmp_path: Path) -> None:
+    """The authority of last time is broken, so it is made again, and that is said."""
+    authority = tmp_path / "https" / "ca.pem"
+    authority.parent.mkdir()
+    authority.with_name("authority.pem").write_text("nonsense")
+    with running(tmp_path, "--https") as program:
+        assert "a new home authority was made" in program.errors.next()
+        url = address(program.out.next("Miburi is awake"))
+        found = re.search(r"https://[\w.]+:\d+", program.out.next("On a phone"))
+        assert found
+        safe, token = found.group(), (tmp_path / "token").read_text().strip()
+        trusting = ssl.create_default_context(cafile=authority)
+        # Python's own client, as it comes: it checks the certificate and its address.
+        mine = Request(safe + "/api/v1/state", headers={"Authorization": f"Bearer {token}"})
+        with urlopen(mine, context=trusting) as answer:
+            assert json.load(answer)["body"] == "simulated"
+        with pytest.raises(URLError, match="CERTIFICATE_VERIFY_FAILED"):
+            urlopen(mine)
+        assert get(url + "/api/v1/state").status_code == 200
+        assert get(url + "/ca.pem").content == authority.read_bytes()
+        with httpx.Client(base_url=safe, verify=trusting, timeout=PATIENCE) as it:
+            assert it.get("/api/v1/state").status_code == 401
+            assert it.get("/ca.pem").content == authority.read_bytes()
+            assert it.post("/pair", json={"token": token}).status_code == 204
+            (cookie,) = it.cookies.jar
+            assert (cookie.secure, cookie.has_nonstandard_attr("HttpOnly")) == (True, True)
+            assert it.get("/face").status_code == 200
+            assert it.post("/api/v1/stop").status_code == 204
+            evil = {"Origin": "https://evil.example"}
+            assert it.post("/api/v1/stop", headers=evil).status_code == 403
+        with miburi.connect(safe, token, authority) as partner:
+            next(state for state in partner.watch() if state.phase == "stopped")
+        # Its port may be another program's at that address; then nobody is told there.
+        door = f"http://{urlsplit(safe).hostname}:{urlsplit(url).port}"
+        with suppress(httpx.TransportError):
+            page = get(door + "/pair")
+            if page.status_code == 200 and "Miburi" in page.text:
+                assert safe + "/pair" in page.text
+                assert get(door + "/api/v1/state").status_code == 426
+                assert post(door + "/pair", json={"token": token}).status_code == 426
+        code, said, errors = program.end(signal.SIGINT)
+    assert (code, errors) == (0, "")
+    assert "Good-bye. The body was stopped and stays where it is, softly held; " in said
+
+
+@pytest.mark.parametrize("https", [False, True])
+def test_a_port_that_is_taken_is_said(https: bool) -> None:
+    with socket.create_server(("0.0.0.0", 0)) as taken, pytest.raises(OutputError, match="--port"):
+        port = taken.getsockname()[1]
+        with listening_twice("0.0.0.0", port - 1) if https else listening_plainly("0.0.0.0", port):
+            pass
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--body", "marble", "--port", "0"), "one of simulated"),
+        (("--temperament", "wild", "--port", "0"), "default, calm"),
+        (("--ik", "best", "--port", "0"), "default, residual, paper"),
+        (("--seed", "-1", "--port", "0"), "0 or more"),
+        (("--body", "card", "--port", "0"), "give it one with --serial"),
+    ],
+)
+def test_wrong_options_are_refused_in_words(options: tuple[str, ...], words: str) -> None:
+    done = command("run", "--headless", *options)
+    assert done.returncode == 2
+    assert words in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("host", "port", "words"),
+    [("127.0.0.1", 70_000, "from 0 to 65535"), ("no.such.host.invalid", 0, "not an address"),
+     ("127.0.0.1", 65_535, "from 0 to 65535")],
+)  # fmt: skip
+def test_no_address_is_refused_in_words(host: str, port: int, words: str) -> None:
+    with pytest.raises(InputError, match=words), listening_twice(host, port):
+        pass
+
+
+def test_a_card_that_is_not_there_is_said(tmp_path: Path) -> None:
+    with running(tmp_path, "--body", "card", "--serial", "/dev/no-such-port") as program:
+        code, said, errors = program.end(None)
+    assert (code, said) == (1, "")
+    assert "The card cannot be reached" in errors
+
+
+def test_the_emulated_card_lives(tmp_path: Path, firmware: Path) -> None:
+    with running(tmp_path, "--body", "emulated-card", "--forget") as program:
+        url = address(program.out.next())
+        assert get(url + "/api/v1/state").json()["body"] == "emulated-card"
+        motors = get(url + "/api/v1/motors").json()["motors"]
+        assert {motor["temperature"] for motor in motors} == {35.0}
+        simulated = {"name": "simulated"}
+        assert post(url + "/api/v1/bodies", json=simulated).status_code == 204
+        again = {"name": "emulated-card"}
+        assert post(url + "/api/v1/bodies", json=again).status_code == 204
+
+
+def test_ctrl_c_in_a_terminal_is_a_good_end_of_all_processes(tmp_path: Path) -> None:
+    """What it felt last time cannot be read, and is kept aside."""
+    path, content = tmp_path / "feelings.json", b"[" * 100_000
+    path.write_bytes(content)
+    with running(tmp_path) as program:
+        assert "the partner starts afresh" in program.errors.next()
+        url = address(program.out.next())
+        helpers = helpers_of(program.process.pid)
+        assert post(url + "/api/v1/recordings", json={"on": True}).status_code == 204
+        os.killpg(program.process.pid, signal.SIGINT)
+        good = f"Good-bye. The body rests at neutral; what it feels is kept in {tmp_path}.\n"
+        assert program.end(None) == (0, good, "")
+        nobody_left(program.process.pid, helpers)
+    assert (tmp_path / "recordings" / "miburi-0001.mcap").read_bytes().endswith(b"\x89MCAP0\r\n")
+    assert path.with_name("feelings.json.bad").read_bytes() == content
+    assert remembered(path, shipped_temperament("playful")) is not None
+
+
+def test_a_stream_of_events_ends_with_the_partner_and_without_a_word(tmp_path: Path) -> None:
+    with running(tmp_path) as program:
+        url = address(program.out.next())
+        with httpx.stream("GET", url + "/api/v1/events", timeout=30) as events:
+            lines = events.iter_lines()
+            next(lines)
+            assert post(url + "/api/v1/pause", json={"paused": True}).status_code == 204
+            until(lambda: get(url + "/api/v1/state").json()["phase"] == "idle")
+            program.process.terminate()
+            assert [*lines], "it ended well"
+        assert program.end(None)[::2] == (0, "")
+
+
+def test_who_asks_it_twice_to_end_leaves_nobody_behind(tmp_path: Path) -> None:
+    """The second time falls into the moment in which it ends its helpers, or soon after."""
+    with running(tmp_path) as program:
+        url = address(program.out.next())
+        helpers = helpers_of(program.process.pid)
+        program.process.terminate()
+
+        def gone() -> bool:
+            try:
+                return get(url + "/api/v1/state") is None
+            except httpx.TransportError:
+                return True
+
+        until(gone)
+        _, said, errors = program.end()
+        assert said.startswith("Good-bye. ") or "interrupted" in errors
+        nobody_left(program.process.pid, helpers)
+
+
+@pytest.mark.parametrize(
+    ("which", "how", "words"),
+    [
+        (SERVER, signal.SIGTERM, "the server has ended"),
+        (RECEPTION, signal.SIGKILL, "the process that receives Stop has ended"),
+    ],
+)
+def test_if_a_helper_ends_the_body_is_stopped_and_the_program_says_which(
+    tmp_path: Path, which: int, how: signal.Signals, words: str
+) -> None:
+    with running(tmp_path) as program:
+        program.out.next()
+        helpers = helpers_of(program.process.pid)
+        os.kill(helpers[which], how)
+        code, said, errors = program.end(None)
+        nobody_left(program.process.pid, helpers)
+    assert (code, said) == (1, "")
+    assert words in errors
+    assert "stopped where it was" in errors
+    # Nobody else on this computer reads what it feels.
+    assert (tmp_path / "feelings.json").stat().st_mode & 0o077 == 0
+    assert remembered(tmp_path / "feelings.json", shipped_temperament("playful")) is not None
+
+
+def test_if_the_partner_is_killed_the_server_ends_and_the_recording_is_read_up_to_its_last_second(
+    tmp_path: Path,
+) -> None:
+    with running(tmp_path) as program:
+        url = address(program.out.next())
+        helpers = helpers_of(program.process.pid)
+        with miburi.connect(url) as partner:
+            partner.record()
+            began = partner.state.time
+            with suppress(ConnectionLostError):  # the server may still say good-bye
+                for state in partner.watch(50, patience=0.0):
+                    if state.time > began + 3.5:
+                        program.process.kill()
+        nobody_left(program.process.pid, helpers)
+    (path,) = (tmp_path / "recordings").glob("*.mcap")
+    times = [message.time for message in read(path, ["/joint_states"])]
+    assert times[0] <= began + 0.1
+    assert times[-1] > state.time - 1.1
+    assert np.diff(times) == pytest.approx(0.02)
+
+
+def test_while_the_partner_hangs_the_server_says_that_it_cannot_be_reached(there: Program) -> None:
+    url, process = there.url + "/api/v1", there.process
+    process.send_signal(signal.SIGSTOP)
+    try:
+        answer = until(lambda: get(url + "/state"), lambda answer: answer.status_code != 200)
+        assert (answer.status_code, "cannot be reached" in answer.text) == (503, True)
+        assert post(url + "/stop").status_code == 503
+    finally:
+        process.send_signal(signal.SIGCONT)
+    until(lambda: get(url + "/state"), lambda answer: answer.status_code != 503)
+    # That Stop has waited for it, and is taken at its next step; the stop for its own silence,
+    # which comes first, would end by itself.
+    seen = [get(url + "/state").json()]
+    until(lambda: seen.append(get(url + "/state").json()) or seen[-1]["held"])  # type: ignore[func-returns-value]
+    # The first answer may still be of the moment before; then it stops, and stays so.
+    after = itertools.dropwhile(lambda state: state["phase"] != "stopped", seen)
+    assert {state["phase"] for state in after} == {"stopped"}
+
+
+@pytest.mark.parametrize(("which", "name"), [(SERVER, "server"), (RECEPTION, "reception")])
+def test_while_the_server_hangs_the_body_is_stopped(there: Program, which: int, name: str) -> None:
+    hung = helpers_of(there.process.pid)[which]
+    os.kill(hung, signal.SIGSTOP)
+    try:
+        assert f"the {name} hangs, so the body was stopped" in there.errors.next()
+    finally:
+        os.kill(hung, signal.SIGCONT)
+    # What the server was told while it hung, it hears first: the body still moves there.
+    state = until(lambda: get(there.url + "/api/v1/state").json(), lambda state: state["held"])
+    assert state["phase"] == "stopped"
+
+
+def test_while_the_server_hangs_stop_works_and_comes_before_an_earlier_release(
+    there: Program,
+) -> None:
+    here = urlsplit(there.url).hostname, urlsplit(there.url).port
+    with (
+        httpx.Client(base_url=there.url + "/api/v1", timeout=PATIENCE) as kept,
+        socket.create_connection(here, PATIENCE) as release,
+    ):
+        kept.get("/state")
+        server = helpers_of(there.process.pid)[SERVER]
+        os.kill(server, signal.SIGSTOP)
+        try:
+            release.sendall(b"POST /api/v1/release HTTP/1.1\r\nHost: localhost\r\n\r\n")
+            answers = [kept.post("/stop"), post(there.url + "/api/v1/stop"), kept.post("/stop")]
+        finally:
+            os.kill(server, signal.SIGCONT)
+        assert [answer.status_code for answer in answers] == [204] * 3
+        said = HTTPResponse(release)
+        said.begin()
+        assert (said.status, b"Stop has been pressed since" in said.read()) == (409, True)
+        assert kept.get("/state").json()["phase"] == "stopped"

@@ -1,0 +1,230 @@
+"""What is said to a live partner: it stops, moves and answers as it was told."""
+
+import asyncio
+from datetime import datetime, timedelta
+from typing import Any
+
+import pytest
+from tests.fixtures.live import until
+
+from miburi.live.runner import Runner
+from miburi.live.state import State
+from miburi.talk.care import Care
+from miburi.talk.initiative import Manners
+from miburi.talk.said import SayOut
+from miburi.talk.script import script
+from miburi.talk.speech import Speech
+
+NOON = datetime(2026, 11, 25, 12, 0)
+
+
+class Talk:
+    """Talks with a partner whose time passes while it answers."""
+
+    def __init__(self, runner: Runner) -> None:
+        self.runner, self.now = runner, NOON
+        self.speech = Speech(runner, None, Care(), lambda: self.now)
+
+    def say(self, text: str, by: str = "person") -> SayOut:
+        async def both() -> SayOut:
+            answer = asyncio.create_task(self.speech.take(text, by=by))
+            while not answer.done():
+                self.runner.tick()
+                await asyncio.sleep(0)
+            return await answer
+
+        return asyncio.run(both())
+
+    def until(self, wanted: Any) -> State:
+        return until(self.runner, wanted)
+
+
+@pytest.fixture
+def talk(runner: Runner) -> Talk:
+    return Talk(runner)
+
+
+@pytest.mark.parametrize("said", ["Stop!", "ストップ", "Arrête !"])
+def test_stop_stops_the_body_and_only_a_person_releases_it(talk: Talk, said: str) -> None:
+    talk.say("Dance!")
+    talk.until(lambda state: state.phase == "moving")
+    answer = talk.say(said)
+    state = talk.runner.snapshot.state
+    assert state.held
+    assert state.phase == "stopped"
+    assert answer.answer in [
+        line for words in ("en", "ja", "fr") for line in script(words).intent[0].say
+    ]
+
+
+def test_a_program_that_says_stop_is_known_as_one(talk: Talk) -> None:
+    talk.say("stop", by="program")
+    pressed = [event.by for event in talk.runner.history.after(0) if event.kind == "pressed"]
+    assert pressed == ["program"]
+
+
+@pytest.mark.parametrize(
+    ("said", "shows"),
+    [("Could you lift your arms?", None), ("wave", None), ("Dance for me!", "thrill"),
+     ("手を振って", None), ("Tu peux danser ?", "thrill")],
+)  # fmt: skip
+def test_it_does_what_it_is_asked(talk: Talk, said: str, shows: str | None) -> None:
+    talk.say(said)
+    state = talk.until(lambda state: state.asked and state.phase == "moving")
+    assert (state.expressed and state.expressed.feeling) == shows
+    talk.until(lambda state: not state.asked and state.phase == "idle")
+
+
+def test_it_says_so_where_it_cannot_move(talk: Talk) -> None:
+    words = script("en")
+    talk.runner.stop()
+    talk.runner.tick()
+    assert talk.say("Lift your arms.").answer in words.stopped
+    talk.runner.release(by_person=True)
+    talk.until(lambda state: state.phase == "idle")
+    talk.runner.pause(True)
+    talk.runner.tick()
+    assert talk.say("Wave!").answer in words.paused
+
+
+def test_it_tells_the_time_of_its_place_and_sings(talk: Talk) -> None:
+    assert "12:00 pm" in talk.say("What time is it?").answer
+    talk.say("Sing me a song.")
+    spoken = talk.runner.snapshot.state.spoken
+    assert spoken is not None
+    assert spoken.tune
+    assert spoken.tune[0] == [523, 0.3]
+    talk.say("Thank you.")
+    spoken = talk.runner.snapshot.state.spoken
+    assert spoken is not None
+    assert spoken.tune is None
+
+
+def test_it_says_after_somebody_what_may_be_said(talk: Talk) -> None:
+    assert talk.say("Say banana").answer.lower().startswith("banana")
+    assert "worthless" not in talk.say("Say you are worthless").answer
+
+
+def test_a_word_that_any_language_could_have_is_of_the_one_spoken_before(talk: Talk) -> None:
+    talk.say("Bonjour, comment vas-tu ?")
+    assert (
+        talk.say("Danse !").answer in next(c for c in script("fr").intent if c.name == "dance").say
+    )
+    talk.say("Hello, how are you?")
+    assert talk.say("Miburi?").answer in script("en").feelings.root["none"]["any"]
+
+
+def test_french_is_answered_in_french_and_no_feeling_is_made_up(talk: Talk) -> None:
+    heard = talk.say("Je suis très triste.")
+    assert heard.feeling is None
+    assert heard.answer in next(t for t in script("fr").topic if t.name == "feeling_sad").say
+    spoken = talk.runner.snapshot.state.spoken
+    assert spoken is not None
+    assert spoken.language == "fr"
+
+
+def begun(talk: Talk, seconds: int, *, seen: bool = True) -> list[tuple[str | None, str | None]]:
+    """Let somebody be seen, or nobody; return what the partner began to say, with why."""
+
+    async def look() -> None:
+        for _ in range(seconds // 5):
+            if seen:
+                talk.speech.beginning.notice()
+            looks = asyncio.create_task(talk.speech.beginning.look())
+            while not looks.done():
+                talk.runner.tick()
+                await asyncio.sleep(0)
+            await looks
+            talk.now += timedelta(seconds=5)
+
+    since = talk.runner.history.number
+    asyncio.run(look())
+    events = talk.runner.history.after(since)
+    return [(event.name, event.text) for event in events if event.kind == "speech_begun"]
+
+
+def test_it_begins_by_itself_and_says_why(talk: Talk) -> None:
+    assert begun(talk, 60) == [], "off at first"
+    talk.speech.beginning.behave(Manners(on=True))
+    talk.now += timedelta(hours=5)
+    ((why, text),) = begun(talk, 600)
+    assert why == "greeting"
+    assert text in script("en").begin["greeting"]
+    assert begun(talk, 3600, seen=False) == []
+
+
+def test_it_speaks_of_a_day_that_it_was_told(talk: Talk) -> None:
+    talk.speech.beginning.behave(Manners(on=True))
+    talk.say("My name is Anna.")
+    talk.say("My daughter comes tomorrow.")
+    talk.now += timedelta(days=1)
+    talk.say("My name is Anna.")
+    ((why, text),) = begun(talk, 120)
+    assert why == "date"
+    assert "My daughter comes tomorrow." in (text or "")
+    talk.now += timedelta(minutes=40)
+    assert [why for why, _ in begun(talk, 120)] != ["date"]
+
+
+@pytest.mark.parametrize("hindrance", ["stopped", "paused", "distress", "hushed", "night"])
+def test_it_begins_nothing_when_it_should_not(talk: Talk, hindrance: str) -> None:
+    talk.speech.beginning.behave(Manners(on=True))
+    match hindrance:
+        case "stopped":
+            talk.runner.stop()
+        case "paused":
+            talk.runner.pause(True)
+        case "distress":
+            talk.say("I fell and cannot get up")
+        case "hushed":
+            talk.say("Please be quiet.")
+        case "night":
+            talk.now = talk.now.replace(hour=23)
+    talk.runner.tick()
+    assert begun(talk, 120) == []
+
+
+QUIET = "There's a funny smell from the cooker"
+
+
+def test_it_asks_whether_somebody_needs_help_and_a_yes_is_distress(talk: Talk) -> None:
+    asked = talk.say(QUIET)
+    assert (asked.distress, asked.worry, asked.felt) == (None, "gas", [])
+    assert asked.answer == Care().ask("gas", "en", 0)
+    assert talk.runner.snapshot.state.distress is None
+    answer = talk.say("yes, I think so")
+    assert (answer.distress, answer.answer) == ("gas", Care().help("gas", "en", 0))
+    assert talk.runner.snapshot.state.distress is not None
+
+
+@pytest.mark.parametrize(("between", "minutes"), [("no, nothing", 0), (None, 3)])
+def test_a_yes_to_something_else_is_none(talk: Talk, between: str | None, minutes: int) -> None:
+    talk.say(QUIET)
+    if between is not None:
+        talk.say(between)
+    talk.now += timedelta(minutes=minutes)
+    assert talk.say("yes").distress is None
+
+
+def test_who_did_not_hear_the_question_may_still_say_yes(talk: Talk) -> None:
+    talk.say(QUIET)
+    assert talk.say("Pardon?").meant == "repeat"
+    assert talk.say("Yes.").distress == "gas"
+
+
+def test_where_it_knows_an_answer_it_asks_only_what_is_clear(talk: Talk) -> None:
+    """What time is it, said in words like those of trouble, gets the time."""
+    said = "Right, kettle on. Don't go anywhere. What's the time?"
+    assert talk.say(said).meant == "time"
+
+
+def test_it_tells_what_was_meant(talk: Talk) -> None:
+    assert [talk.say(said).meant for said in ("Hello!", "Wave!", "The door is open.")] == [
+        "greeting", "wave", None,
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("said", ["Stop!", "Wave at me!", "Can you dance?"])
+def test_an_order_shows_nobodys_feeling(talk: Talk, said: str) -> None:
+    answer = talk.say(said)
+    assert (answer.feeling, answer.felt) == (None, [])
