@@ -371,12 +371,17 @@ class Xl330 {
   // Collects what the servos say; false when they have fallen silent before `enough` bytes.
   bool receive(uint8_t enough) {
     while (received_ < enough) {
+      // A byte comes every 160 cycles, and Serial1 keeps 63 of up to 184: there is no time to look
+      // at the clock for each.
+      const uint8_t before = received_;
       int byte;
       while (received_ < sizeof buffer_ && (byte = io_.bus_read()) >= 0) {
         buffer_[received_++] = static_cast<uint8_t>(byte);
-        heard_at_ = io_.micros();
       }
       const uint32_t time = io_.micros();
+      if (received_ != before) {
+        heard_at_ = time;
+      }
       if (received_ == sizeof buffer_ || time - heard_at_ > patience_ ||
           time - since_ > static_cast<uint32_t>(LONGEST) + patience_) {
         return false;

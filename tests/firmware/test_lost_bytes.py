@@ -4,7 +4,9 @@
 """
 
 import os
+from collections import Counter
 from collections.abc import Callable, Container
+from itertools import accumulate
 from pathlib import Path
 
 import pytest
@@ -100,6 +102,25 @@ def test_a_servo_that_missed_the_first_copy_is_expected_later_than_the_others(ri
         rig.body.move(plan_move(rig.robot, rig.body.state.angles, there, seconds))
         assert missed
         assert rig.settle() is Phase.IDLE, (seconds, rig.body.state.stop)
+
+
+def test_a_card_keeps_up_with_servos_that_answer_without_a_pause(rig: Rig) -> None:
+    """Built by GCC 14, it looked at the clock too often to take all bytes in, and was deaf."""
+    answer, heard = rig.bus.answer, Counter[bytes]()
+
+    def at_once(data: bytes, time: float, baud: int = 1_000_000) -> list[tuple[float, bytes]]:
+        said = answer(data, time, baud)
+        heard[data[7:9]] += 1
+        places = accumulate((len(packet) * 1e7 / baud for _, packet in said), initial=0.0)
+        return [
+            (said[0][0] + place, packet) for place, (_, packet) in zip(places, said, strict=False)
+        ]
+
+    rig.bus.answer = at_once  # type: ignore[method-assign]
+    for _ in range(3):
+        rig.body.move(rig.random_move())
+        assert rig.settle() is Phase.IDLE, rig.body.state.stop
+    assert heard[CHECK] == 3  # nobody had to be asked again
 
 
 def test_no_packet_of_a_release_is_so_dear_that_its_damage_fails_it(rig: Rig) -> None:
