@@ -6,6 +6,7 @@ import sqlite3
 import subprocess
 import sys
 import threading
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -108,7 +109,7 @@ def test_a_logger_that_was_killed_begins_where_it_was(server: Server, tmp_path: 
             while not logger.stdout.readline().endswith("gesture_ended\n"):
                 pass
             logger.kill()
-    with sqlite3.connect(path) as file:
+    with closing(sqlite3.connect(path)) as file:
         kept = [row[0] for row in file.execute("SELECT id FROM events ORDER BY rowid")]
     numbers = [int(one.partition(":")[2]) for one in kept]
     assert numbers == [*range(1, len(numbers) + 1)], "none is missing, and none twice"

@@ -2,6 +2,7 @@
 
 import itertools
 import sqlite3
+from contextlib import closing
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -120,7 +121,7 @@ def test_events_that_a_full_disk_did_not_take_are_a_gap(tmp_path: Path) -> None:
     log = kept(tmp_path)
     cursor = log.note(0.0, "stop").cursor
     log.close()
-    with sqlite3.connect(tmp_path / "events.sqlite") as file:
+    with closing(sqlite3.connect(tmp_path / "events.sqlite")) as file, file:
         log = kept(tmp_path)
         for number in range(2 * LOGGED):
             log.note(0.0, "refused", name=str(number))

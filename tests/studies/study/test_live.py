@@ -43,9 +43,13 @@ class Stage:
     ) -> None:
         self.runner, self._then, self._hidden = runner, then, hidden
         self.asked: list[Expression] = []
+        #: What somebody is shown first, though it is over.
+        self.before: State | None = None
 
     def watch(self, rate: float = 30.0, patience: float = 0.0) -> Generator[State, None, None]:
         under_way = 0
+        if self.before is not None:
+            yield self.before
         for step in itertools.count():
             (state,) = run(self.runner, STEP)
             under_way += state.asked
@@ -67,6 +71,16 @@ class Stage:
 
 def gestures(runner: Runner) -> list[str | None]:
     return [entry.feeling for entry in runner.history.after(0) if entry.kind == "gesture_begun"]
+
+
+def test_nothing_is_asked_of_a_robot_that_was_stopped_just_before(runner: Runner) -> None:
+    """It was: a Stop is answered before states show it. After the release, nobody looked."""
+    stage = Stage(runner)
+    stage.before = runner.snapshot.state
+    runner.stop()
+    run(runner, STEP)
+    assert show(stage, FEAR) == Showing(Ending.STOPPED, begun=False)
+    assert stage.asked == []
 
 
 def test_a_gesture_is_made_once_from_its_beginning_to_its_end(runner: Runner) -> None:

@@ -8,6 +8,7 @@ partner began, and small notes, such as how far a home has been told.
 import sqlite3
 import sys
 import threading
+import weakref
 from collections.abc import Iterable
 from contextlib import suppress
 from datetime import timedelta
@@ -74,6 +75,7 @@ class EventStore:
                 self._file = self._open()
         except (sqlite3.Error, OSError) as error:
             raise OutputError(f"{path}: events cannot be kept there: {error}.") from error
+        weakref.finalize(self, self._file.close)  # a log that is let go leaves no file open
 
     def _open(self) -> sqlite3.Connection:
         file = sqlite3.connect(self._path, timeout=5.0, check_same_thread=False)

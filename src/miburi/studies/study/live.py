@@ -105,7 +105,8 @@ class _View:
             if (hindered := _hindrance(state)) is not None:
                 return hindered
             if latest is None:
-                if state.expressed is None and state.phase != "returning":
+                # A Stop is answered a step before states show it, so the first one may be too old.
+                if looks and state.expressed is None and state.phase != "returning":
                     latest = state.cursor
                     robot.express(self._expression)
             elif self._is_shown(state):
