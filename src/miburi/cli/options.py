@@ -1,5 +1,6 @@
 """The options that several commands share, and the functions that read the files they name."""
 
+import os
 import sys
 from collections.abc import Iterable
 from pathlib import Path
@@ -85,7 +86,7 @@ def robot_of(file: Path | None, servo: str | None = None) -> "Robot":
     from miburi.robot import iphonoid, load_robot
     from miburi.servos import load_servo
 
-    if file is not None and file.suffix != ".toml" and not file.exists():
+    if file is not None and file.suffix != ".toml" and not os.path.exists(file):  # noqa: PTH110
         raise InputError(
             f"--robot: there is no file {file}; `miburi template robot NAME > mine.toml` writes "
             "the description of a robot that ships."

@@ -1,5 +1,6 @@
-"""Look at a place to write to before the work begins; these are callbacks of options."""
+"""Look at a place to write to before the work begins; the first two are callbacks of options."""
 
+import os
 import tempfile
 from pathlib import Path
 
@@ -7,7 +8,7 @@ import typer
 
 from miburi.errors import InputError, OutputError
 
-__all__ = ["a_file", "a_folder"]
+__all__ = ["a_file", "a_folder", "check_folder"]
 
 
 def a_file(param: typer.CallbackParam, place: Path | None) -> Path | None:
@@ -16,17 +17,29 @@ def a_file(param: typer.CallbackParam, place: Path | None) -> Path | None:
     Raises
     ------
     InputError
-        It is a folder.
+        It is a folder, or something else that is no file.
     OutputError
         Nothing can be written there.
     """
-    if place is not None and place.is_dir():
+    if place is None:
+        return None
+    if os.path.isdir(place):  # noqa: PTH112  (pathlib raises where one may not look)
         raise InputError(f"{_name(param)}: {place} is a folder, and a file is needed.")
-    return None if place is None else _tried(param, place, place.parent)
+    if os.path.exists(place) and not os.path.isfile(place):  # noqa: PTH110, PTH113
+        raise InputError(f"{_name(param)}: {place} is no file that can be replaced.")
+    _try(_name(param), place, place.parent)
+    return place
 
 
 def a_folder(param: typer.CallbackParam, place: Path | None) -> Path | None:
-    """Return a folder's place if it can be written there, or made there.
+    """Return a folder's place if it can be written there, or made there; see check_folder."""
+    if place is not None:
+        check_folder(_name(param), place)
+    return place
+
+
+def check_folder(option: str, place: Path) -> None:
+    """Check that a folder can be written to, or made.
 
     Raises
     ------
@@ -35,21 +48,21 @@ def a_folder(param: typer.CallbackParam, place: Path | None) -> Path | None:
     OutputError
         Nothing can be written there.
     """
-    if place is not None and place.exists() and not place.is_dir():
-        raise InputError(f"{_name(param)}: {place} is a file, and a folder is needed.")
-    return None if place is None else _tried(param, place, place)
+    if os.path.exists(place) and not os.path.isdir(place):  # noqa: PTH110, PTH112
+        raise InputError(f"{option}: {place} is a file, and a folder is needed.")
+    _try(option, place, place)
 
 
-def _tried(param: typer.CallbackParam, place: Path, folder: Path) -> Path:
-    nearest = folder.absolute()
-    while not nearest.exists():
-        nearest = nearest.parent
+def _try(option: str, place: Path, folder: Path) -> None:
     try:
+        nearest = folder.absolute()
+        while not os.path.exists(nearest) and nearest != nearest.parent:  # noqa: PTH110
+            nearest = nearest.parent
         with tempfile.TemporaryFile(dir=nearest):
-            return place
+            pass
     except OSError as error:
         raise OutputError(
-            f"{_name(param)}: {place} cannot be written: {error.strerror}. Choose another place."
+            f"{option}: {place} cannot be written: {error.strerror}. Choose another place."
         ) from error
 
 

@@ -24,7 +24,6 @@ from miburi.cli.options import (
     temperament_of,
     warn_of_misfits,
 )
-from miburi.cli.places import a_folder
 from miburi.errors import InputError
 from miburi.ground.log import LEVELS, VARIABLE, log_to_stderr
 
@@ -112,7 +111,6 @@ def run(
         typer.Option(
             help="Folder for token, feelings and recordings; default: ~/.local/state/miburi.",
             show_default=False,
-            callback=a_folder,
         ),
     ] = None,
     forget: Annotated[
@@ -152,6 +150,8 @@ def run(
         raise InputError("--servo is for the simulated body; a card has servos of its own.")
     if serial is not None and body != "card":
         raise InputError(f"--serial {serial} is for a card; give --body card, too.")
+    if folder is not None and folder.is_file():
+        raise InputError(f"--folder: {folder} is a file, and a folder is needed.")
     from miburi.host.server import Wish, serve
     from miburi.serving.addresses import EVERYWHERE
     from miburi.serving.origins import check_origin

@@ -105,6 +105,8 @@ def listen(
 
 
 def _check_sound(file: Path) -> None:
+    if file.is_fifo() or file.suffix in (".raw", ".pcm"):
+        return  # what is read of a pipe is gone
     try:
         with file.open("rb") as sound:
             begins = sound.read(4)
@@ -113,7 +115,7 @@ def _check_sound(file: Path) -> None:
     if begins != b"RIFF":
         raise InputError(
             f"{file} is no WAV file; `ffmpeg -i {file} -ar 16000 -ac 1 -c:a pcm_s16le OUT.wav` "
-            "makes one of most sounds. Raw sound comes by standard input."
+            "makes one from most sound files. Raw sound comes by standard input, or as .raw."
         )
 
 

@@ -1,6 +1,8 @@
 """``miburi study …``: parse the arguments, call, print."""
 
+import io
 import os
+import sys
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -116,7 +118,9 @@ def text(
         str | None, typer.Option(help="One of the study's languages; default: all of them.")
     ] = None,
 ) -> None:
-    """Print all that a participant reads, such as for an ethics board."""
+    """Print what a participant reads, such as for an ethics board; small notices are left out."""
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(encoding="utf-8")  # it goes into a file, on Windows, too
     from miburi.studies.study.plan import load_study
     from miburi.studies.study.texts import participant_text
 

@@ -20,9 +20,9 @@ def to_ros(
     robot: RobotFile = None,
 ) -> None:
     """Write a recording with ROS 2's messages, for its tools."""
-    need("cyclonedds", "ros")
     if recording.resolve() == out.resolve():
         raise InputError(f"{out} would be written over itself; choose another file to write.")
+    need("cyclonedds", "ros")
     from miburi.doors.ros_recording import convert_recording
 
     print(f"{convert_recording(recording, robot_of(robot), out)} messages in {out}.")

@@ -139,7 +139,7 @@ def calibrate(
     from miburi.studies.trials.workshop import calibrate_servos
 
     body = robot_of(robot, servo)
-    print("Moving every joint freely, for about ten seconds here.", file=sys.stderr)
+    print("Moving every simulated joint freely; this takes about ten seconds.", file=sys.stderr)
     done = calibrate_servos(body, seed)
     note = f"Contact rule of {body.name}: servos identified from free moves, seed {seed}."
     with whole_files(out.parent) as draft:

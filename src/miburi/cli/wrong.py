@@ -42,7 +42,12 @@ class Explaining(TyperGroup):
         ]
         if having:
             example = "run" if "run" in having else having[0]
-            error.message += f" here. It belongs behind a command: miburi {example} {option} …"
+            error.possibilities = []
+            error.message += f" here. It belongs after a command: miburi {example} {option} …"
+
+
+def _takes_words(error: Any) -> bool:
+    return any(param.param_type_name == "argument" for param in error.ctx.command.params)
 
 
 def _complete(error: Any) -> None:
@@ -50,9 +55,10 @@ def _complete(error: Any) -> None:
     cause, words = error.__cause__, getattr(error, "message", "")
     if isinstance(cause, ValidationError):
         first = cause.errors()[0]
-        needed = _NEEDED.get(first["type"], words.rstrip("."))
-        error.message = f"{needed}; got {first['input']!r}."
-    elif "unexpected extra argument" in words:
+        needed = _NEEDED.get(first["type"], words.removeprefix("Value error, ").rstrip("."))
+        got = repr(first["input"])
+        error.message = f"{needed}." if got in needed else f"{needed}; got {got}."
+    elif "unexpected extra argument" in words and _takes_words(error):
         error.message += ". Put words that belong together into quotes."
     elif "requires" in words and words.endswith("arguments."):
         error.message += " Put spaces between them, such as 0.1 0 0.2."

@@ -264,7 +264,7 @@ def _asking(router: APIRouter, runner: LivePartner, speech: Speech) -> None:
 
         "Stop" stops all motors; "wave" or "lift your arms" is performed.
         """
-        return await speech.take(wish.text, wish.tone, by)
+        return await speech.take(wish.text, tone=wish.tone, by=by)
 
     noticing = Allowance(NOTICED_RATE, NOTICED_BURST)
 

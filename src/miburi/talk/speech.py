@@ -87,7 +87,7 @@ class Speech:
         self._counted = partner.history.number
         self._leaning: Array | None = None
 
-    async def take(self, said: str, tone: Tone = "plain", by: str = "person") -> SayOut:
+    async def take(self, said: str, *, tone: Tone = "plain", by: str = "person") -> SayOut:
         """Let the partner feel with what was said, and answer it.
 
         "Stop" stops the body before anything else. What was overtaken by another sentence gets no
@@ -99,6 +99,8 @@ class Speech:
         ----------
         said
             The sentence.
+        tone
+            How it was said; it weighs what the words say.
         by
             Who says it, as for :func:`miburi.serving.press.who`.
         """

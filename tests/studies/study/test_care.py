@@ -192,18 +192,23 @@ def test_the_last_page_says_what_it_was_about_and_leads_on(tmp_path: Path) -> No
     assert 'href="https://panel.example/done?x=1"' in page
 
 
-def test_who_stops_early_reads_what_it_was_about_and_may_go_on(tmp_path: Path) -> None:
+def test_who_stops_early_reads_what_it_was_about_and_answers_no_more(tmp_path: Path) -> None:
     lab = Lab(tmp_path, CAREFUL)
     assert lab.visitor().get(f"{lab.home}/stop", follow_redirects=False).status_code == 303
     person = Person(lab, careful)
     person.answer()
     before = person.browser.get(f"{lab.home}/page").text
     assert f'href="{lab.home}/stop"' in before
-    left = person.browser.get(f"{lab.home}/stop").text
+    asked = person.browser.get(f"{lab.home}/stop").text
+    assert "It was about gestures." not in asked
+    assert person.browser.get(f"{lab.home}/page").text == before
+    left = person.browser.post(f"{lab.home}/stop").text
     assert "It was about gestures." in left
     assert person.code in left
     assert "panel.example" not in left  # the panel would take it for the end
-    assert person.browser.get(f"{lab.home}/page").text == before
+    # Whoever knows what it is about answers no more, and the next one at a tablet begins anew.
+    page = person.browser.get(f"{lab.home}/page", follow_redirects=False)
+    assert page.headers["location"] == lab.home
     assert lab.store.counts(len(lab.study.steps)).finished == 0
 
 

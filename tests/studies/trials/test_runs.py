@@ -135,7 +135,8 @@ def test_a_killed_command_resumes_to_the_same_file(tmp_path: Path) -> None:
     out, again = tmp_path / "a.parquet", tmp_path / "b.parquet"
     running = Program(*command, "--out", out, "--workers", "1")
     journal = tmp_path / ".a.parquet.journal"
-    until(lambda: journal.exists() and journal.read_bytes().count(b"\n") > 1)
+    # It may have to compile, beside other tests.
+    until(lambda: journal.exists() and journal.read_bytes().count(b"\n") > 1, seconds=120)
     running.end(signal.SIGKILL)
     known = journal.read_bytes().count(b"\n")
     assert 1 < known <= 3

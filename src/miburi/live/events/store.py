@@ -79,10 +79,14 @@ class EventStore:
 
     def _open(self) -> sqlite3.Connection:
         file = sqlite3.connect(self._path, timeout=5.0, check_same_thread=False)
-        file.execute("PRAGMA journal_mode=WAL")
-        file.execute("PRAGMA synchronous=NORMAL")
-        file.execute("PRAGMA secure_delete=ON")
-        file.executescript(_TABLES)
+        try:
+            file.execute("PRAGMA journal_mode=WAL")
+            file.execute("PRAGMA synchronous=NORMAL")
+            file.execute("PRAGMA secure_delete=ON")
+            file.executescript(_TABLES)
+        except sqlite3.Error:
+            file.close()
+            raise
         return file
 
     def close(self) -> None:

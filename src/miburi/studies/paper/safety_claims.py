@@ -4,6 +4,8 @@ Each function takes the :class:`~miburi.studies.paper.runs.Runs` and returns one
 :class:`~miburi.studies.paper.claim.Claim`; its name is the claim's name.
 """
 
+from math import ceil
+
 import numpy as np
 
 from miburi.safety.contact import PAPER_RATIO
@@ -79,12 +81,13 @@ def period_and_card(runs: Runs) -> Claim:
     sentence = "p is “balanced by the Arduino card's computing power”."
     if (card := runs.on_card) is None:
         return Claim("2", sentence, ClaimVerdict.UNKNOWN, _NOT_BUILT)
-    median, longest = 1e3 * np.median(card.gaps), 1e3 * card.gaps.max()
+    # To the next 5 ms: it depends on the compiler that built the firmware.
+    median, longest = 1e3 * np.median(card.gaps), 5 * ceil(200 * card.gaps.max())
     return Claim(
         "2",
         sentence,
         holds(longest < 100),
-        f"the card reads all eight servos each {median:.0f} ms (at most {longest:.0f} ms), so a "
+        f"the card reads all eight servos each {median:.0f} ms (at most {longest} ms), so a "
         f"period of 0.1 s has {100 / longest:.0f} to {100 / median:.0f} readings",
         "ATmega2560 at 16 MHz, emulated; bus at 1 Mbit/s",
     )

@@ -105,7 +105,8 @@ def make_app(
         Route(f"{home}/page", _posted(pages.answer), methods=["POST"]),
         Route(f"{home}/perform", _posted(pages.perform), methods=["POST"]),
         Route(f"{home}/next", _posted(pages.leave), methods=["POST"]),
-        Route(f"{home}/stop", pages.stop),
+        Route(f"{home}/stop", pages.ask_to_stop),
+        Route(f"{home}/stop", _posted(pages.stop), methods=["POST"]),
         Route(f"{home}/withdraw", pages.ask_to_withdraw),
         Route(f"{home}/withdraw", _posted(pages.withdraw), methods=["POST"]),
         Route(f"{home}/film/{{key}}", pages.film),
@@ -244,13 +245,20 @@ class _Pages:
         response.delete_cookie(COOKIE, self.home)
         return response
 
-    def stop(self, request: Request) -> Response:
-        """Debrief somebody who stops early; they may still go on."""
-        who = self._who(request)
-        if who is None:
+    def ask_to_stop(self, request: Request) -> Response:
+        """Ask somebody who wants to stop early whether they do."""
+        if (who := self._who(request)) is None:
+            return RedirectResponse(self.home, 303)
+        return self._show("stopping.html", who.language, code=request.cookies[COOKIE])
+
+    def stop(self, request: Request, _form: Form) -> Response:
+        """Tell somebody who stops early what it is about; this browser cannot go on after that."""
+        if (who := self._who(request)) is None:
             return RedirectResponse(self.home, 303)
         self._turns.leave(who.number)
-        return self._show("stopped.html", who.language, code=request.cookies[COOKIE])
+        response = self._show("stopped.html", who.language, code=request.cookies[COOKIE])
+        response.delete_cookie(COOKIE, self.home)
+        return response
 
     def ask_to_withdraw(self, request: Request) -> Response:
         """Ask for the code."""

@@ -20,8 +20,8 @@ def page_words() -> dict[str, dict[str, str]]:
 def participant_text(study: Study, language: str) -> str:
     """Return what a participant reads from the first page to the last, to show to a board.
 
-    Each question is there once, however often it comes. The notices of a study with the robot in
-    the room are left out.
+    Each question is there once, however often it comes. Small notices are left out, such as that a
+    film is for practice, and those of a study with the robot in the room.
     """
     words = page_words()[language]
     kept = [words["privacy"], *([words["times"]] if study.times else [])]
@@ -37,8 +37,15 @@ def participant_text(study: Study, language: str) -> str:
     parts += [f"{words['code']} K7QM-2XHD · {words['withdraw']} · {words['stop']}"]
     debriefing = [pick(study.debriefing, language)] if study.debriefing else []
     leads = [f"{words['completion']}: {study.completion}"] if study.completion else []
-    parts += [f"# {words['thanks']}", words["finished"], *debriefing, *leads, words["write_down"]]
-    parts += [f"# {words['left_title']}", words["left"], *debriefing]
+    parts += [
+        f"# {words['thanks']}",
+        words["finished"],
+        *debriefing,
+        *leads,
+        f"{words['write_down']} K7QM-2XHD",
+    ]
+    parts += [f"# {words['stop']}", words["stopping"]]
+    parts += [f"# {words['left_title']}", f"{words['left']} K7QM-2XHD", *debriefing]
     parts += [f"# {words['withdraw_title']}", words["withdraw_words"]]
     return "\n\n".join(parts) + "\n"
 
