@@ -17,7 +17,7 @@ import time
 
 import numpy as np
 
-#: What is typed, and the longest that it is left alone, in s.
+#: Each command line, and the longest time before it is interrupted, in s.
 LINES = {
     "run --headless --port 0 --folder home": 12.0,
     "ik --right 0.1 -0.1 0.2 --left 0.1 0.1 0.2 --head 0.0279 0 0.1987": 8.0,

@@ -66,7 +66,7 @@ def run(
             f"{study.unfilled[0]}. Write what people must know there, or try the pages out with "
             "--rehearsal."
         )
-    # Loaded only now: what is wrong with the file is said at once.
+    # These load slowly, so the checks above come first.
     from miburi.interface.client import connect
     from miburi.studies.study.films import draw_missing, find_films
     from miburi.studies.study.report import ANSWERS, REHEARSED

@@ -1,4 +1,4 @@
-"""What the server's process is given."""
+"""The arguments of the server's process."""
 
 import socket
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What came of something that was said, as a pydantic model that OpenAPI describes."""
+"""The answer to a remark, as a pydantic model that OpenAPI describes."""
 
 from pydantic import BaseModel, Field
 
