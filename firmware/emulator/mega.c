@@ -5,7 +5,8 @@
  * contains it nor needs it, but to emulate a card.
  *
  * What libsimavr 1.6 gets wrong for us is put right here: bytes take 10 bit times, not 11; three
- * unread bytes are the most that an UART keeps; sleep jumps to the next event instead of waiting.
+ * unread bytes are the most that an UART keeps; whether there is room for a byte to send cannot be
+ * written, only read; sleep jumps to the next event instead of waiting.
  */
 #include <simavr/avr_eeprom.h>
 #include <simavr/avr_extint.h>
@@ -70,6 +71,12 @@ static void on_output(avr_irq_t *irq, uint32_t value, void *param) {
   p->last_sent = p->avr->cycle;
 }
 
+static void on_status(avr_t *avr, avr_io_addr_t address, uint8_t value, void *param) {
+  port_t *p = param;
+  (void)address, (void)value;
+  if (p->uart->tx_cnt < 2) avr_regbit_set(avr, p->uart->udrc.raised);
+}
+
 static void no_sleep(avr_t *avr, avr_cycle_count_t how_long) { (void)avr, (void)how_long; }
 
 static void no_log(avr_t *avr, const int level, const char *format, va_list list) {
@@ -109,6 +116,7 @@ mega_t *mega_new(const char *elf) {
     p->in = avr_io_getirq(avr, AVR_IOCTL_UART_GETIRQ(name), UART_IRQ_INPUT);
     avr_irq_register_notify(avr_io_getirq(avr, AVR_IOCTL_UART_GETIRQ(name), UART_IRQ_OUTPUT),
                             on_output, p);
+    avr_register_io_write(avr, p->uart->r_ucsra, on_status, p);
   }
   return m;
 }

@@ -104,9 +104,12 @@ inline void follow(Watch& watch, const Rule& rule, uint8_t motor, int32_t steps)
   const Profile& profile = watch.profile[motor];
   const int32_t went =
       static_cast<int32_t>(travel(profile, watch.modelled - rule.guards[motor].lag));
-  // The load is straight between what it is at both ends; the share is in 1/256.
-  const int32_t share = profile.distance > 0 ? went / profile.distance : 0;
-  const int32_t sag = loading.begin + (((loading.end - loading.begin) * share) >> 8);
+  // The load is straight between what it is at both ends; the share is in 1/256. A division takes
+  // long, and most loads stay as they are.
+  int32_t sag = loading.begin;
+  if (loading.end != loading.begin && profile.distance > 0) {
+    sag += ((loading.end - loading.begin) * (went / profile.distance)) >> 8;
+  }
   const int32_t now = loading.offset + went;
   advance(watch.free[motor], rule.servos[motor], watch.profile_then[motor], now, steps, sag,
           loading.most);

@@ -202,8 +202,10 @@ inline void give_way(const Watch& watch, uint8_t met, const int16_t* positions, 
     whole = longest;
   }
   for (uint8_t motor = 0; motor < MOTORS; motor++) {
-    const int32_t back = way[motor] * part / whole;
-    goals[motor] = static_cast<int16_t>(goals[motor] - watch.direction[motor] * back);
+    if (way[motor] > 0) {
+      const int32_t back = way[motor] * part / whole;
+      goals[motor] = static_cast<int16_t>(goals[motor] - watch.direction[motor] * back);
+    }
   }
 }
 

@@ -5,15 +5,25 @@
 
 namespace miburi {
 
-// The remainders of the sixteen half bytes.
-static const uint16_t CRC_OF_NIBBLE[16] = {
-    0x0000, 0x8005, 0x800f, 0x000a, 0x801b, 0x001e, 0x0014, 0x8011,
-    0x8033, 0x0036, 0x003c, 0x8039, 0x0028, 0x802d, 0x8027, 0x0022,
+// The remainders of all bytes, worked out when the card starts: 300 bytes are checked in each look
+// at the servos.
+struct Remainders {
+  uint16_t of[256];
+
+  Remainders() {
+    for (uint16_t byte = 0; byte < 256; byte++) {
+      uint16_t crc = static_cast<uint16_t>(byte << 8);
+      for (uint8_t bit = 0; bit < 8; bit++) {
+        crc = static_cast<uint16_t>(crc & 0x8000 ? crc << 1 ^ 0x8005 : crc << 1);
+      }
+      of[byte] = crc;
+    }
+  }
 };
+static const Remainders REMAINDERS;
 
 inline uint16_t crc16(uint16_t crc, uint8_t byte) {
-  crc = static_cast<uint16_t>(crc << 4) ^ CRC_OF_NIBBLE[(crc >> 12) ^ (byte >> 4)];
-  return static_cast<uint16_t>(crc << 4) ^ CRC_OF_NIBBLE[(crc >> 12) ^ (byte & 15)];
+  return static_cast<uint16_t>(crc << 8) ^ REMAINDERS.of[(crc >> 8) ^ byte];
 }
 
 inline uint16_t crc16(const uint8_t* bytes, uint16_t count) {

@@ -83,7 +83,7 @@ class Hold {
       orders[i] = Order{table.settings.hold_pwm, creeps ? CREEP : speed, 0,
                         to_servo(table.joints[i], controller_.origin[i])};
     }
-    servos_.command(table.joints, orders, pinned_);
+    servos_.hold(table.joints, orders, pinned_);
     told_ = pinned_ == ALL && servos_.taken(table.joints, orders).by == ALL;
     servos_.set_bus_watchdog(table.joints, true);
     told_ = told_ && servos_.watched(table.joints);

@@ -17,23 +17,22 @@ const uint8_t SENDING = 2;
 struct Board {
   uint32_t micros() { return ::micros(); }
 
-  uint16_t byte_time;  // µs
-
   void bus_speed(uint32_t baud) {
     UCSR1B = 0;  // Serial1.end() would wait like flush()
     Serial1.begin(baud);
-    byte_time = static_cast<uint16_t>(10000000 / baud);
   }
   void bus_write(const uint8_t* bytes, uint8_t count) {
+    // Serial1.write() takes 220 cycles for a byte, of which one comes every 160.
     digitalWrite(SENDING, HIGH);
-    const uint32_t start = micros();
-    const uint32_t longest = static_cast<uint32_t>(byte_time) * count + 200;
-    Serial1.write(bytes, count);
-    // Serial1.flush() would wait for the flag for ever, should it be missed.
-    while ((UCSR1B & (1 << UDRIE1)) || !(UCSR1A & (1 << TXC1))) {
-      if (micros() - start > longest) {
-        break;
+    for (uint8_t i = 0; i < count; i++) {
+      while (!(UCSR1A & (1 << UDRE1))) {
       }
+      noInterrupts();  // else the bus could fall silent between these two, and the flag be lost
+      UDR1 = bytes[i];
+      UCSR1A = (UCSR1A & (1 << U2X1)) | (1 << TXC1);  // a 1 clears it: not all is sent yet
+      interrupts();
+    }
+    while (!(UCSR1A & (1 << TXC1))) {
     }
     digitalWrite(SENDING, LOW);
   }
@@ -55,7 +54,14 @@ struct Board {
   // Until the next byte, or the next tick of the clock (1 ms) at the latest.
   void rest() {
     set_sleep_mode(SLEEP_MODE_IDLE);
-    sleep_mode();
+    noInterrupts();  // else a byte that comes just now would wait for the tick
+    if (Serial.available() == 0 && Serial1.available() == 0) {
+      sleep_enable();
+      interrupts();
+      sleep_cpu();
+      sleep_disable();
+    }
+    interrupts();
   }
 };
 

@@ -84,7 +84,7 @@ class Xl330 {
       }
       if (heard & (1u << i)) {
         Reader in(answers_[i].parameters, 8);
-        motion[i].speed = static_cast<int16_t>(clamped(in.i32(), FASTEST) * 1563L / 100);
+        motion[i].speed = static_cast<int16_t>((clamped(in.i32(), FASTEST) * 16005L) >> 10);  // 15.63
         motion[i].position = in.i32();
         motion[i].alert = (answers_[i].error & protocol2::ALERT) != 0;
       }
@@ -122,6 +122,27 @@ class Xl330 {
       packet.put(speed_units(o.speed), 4).put(static_cast<uint32_t>(o.goal), 4);
     }
     send(packet);
+  }
+
+  // The same without a ramp, in a shorter packet: the places first, since somebody may be pressed.
+  void hold(const Joint* joints, const Order* orders, uint8_t motors) {
+    protocol2::Instruction packet(protocol2::BROADCAST, protocol2::SYNC_WRITE);
+    packet.put(PROFILE_AND_GOAL, 2).put(12, 2);
+    uint16_t speed = 0;
+    uint16_t units = speed_units(speed);  // most have the same, and a division takes long
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      if (!(motors & (1u << i))) {
+        continue;
+      }
+      if (orders[i].speed != speed) {
+        speed = orders[i].speed;
+        units = speed_units(speed);
+      }
+      packet.put(joints[i].id, 1).put(0, 4).put(units, 4);
+      packet.put(static_cast<uint32_t>(orders[i].goal), 4);
+    }
+    send(packet);
+    set_pwm(joints, orders);
   }
 
   // Changes the limits of the duty alone.
@@ -278,11 +299,15 @@ class Xl330 {
   // Gives the only servo on the bus, new or not, an id and our bus speed. It may have one of them
   // already: what was broken off is taken up again.
   bool identify(uint8_t old_id, uint8_t new_id) {
-    // The last ones are those of other projects.
-    const uint32_t speeds[] = {FACTORY_SPEED, BUS_SPEED, 115200, 2000000, 9600};
-    const uint8_t ids[] = {old_id, new_id};
+    // The last ones are those of other projects. At 2 Mbit/s answers may come faster than they can be
+    // taken in: a servo that speaks so is told to speak as we do, and not listened to.
     patience_ = LONG_PATIENCE;
-    for (uint8_t i = 0; i < 10; i++) {
+    io_.bus_speed(2000000);
+    tell_all(TORQUE_ENABLE, 0);
+    tell_all(BAUD_RATE, ONE_MBPS);
+    const uint32_t speeds[] = {FACTORY_SPEED, BUS_SPEED, 115200, 9600};
+    const uint8_t ids[] = {old_id, new_id};
+    for (uint8_t i = 0; i < 8; i++) {
       const uint8_t id = ids[i % 2];
       io_.bus_speed(speeds[i / 2]);
       if (read(id, ID, 1) || (i < 4 && read(id, ID, 1))) {
@@ -470,6 +495,16 @@ class Xl330 {
       }
       more = receive(static_cast<uint8_t>(received_ + 1));
     }
+  }
+
+  // Whoever hears it obeys, and nobody answers.
+  void tell_all(uint8_t address, uint8_t value) {
+    protocol2::Instruction packet(protocol2::BROADCAST, protocol2::WRITE);
+    packet.put(address, 2).put(value, 1);
+    send(packet);
+    io_.alive();
+    listen();
+    receive(1);  // it takes its time to write that down
   }
 
   void write_all(const Joint* joints, uint8_t address, uint8_t value, uint8_t width) {
