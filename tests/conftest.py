@@ -17,6 +17,9 @@ from miburi.robot import Robot, iphonoid
 # A shell's background job ignores Ctrl-C, and so do all whom it starts; some tests press it.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
+# It would hide that a command keeps its lines from who reads them through a pipe.
+os.environ.pop("PYTHONUNBUFFERED", None)
+
 # The same examples on every machine, and no clock: machines are slow and noisy.
 settings.register_profile("miburi", deadline=None, derandomize=True)
 settings.load_profile("miburi")

@@ -1,5 +1,5 @@
 import json
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from importlib import resources
 from pathlib import Path
 
@@ -8,10 +8,10 @@ import pytest
 from tests.fixtures.live import Server
 from typer.testing import CliRunner
 
-from miburi.cli.gestures import gesture_app
+from miburi.cli.gestures import gesture_app, record
 from miburi.errors import InputError, OutputError
 from miburi.gestures import key_poses, load
-from miburi.interface.client import connect
+from miburi.interface.client import RemotePartner, connect
 from miburi.robot import forward
 
 
@@ -55,17 +55,23 @@ def test_the_schema_is_that_of_a_gesture_file():
     assert {"name", "feeling", "duration", "effort", "pose"} == set(schema["required"])
 
 
-def test_what_a_hand_shows_is_kept_as_a_gesture(server: Server, tmp_path: Path) -> None:
+def test_what_a_hand_shows_is_kept_as_a_gesture(
+    server: Server, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The simulated hand comes from the front and leads the right hand back by 6 cm."""
     mine = tmp_path / "mine"  # not there yet
     options = ["record", "pushed", "--feeling", "fear", "--out", str(mine)]
     options += ["--url", server.url, "--step", "0.5"]
+
+    def second() -> None:
+        record("second", "fear", mine, server.url, 0.5)
 
     def lead() -> None:
         along, ahead = (0.0, 1.0, 0.0), np.array([1.0, 0.0, 0.0])
         with connect(server.url) as partner:
             states = partner.watch(50)
             rested = next(state for state in states if state.paused and state.phase == "idle")
+            others.append(pool.submit(second))  # somebody records at the same time
             hand = forward(server.runner.robot, np.array(rested.angles))[:3]
             partner.place_hand(hand + 0.06 * ahead, along)
             for state in states:
@@ -75,10 +81,22 @@ def test_what_a_hand_shows_is_kept_as_a_gesture(server: Server, tmp_path: Path) 
                     break
             partner.remove_hand()
 
-    with ThreadPoolExecutor(1) as pool:
+    asked: list[bool] = []
+    pause = RemotePartner.pause
+
+    def listening(partner: RemotePartner, paused: bool = True) -> None:
+        asked.append(paused)
+        pause(partner, paused)
+
+    monkeypatch.setattr(RemotePartner, "pause", listening)
+    others: list[Future[None]] = []
+    with ThreadPoolExecutor(2) as pool:
         done = pool.submit(lead)
         result = CliRunner().invoke(gesture_app, options)
         done.result()
+        others[0].result()
+    assert (mine / "second.toml").exists()
+    assert asked == [True, False]  # who came second leaves that to the first
     assert not server.runner.snapshot.state.paused
     assert "Recording." in result.stdout
     assert "key poses in" in result.stdout

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from tests.firmware.rig import Rig
+from tests.firmware.toolchain import changed_card, proof
 
 from miburi.safety.move import plan_move
 from miburi.safety.stop import Phase
@@ -83,6 +84,16 @@ def test_an_order_damaged_once_makes_no_move_a_contact(
         assert rig.settle() is Phase.IDLE, (seconds, rig.body.state.stop)
 
 
+def test_an_order_damaged_twice_makes_no_move_a_contact(rig: Rig) -> None:
+    there = rig.robot.neutral.copy()
+    there[[0, 1, 4]] += 0.6, 1.0, 1.0
+    for angles, seconds in ((there, 0.3), (rig.robot.neutral, 0.4), (there, 1.0)):
+        damage = Damage(rig, is_order, (0, 1))
+        rig.body.move(plan_move(rig.robot, rig.body.state.angles, angles, seconds))
+        assert damage.done == 2
+        assert rig.settle() is Phase.IDLE, (seconds, rig.body.state.stop)
+
+
 def test_a_servo_that_missed_the_first_copy_is_expected_later_than_the_others(rig: Rig) -> None:
     servo = rig.servos[1]
     write, missed = servo.write, 0
@@ -132,6 +143,23 @@ def test_no_packet_of_a_release_is_so_dear_that_its_damage_fails_it(rig: Rig) ->
         assert damage.done > 3
         assert rig.settle() is Phase.IDLE, (first, rig.body.state.stop)
         assert {servo.get("bus_watchdog") for servo in rig.servos} == {10}
+
+
+#: What each change of body.h would do, and which it is.
+MUTANTS = {
+    "expects all at once": (" + static_cast<int32_t>(sent - began);", ";"),
+    "orders once": ("COPIES = 3;", "COPIES = 1;"),
+}
+
+
+@proof
+@pytest.mark.parametrize("name", MUTANTS)
+def test_a_card_that_orders_otherwise_is_noticed(firmware: Path, tmp_path: Path, name: str) -> None:
+    rig = Rig(changed_card(tmp_path, "body.h", *MUTANTS[name]), twin=False)
+    with pytest.raises(AssertionError):
+        test_a_servo_that_missed_the_first_copy_is_expected_later_than_the_others(rig)
+        test_an_order_damaged_twice_makes_no_move_a_contact(rig)
+    rig.close()
 
 
 @pytest.mark.parametrize("rate", [1e-4, 1e-5])

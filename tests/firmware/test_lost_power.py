@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from tests.firmware.endings import raise_arms, recovers
 from tests.firmware.rig import Rig
+from tests.firmware.toolchain import changed_card, proof
 
 from miburi.card.link import Reason, Report
 from miburi.robot import JOINTS
@@ -185,7 +186,11 @@ def swing_arms(rig: Rig, speed: float) -> np.ndarray:
     return start
 
 
-@pytest.mark.parametrize(("away", "speed"), [(0.09, 3.0), (0.15, 1.0), (0.19, 3.0), (3.0, 3.0)])
+#: s for which the bus is away, and rad/s.
+LOSSES = [(0.09, 3.0), (0.15, 1.0), (0.19, 3.0), (3.0, 3.0)]
+
+
+@pytest.mark.parametrize(("away", "speed"), LOSSES)
 def test_no_arm_jumps_back_when_the_bus_returns(rig: Rig, away: float, speed: float) -> None:
     """What was last read is old: the servos went on, until their own watchdogs stopped them."""
     start = swing_arms(rig, speed)
@@ -224,3 +229,29 @@ def test_a_held_body_whose_bus_was_away_is_held_again(rig: Rig) -> None:
     assert {servo.get("bus_watchdog") for servo in rig.servos} == {10}
     assert np.abs(np.subtract([servo.shaft.place for servo in rig.servos], before)).max() < 1
     recovers(rig)
+
+
+#: What each change would do; the file, and the change.
+MUTANTS = {
+    "goes back to where it was read last": (
+        "body.h", "hold_.unpin(ALL);  // what was read last may be old", ";"
+    ),
+    "keeps its first reason": ("body.h", "kept && (limp ||", "kept && (false ||"),
+    "calls a limp servo held": (
+        "body.h", "hold_.set_loose(static_cast<uint8_t>(hold_.loose() | (1u << motor)));", ";"
+    ),
+    "looks at nobody's torque": (
+        "health.h", "if ((loose & (1u << motor)) ||", "if (loose != 1 || motor != 1 ||"
+    ),
+}  # fmt: skip
+
+
+@proof
+@pytest.mark.parametrize("name", MUTANTS)
+def test_a_card_that_misses_a_loss_is_noticed(firmware: Path, tmp_path: Path, name: str) -> None:
+    rig = Rig(changed_card(tmp_path, *MUTANTS[name]), twin=False)
+    with pytest.raises(AssertionError):
+        test_a_stopped_body_of_which_a_servo_restarts_is_named(rig, stop_by_contact)
+        for away, speed in LOSSES:
+            test_no_arm_jumps_back_when_the_bus_returns(rig, away, speed)
+    rig.close()

@@ -1,12 +1,11 @@
 """The real binary lets a hand lead a body at rest: it stops, yields, and goes back slowly."""
 
-import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 from tests.firmware.rig import Rig
-from tests.firmware.toolchain import SKETCH, proof, run
+from tests.firmware.toolchain import changed_card, proof
 
 from miburi.robot import JOINTS
 from miburi.safety.controller import YIELDS
@@ -177,15 +176,10 @@ MUTANTS = {
 @proof
 @pytest.mark.parametrize("name", MUTANTS)
 def test_a_changed_card_is_noticed(firmware: Path, tmp_path: Path, name: str) -> None:
-    shutil.copytree(SKETCH.parent, tmp_path / "firmware")
-    file = tmp_path / "firmware" / "miburi" / "controller.h"
-    text, (old, new) = file.read_text(encoding="utf-8"), MUTANTS[name]
-    assert text.count(old) == 1
-    file.write_text(text.replace(old, new), encoding="utf-8")
-    run("make", "-C", tmp_path / "firmware", f"OUT={tmp_path / 'built'}")
+    built = changed_card(tmp_path, "controller.h", *MUTANTS[name])
     for one in CHECKS:
         try:
-            one(tmp_path / "built")
+            one(built)
         except AssertionError:
             return
     pytest.fail("the changed card passed")

@@ -41,6 +41,17 @@ def building() -> Iterator[None]:
         yield
 
 
+def changed_card(folder: Path, name: str, old: str, new: str) -> Path:
+    """Build the sketch with one change in the file ``name``; return where the binary is."""
+    shutil.copytree(SKETCH.parent, folder / "firmware")
+    file = folder / "firmware" / "miburi" / name
+    text = file.read_text(encoding="utf-8")
+    assert text.count(old) == 1
+    file.write_text(text.replace(old, new), encoding="utf-8")
+    run("make", "-C", folder / "firmware", f"OUT={folder / 'built'}")
+    return folder / "built"
+
+
 def run(*command: str | Path, data: bytes = b"") -> bytes:
     done = subprocess.run(
         [str(word) for word in command], input=data, capture_output=True, check=False

@@ -148,11 +148,11 @@ def write_calibration(
     if identified is not None:
         servo = robot.servo.model
         lines += ["", "[identified]", f'servo = "{servo.name}"']
-        lines += [f"gain = {servo.drive.gain:g}", f"divisor = {servo.divisor.p_divisor:.6f}"]
-        lines.append(f"wear = {identified.wear:.6f} # times the servo's friction")
+        lines += [f"gain = {servo.drive.gain:g}", f"divisor = {servo.divisor.p_divisor!r}"]
+        lines.append(f"wear = {float(identified.wear)!r} # times the servo's friction")
         for name in ("stiffness", "damping", "friction", "gravity"):
-            numbers = ", ".join(f"{value:.6f}" for value in vars(identified)[name])
-            lines.append(f"{name} = [{numbers}] # of the servo's own")
+            # With all digits: the card's whole numbers must come out the same.
+            lines.append(f"{name} = {vars(identified)[name].tolist()} # of the servo's own")
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 

@@ -116,6 +116,7 @@ def _measure(card: Card, tell: Callable[[str], None]) -> Measurement:
         tell(f"the P gain is {settings.general.p_gain} now")
     # A ceiling for new gears would hold worn ones back, and then they seem softer than they are.
     robot, found, _ = worn(robot, found, traces)
+    check(robot, found)
     # From here on joints go as fast as they can: the rule must know the servos.
     known = replace(expecting(robot, found, rule.guards), period=rule.period, ratio=rule.ratio)
     traces = _trace(card, settings.with_servos(robot, known), moves, tell)

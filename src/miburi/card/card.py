@@ -413,6 +413,7 @@ class Card:
         self._fresh = self._connected = True
         self._heard = self._line.now()
         self._await_phase()
+        self._await_phase()  # the card believes a servo from the second reading on
 
     def _default_settings(self, complete: bool) -> CardSettings:
         of_robot = CardSettings.of(self._robot)

@@ -100,7 +100,8 @@ def main() -> None:
     signal.signal(signal.SIGTERM, _interrupt)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")  # a pipe on Windows has no arrows, nor a mu
+            # A pipe on Windows has no arrows, nor a mu; whoever reads one gets each line at once.
+            stream.reconfigure(errors="replace", line_buffering=True)
     try:
         log_to_stderr()
         app()

@@ -164,13 +164,15 @@ def record(
             raise InputError(
                 f"the partner's robot is {its}, not {body.name}; give its file: --robot."
             )
-        paused = partner.state.paused
-        partner.pause()  # it would look around, and meet the hand
+        goes_on = not partner.state.paused  # else somebody else ends the pause
+        if goes_on:
+            partner.pause()  # it would look around, and meet the hand
         try:
             print(_LEAD, flush=True)
             times, angles = _shown(partner.watch(50))
         finally:
-            partner.pause(paused)
+            if goes_on:
+                partner.pause(False)
         function = taught(body, name, feeling, times, angles)
         (draft / file.name).write_text(as_toml(function), "utf-8")
     print(f"{file}: {len(function.pose)} key poses in {function.duration} s.")
