@@ -36,7 +36,7 @@ def post(lab: Lab, browser: TestClient, page: str = "/page", **data: str):
 
 def test_nobody_begins_without_consent(lab: Lab) -> None:
     browser = lab.visitor()
-    assert "Your answers are kept under a number" in browser.get("/").text
+    assert "Your answers are kept with a number" in browser.get("/").text
     refused = post(lab, browser, "", language="en")
     assert refused.status_code == 422
     assert "Please tick the box" in refused.text

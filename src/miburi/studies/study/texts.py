@@ -20,8 +20,8 @@ def page_words() -> dict[str, dict[str, str]]:
 def participant_text(study: Study, language: str) -> str:
     """Return what a participant reads from the first page to the last, to show to a board.
 
-    Each question is there once, however often it comes. Small notices are left out, such as that a
-    film is for practice, and those of a study with the robot in the room.
+    Each question is there once, however often it comes, and those about the person first. Buttons,
+    messages of errors, and the notices of a study with the robot in the room are left out.
     """
     words = page_words()[language]
     kept = [words["privacy"], *([words["times"]] if study.times else [])]
@@ -34,7 +34,7 @@ def participant_text(study: Study, language: str) -> str:
     for after in ("start", "film", "all"):
         asked = [question for question in study.question if question.after == after]
         parts += [_question(study, question, language, words) for question in asked]
-    parts += [f"{words['code']} K7QM-2XHD · {words['withdraw']} · {words['stop']}"]
+    parts += [f"{words['code']} K7QM-2XHD · {words['withdraw_title']} · {words['stop']}"]
     debriefing = [pick(study.debriefing, language)] if study.debriefing else []
     leads = [f"{words['completion']}: {study.completion}"] if study.completion else []
     parts += [
@@ -42,11 +42,13 @@ def participant_text(study: Study, language: str) -> str:
         words["finished"],
         *debriefing,
         *leads,
-        f"{words['write_down']} K7QM-2XHD",
+        f"{words['write_down']} K7QM-2XHD · {words['withdraw_title']}",
     ]
     parts += [f"# {words['stop']}", words["stopping"]]
-    parts += [f"# {words['left_title']}", f"{words['left']} K7QM-2XHD", *debriefing]
+    parts += [f"# {words['left_title']}", f"{words['left']} K7QM-2XHD · {words['withdraw_title']}"]
+    parts += debriefing
     parts += [f"# {words['withdraw_title']}", words["withdraw_words"]]
+    parts += [f"# {words['withdrawn_title']}", words["withdrawn"], *debriefing]
     return "\n\n".join(parts) + "\n"
 
 
