@@ -209,8 +209,9 @@ class Rig:
         self.twin.last = self.body.report
 
     def run(self, seconds: float) -> None:
-        """Let time pass."""
-        for _ in range(round(seconds / 0.02)):
+        """Let time pass from now on: a step alone counts what requests before it took."""
+        until = self.line.now() + seconds - 0.001
+        while self.line.now() < until:
             self.body.step(0.02)
 
     def settle(self, limit: float = 20.0) -> Phase:

@@ -412,8 +412,7 @@ class Card:
         self.ask(FrameKind.STATUS, struct.pack("<H", _REPORT_PERIOD))
         self._fresh = self._connected = True
         self._heard = self._line.now()
-        self._await_phase()
-        self._await_phase()  # the card believes a servo from the second reading on
+        self._await_phase(2)  # the card believes a servo from the second reading on
 
     def _default_settings(self, complete: bool) -> CardSettings:
         of_robot = CardSettings.of(self._robot)
@@ -451,14 +450,14 @@ class Card:
         if self._line.now() - self._heard > _SILENCE:
             self._lose()
 
-    def _await_phase(self) -> None:
-        """Wait for the first report after the latest answer."""
+    def _await_phase(self, reports: int = 1) -> None:
+        """Wait for the first reports after the latest answer."""
         before = self._history[-1].time if self._history else None
         until = self._line.now() + _SILENCE
-        while self._connected and self._line.now() < until:
+        while self._connected and reports > 0 and self._line.now() < until:
             self._hear(until)
             if self._history and self._history[-1].time != before:
-                return
+                before, reports = self._history[-1].time, reports - 1
         if not self._history:
             raise BodyError("The card sends no reports; press its reset button and try again.")
 
