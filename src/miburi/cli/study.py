@@ -137,7 +137,7 @@ def withdraw(
     folder: Folder,
     code: Annotated[str, typer.Argument(help="As a participant sent it to you.")],
 ) -> None:
-    """Delete the answers of a participant who asks for it, as the page *Withdraw my answers* does."""
+    """Delete the answers of a participant who asks for it, as the page for withdrawing does."""
     from miburi.studies.study.plan import load_study
 
     if not _answers(folder, load_study(folder)).withdraw(code.strip().upper()):
