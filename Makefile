@@ -159,7 +159,7 @@ docs-images: .venv/test.stamp ## the documents' pictures anew (a few minutes; to
 	$(BIN)/python tools/renew-images
 
 .PHONY: docs-paper
-docs-paper: .venv/run.stamp ## the paper, claim by claim, and its figures (about 12 minutes)
+docs-paper: .venv/run.stamp firmware ## the paper, claim by claim, and its figures (about 12 minutes)
 	$(BIN)/miburi paper --out docs
 
 # What the pages show is made by commands. Continuous integration does this each night, and fails
