@@ -5,7 +5,7 @@
 Needs SciPy (the extra ``studies``). The sentences are drawn from ``distress-lessons.toml`` beside
 this script, all written by one of Miburi's authors, and from ``distress-lines`` beside it, which
 twenty-five strangers wrote. The model is a multinomial logistic regression on groups of words and
-letters (:func:`miburi.senses.distress.features`), its weights rounded to eight bits. The patterns
+letters (:func:`miburi.senses.distress.features`). The patterns
 that fit count as groups, too: train again after a change of a ``distress.toml``. The same sentences
 give the same verdicts; the file's last bits depend on the versions of NumPy and SciPy.
 """
@@ -16,8 +16,7 @@ import tomllib
 from pathlib import Path
 
 import numpy as np
-from scipy.optimize import minimize
-from scipy.sparse import csr_matrix
+from linear_model import Model, fit
 
 from miburi.languages import Language, plain
 from miburi.senses.distress import features
@@ -28,8 +27,6 @@ LESSONS = Path(__file__).with_name("distress-lessons.toml")
 STRANGERS = Path(__file__).with_name("distress-lines")
 DRAWN = 48  # sentences from a line, at most
 SEED = 31
-AT_LEAST = 2  # sentences that a group must stand in
-C = 20.0  # 1 / strength of the penalty on large weights
 KEPT = 20_000  # groups with the largest weights, by language
 _CHOICE = re.compile(r"\(([^()]*)\)")
 
@@ -81,43 +78,14 @@ def everyday() -> list[str]:
     return said
 
 
-def train(language: Language) -> dict[str, np.ndarray]:
-    """Return a language's keys, weights, their scale, and biases."""
+def train(language: Language) -> Model:
+    """Return a language's model; sentences of distress weigh as much as all others together."""
     rows = sentences(language)
     groups = [features(text, language) for _, text in rows]
-    known, count = np.unique(np.concatenate([np.array(g) for g in groups]), return_counts=True)
-    known = known[count >= AT_LEAST]
-    told = set(known.tolist())
-    place = [np.searchsorted(known, [n for n in g if n in told]) for g in groups]
-    values = [np.full(len(p), 1 / np.sqrt(len(g))) for p, g in zip(place, groups, strict=True)]
-    ends = np.concatenate([[0], np.cumsum([len(p) for p in place])])
-    x = csr_matrix((np.concatenate(values), np.concatenate(place), ends), (len(rows), len(known)))
-    y = np.eye(len(KINDS) + 1)[[label for label, _ in rows]]
-    share = np.where(y[:, -1] > 0, 1 / y[:, -1].sum(), 1 / y[:, :-1].sum()) * len(rows) / 2
-    size = (len(known), y.shape[1])
-
-    def loss(flat: np.ndarray) -> tuple[float, np.ndarray]:
-        w, b = flat[: -size[1]].reshape(size), flat[-size[1] :]
-        score = x @ w + b
-        score -= score.max(axis=1, keepdims=True)
-        log_p = score - np.log(np.exp(score).sum(axis=1, keepdims=True))
-        wrong = share[:, None] * (np.exp(log_p) - y)
-        value = -(share[:, None] * y * log_p).sum() + (w**2).sum() / 2 / C
-        return float(value), np.concatenate([(x.T @ wrong + w / C).ravel(), wrong.sum(axis=0)])
-
-    found = minimize(loss, np.zeros(size[0] * size[1] + size[1]), jac=True, method="L-BFGS-B",
-                     options={"maxiter": 150}).x  # fmt: skip
-    w, b = found[: -size[1]].reshape(size), found[-size[1] :]
-    kept = np.sort(np.argsort(-np.abs(w).max(axis=1))[:KEPT])
-    w = w[kept]
-    scale = np.abs(w).max() / 127
-    print(f"{language}: {len(rows)} sentences, {len(known)} groups, {len(kept)} kept")
-    return {
-        f"{language}_keys": known[kept].astype(np.uint32),
-        f"{language}_weights": np.round(w / scale).astype(np.int8),
-        f"{language}_scale": np.float64(scale),
-        f"{language}_bias": b,
-    }
+    labels = np.array([label for label, _ in rows])
+    none = labels == len(KINDS)
+    share = np.where(none, 1 / none.sum(), 1 / (~none).sum()) * len(rows) / 2
+    return fit(groups, labels, share, language, kept=KEPT)
 
 
 def main() -> None:

@@ -130,7 +130,6 @@ def weaken(servo: Servo, share: float) -> None:
 
 
 @proof
-@pytest.mark.xfail(strict=True, reason="friction is found at 2.8 times, as the card reads now")
 @pytest.mark.usefixtures("not_slowest")
 def test_servos_with_more_friction_or_less_torque_are_named_in_words(
     emulation: EmulatedRobot, real: Robot

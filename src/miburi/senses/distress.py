@@ -15,8 +15,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
-from itertools import pairwise
-from zlib import crc32
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +31,7 @@ from miburi.languages import (
     read,
 )
 from miburi.senses.kinds import KINDS, Distress
+from miburi.senses.linear import groups_of, load_model, numbered
 
 __all__ = ["Heard", "features", "hear_distress", "judge_distress"]
 
@@ -94,20 +93,7 @@ def _compiled(
 def features(said: str, language: Language) -> list[int]:
     """Return the numbers of the groups of words and letters, and of the patterns that fit."""
     marks = {f"6{k}{mark}" for mark in _marks(said, language) for k in range(_MARKS)}
-    if not is_spaced(language):
-        text = f"^{said}$"
-        groups = {f"1{text[i : i + n]}" for n in range(1, 6) for i in range(len(text) - n + 1)}
-        return sorted({crc32(group.encode()) for group in groups | marks})
-    words = ["^", *said.split(), "$"]
-    groups = marks | {f"1{word}" for word in words}
-    groups |= {f"2{a} {b}" for a, b in pairwise(words)}
-    groups |= {f"3{' '.join(words[i : i + 3])}" for i in range(len(words) - 2)}
-    for gap in (2, 3):
-        groups |= {f"4{a} {b}" for a, b in zip(words, words[gap:], strict=False)}
-    for word in words[1:-1]:
-        edged = f"^{word}$"
-        groups |= {f"5{edged[i : i + n]}" for n in (3, 4, 5) for i in range(len(edged) - n + 1)}
-    return sorted({crc32(group.encode()) for group in groups})
+    return numbered(groups_of(said, language) | marks)
 
 
 def _parts(said: str, language: Language) -> list[str]:
@@ -131,23 +117,15 @@ def _marks(said: str, language: Language) -> set[str]:
 
 @cache
 def _model(language: Language) -> Callable[[str], Heard | None] | None:
-    with (resources.files(__package__) / "distress.npz").open("rb") as file:
-        stored = dict(np.load(file))
-    if f"{language}_keys" not in stored:
+    likelihoods = load_model(resources.files(__package__) / "distress.npz", language)
+    if likelihoods is None:
         return None
-    keys, weights = stored[f"{language}_keys"], stored[f"{language}_weights"]
-    scale, bias = stored[f"{language}_scale"], stored[f"{language}_bias"]
 
-    def likelihoods(said: str) -> NDArray[np.float64]:
-        numbers = np.array(features(said, language), dtype=np.uint32)
-        place = np.minimum(np.searchsorted(keys, numbers), len(keys) - 1)
-        place = place[keys[place] == numbers]
-        score = bias + weights[place].sum(axis=0) * scale / np.sqrt(max(len(numbers), 1))
-        odds = np.exp(score - score.max())
-        return np.asarray(odds / odds.sum(), dtype=np.float64)
+    def weigh(said: str) -> NDArray[np.float64]:
+        return likelihoods(features(said, language))
 
     def judge(said: str) -> Heard | None:
-        likely = min(map(likelihoods, (said, *_parts(said, language))), key=lambda each: each[-1])
+        likely = min(map(weigh, (said, *_parts(said, language))), key=lambda each: each[-1])
         best, distress = int(likely[:-1].argmax()), 1 - likely[-1]
         if distress <= _WONDERS:
             return None

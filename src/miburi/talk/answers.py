@@ -110,13 +110,16 @@ class Answerer:
         if before:
             slots["before"] = before
         match = next(_sayable(words.intents_of(said), slots), None)
+        topic = next(_sayable(words.topics_of(said), slots), None)
+        told = topic is not None and not said.rstrip().endswith(("?", "？"))
+        if heard.topic != "asked" and heard.feeling is None and not told:
+            match = next(_sayable(words.asked_of(said, match), slots), match)
         if heard.topic == "asked" and match and not (match.cue.acts or match.cue.own):
             match = None  # "how are you" is no question of how something is done
         before_it, self._stays = self._stays, match if match and match.cue.stays else None
         acts = match is not None and match.cue.acts
         if before_it and not acts and heard.feeling is None and words.goes_on(said):
             match = before_it
-        topic = next(_sayable(words.topics_of(said), slots), None)
         text = None
         if match is not None:
             text = self._choose(match.cue.say, slots | _about(match), always=True)

@@ -13,6 +13,7 @@ from pydantic import Field, RootModel, model_validator
 from miburi.feelings.catalogue import FeelingName
 from miburi.ground.tables import Table
 from miburi.languages import Language, compile_phrases, is_spaced, plain, read
+from miburi.talk.asking import NOTHING, asked_for
 from miburi.talk.initiative import Reason
 from miburi.talk.moves import MOVES
 
@@ -23,6 +24,10 @@ Do = Literal["stop", "repeat", "name", "remember", "recall", "forget"]
 
 _Line = Annotated[str, Field(min_length=1, max_length=160)]
 _Lines = Annotated[list[_Line], Field(min_length=2)]
+#: How likely an intent must be that no pattern knows, and one that is light (ours).
+_LIKELY, _SURE = 0.3, 0.8
+#: Words of a question that is answered though nobody knows what it asks (ours).
+_WORDS = 3
 #: Characters that are read; more say no more about what is wanted (ours).
 _READ = 300
 _SENTENCE = re.compile(r"[^.!?;。！？\n]+")
@@ -65,7 +70,8 @@ class Cue(Table):
     name
         What is meant, such as ``greeting``.
     when
-        Regular expressions over a sentence's plain words; a group ``it`` is what it is about.
+        Regular expressions over a sentence's plain words; a group ``it`` is what it is about. None
+        where only :mod:`miburi.talk.asking` finds it.
     say
         Answers, with slots such as ``{it}``.
     do
@@ -76,6 +82,10 @@ class Cue(Table):
         Where it looks.
     stays
         Whether a question that comes next and contains the script's ``again`` is about the same.
+    broad
+        Whether its patterns catch much, so that :mod:`miburi.talk.asking` may know better.
+    light
+        Whether the answer would hurt somebody who meant something grave.
     own
         Whether it asks for more of the partner's feelings than how it is now.
     capital
@@ -85,13 +95,15 @@ class Cue(Table):
     """
 
     name: Annotated[str, Field(pattern=r"^[a-z][a-z_]*$")]
-    when: Annotated[list[str], Field(min_length=1)]
+    when: list[str] = Field(default_factory=list)
     say: Annotated[list[_Line], Field(min_length=1)]
     do: Do | None = None
     move: Annotated[str, Field(pattern=f"^({'|'.join(MOVES)})$")] | None = None
     show: FeelingName | None = None
     look: Literal["user", "left", "right", "up", "down", "aside"] | None = None
     stays: bool = False
+    broad: bool = False
+    light: bool = False
     own: bool = False
     capital: bool = False
     tune: list[Annotated[list[float], Field(min_length=2, max_length=2)]] | None = None
@@ -164,7 +176,8 @@ class Script(Table):
 
     def _compile(self, cues: list[Cue]) -> list[tuple[Cue, re.Pattern[str]]]:
         found = []
-        for cue in cues:  # a group may have its name only once in a pattern
+        for cue in (each for each in cues if each.when):
+            # A group may have its name only once in a pattern.
             own = [when.replace("(?P<it>", f"(?P<it{n}>") for n, when in enumerate(cue.when)]
             found.append((cue, compile_phrases(own, self.language, self.words)))
         return found
@@ -204,11 +217,38 @@ class Script(Table):
     def _again(self) -> re.Pattern[str]:
         return compile_phrases([self.again], self.language, self.words)
 
+    def asked_of(self, said: str, than: Match | None) -> Iterator[Match]:
+        """Yield what a question may mean that no pattern knows, or only a broad one.
+
+        What is asked for by one who asks for nothing that is known is ``open``.
+        """
+        sentences = [*_WHOLE.findall(said[:_READ]), said[:_READ]]
+        asking = [each for each in sentences if self._asks(each)]
+        if not asking or (than is not None and not than.cue.broad):
+            return
+        found = [asked_for(each, self.language) for each in asking]
+        name, likely = max(found, key=lambda each: each[1] * (each[0] != NOTHING))
+        for cue in self._named.get(name, ()):
+            if likely > (_SURE if cue.light else _LIKELY):
+                yield Match(cue, None, None)
+        if than is None and len(plain(said[:_READ], self.language).split()) >= _WORDS:
+            yield from (Match(cue, None, None) for cue in self._named.get("open", ()))
+
+    @cached_property
+    def _named(self) -> dict[str, list[Cue]]:
+        named = {cue.name: [cue] for cue in self.intent}
+        if "not_told" in named:
+            named["recall"] += named["not_told"]
+        return named
+
+    def _asks(self, said: str) -> bool:
+        written = said.rstrip().endswith(("?", "？"))
+        return written or bool(self._question.search(plain(said, self.language)))
+
     def goes_on(self, said: str) -> bool:
         """Whether this is a question about the thing before it."""
         words = plain(said[:_READ], self.language)
-        asks = said.rstrip().endswith(("?", "？")) or self._question.search(words)
-        return bool(asks and self._again.search(words))
+        return bool(self._asks(said[:_READ]) and self._again.search(words))
 
     def facts_in(self, said: str) -> list[str]:
         """Return the sentences that tell something about the person, and ask nothing."""

@@ -1,0 +1,62 @@
+"""Small linear models of words: groups of words and letters in, how likely each meaning is out.
+
+``tools/linear_model.py`` trains them. A model is a file of arrays: the numbers of the groups, their
+weights in eight bits, and a bias for each meaning.
+"""
+
+from collections.abc import Callable, Iterable
+from importlib.resources.abc import Traversable
+from itertools import pairwise
+from zlib import crc32
+
+import numpy as np
+from numpy.typing import NDArray
+
+from miburi.languages import Language, is_spaced
+
+__all__ = ["groups_of", "load_model", "numbered"]
+
+
+def groups_of(said: str, language: Language) -> set[str]:
+    """Return the groups of words and letters of plain words."""
+    if not is_spaced(language):
+        text = f"^{said}$"
+        return {f"1{text[i : i + n]}" for n in range(1, 6) for i in range(len(text) - n + 1)}
+    words = ["^", *said.split(), "$"]
+    groups = {f"1{word}" for word in words}
+    groups |= {f"2{a} {b}" for a, b in pairwise(words)}
+    groups |= {f"3{' '.join(words[i : i + 3])}" for i in range(len(words) - 2)}
+    for gap in (2, 3):
+        groups |= {f"4{a} {b}" for a, b in zip(words, words[gap:], strict=False)}
+    for word in words[1:-1]:
+        edged = f"^{word}$"
+        groups |= {f"5{edged[i : i + n]}" for n in (3, 4, 5) for i in range(len(edged) - n + 1)}
+    return groups
+
+
+def numbered(groups: Iterable[str]) -> list[int]:
+    """Return the numbers by which a model knows some groups, rising."""
+    return sorted({crc32(group.encode()) for group in groups})
+
+
+def load_model(
+    file: Traversable, language: Language
+) -> Callable[[list[int]], NDArray[np.float64]] | None:
+    """Return what weighs numbers of groups: (n,) likelihoods; None where there is no model."""
+    with file.open("rb") as opened:
+        stored = dict(np.load(opened))
+    if f"{language}_keys" not in stored:
+        return None
+    keys, weights, scale, bias = (
+        stored[f"{language}_{part}"] for part in ("keys", "weights", "scale", "bias")
+    )
+
+    def likelihoods(groups: list[int]) -> NDArray[np.float64]:
+        numbers = np.array(groups, dtype=np.uint32)
+        place = np.minimum(np.searchsorted(keys, numbers), len(keys) - 1)
+        place = place[keys[place] == numbers]
+        score = bias + weights[place].sum(axis=0) * scale / np.sqrt(max(len(numbers), 1))
+        odds = np.exp(score - score.max())
+        return np.asarray(odds / odds.sum(), dtype=np.float64)
+
+    return likelihoods

@@ -1,0 +1,41 @@
+"""What somebody asks for in words that no pattern knows: a small linear model.
+
+``tools/train_intents.py`` trains it on lines that strangers wrote. English alone has one.
+"""
+
+from collections.abc import Callable
+from functools import cache
+from importlib import resources
+
+import numpy as np
+from numpy.typing import NDArray
+
+from miburi.languages import Language, plain
+from miburi.senses.linear import groups_of, load_model, numbered
+
+__all__ = ["NOTHING", "asked_for"]
+
+#: The name of what is asked for by somebody who only tells something.
+NOTHING = "nothing"
+_FILE = resources.files(__package__) / "intents.npz"
+
+
+def asked_for(said: str, language: Language) -> tuple[str, float]:
+    """Return the name of an intent, and how likely it is that a sentence asks for it."""
+    likelihoods = _model(language)
+    if likelihoods is None:
+        return NOTHING, 1.0
+    likely = likelihoods(numbered(groups_of(plain(said, language), language)))
+    best = int(likely.argmax())
+    return _names(language)[best], float(likely[best])
+
+
+@cache
+def _model(language: Language) -> Callable[[list[int]], NDArray[np.float64]] | None:
+    return load_model(_FILE, language)
+
+
+@cache
+def _names(language: Language) -> list[str]:
+    with _FILE.open("rb") as file:
+        return [str(name) for name in np.load(file)[f"{language}_names"]]
