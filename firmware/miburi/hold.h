@@ -84,7 +84,8 @@ class Hold {
                         to_servo(table.joints[i], controller_.origin[i])};
     }
     servos_.hold(table.joints, orders, pinned_);
-    told_ = pinned_ == ALL && servos_.taken(table.joints, orders).by == ALL;
+    told_ = pinned_ == ALL && servos_.taken(table.joints, orders).by == ALL &&
+            servos_.limited(table.joints, orders);
     servos_.set_bus_watchdog(table.joints, true);
     told_ = told_ && servos_.watched(table.joints);
     // A motor that was silent may have been without power, too.

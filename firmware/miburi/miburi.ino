@@ -24,17 +24,23 @@ struct Board {
   void bus_write(const uint8_t* bytes, uint8_t count) {
     // Serial1.write() takes 220 cycles for a byte, of which one comes every 160.
     digitalWrite(SENDING, HIGH);
-    for (uint8_t i = 0; i < count; i++) {
-      while (!(UCSR1A & (1 << UDRE1))) {
-      }
+    for (uint8_t i = 0; i < count && comes(1 << UDRE1); i++) {
       noInterrupts();  // else the bus could fall silent between these two, and the flag be lost
       UDR1 = bytes[i];
       UCSR1A = (UCSR1A & (1 << U2X1)) | (1 << TXC1);  // a 1 clears it: not all is sent yet
       interrupts();
     }
-    while (!(UCSR1A & (1 << TXC1))) {
-    }
+    comes(1 << TXC1);
     digitalWrite(SENDING, LOW);
+  }
+  // Waits for a flag of the bus, but not for ever, should it be missed.
+  static bool comes(uint8_t flag) {
+    for (uint16_t turns = 1; turns != 0; turns++) {
+      if (UCSR1A & flag) {
+        return true;
+      }
+    }
+    return false;
   }
   int bus_read() { return Serial1.read(); }
 

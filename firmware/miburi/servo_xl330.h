@@ -124,7 +124,8 @@ class Xl330 {
     send(packet);
   }
 
-  // The same without a ramp, in a shorter packet: the places first, since somebody may be pressed.
+  // Where `motors` are to stay, in a shorter packet and without a ramp, and then the duty of all: the
+  // places first, since somebody may be pressed.
   void hold(const Joint* joints, const Order* orders, uint8_t motors) {
     protocol2::Instruction packet(protocol2::BROADCAST, protocol2::SYNC_WRITE);
     packet.put(PROFILE_AND_GOAL, 2).put(12, 2);
@@ -143,6 +144,15 @@ class Xl330 {
     }
     send(packet);
     set_pwm(joints, orders);
+  }
+
+  // Whether all say that they have these limits of the duty.
+  bool limited(const Joint* joints, const Order* orders) {
+    bool all = ask(joints, GOAL_PWM, 2) == ALL;
+    for (uint8_t i = 0; i < MOTORS; i++) {
+      all = all && u16_at(answers_[i].parameters) == orders[i].pwm;
+    }
+    return all;
   }
 
   // Changes the limits of the duty alone.
@@ -504,7 +514,9 @@ class Xl330 {
     send(packet);
     io_.alive();
     listen();
-    receive(1);  // it takes its time to write that down
+    while (io_.micros() - since_ < LONG_PATIENCE) {
+      io_.rest();  // it takes its time to write that down
+    }
   }
 
   void write_all(const Joint* joints, uint8_t address, uint8_t value, uint8_t width) {

@@ -59,7 +59,7 @@ def test_a_board_reads_what_participants_read(tmp_path: Path) -> None:
     assert "(WRITE: your name" in english
     assert "I agree to take part" in english
     assert "How natural is the movement?\nnot natural at all 1 – 7 very natural" in english
-    assert "参加すること、および回答が" in run("text", tmp_path)
+    assert "調査に参加し、回答が" in run("text", tmp_path)
     with pytest.raises(InputError, match="this study has en, ja, got 'fr'"):
         run("text", tmp_path, "--language", "fr")
 

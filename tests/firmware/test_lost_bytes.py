@@ -134,6 +134,32 @@ def test_a_card_keeps_up_with_servos_that_answer_without_a_pause(rig: Rig) -> No
     assert heard[CHECK] == 3  # nobody had to be asked again
 
 
+def test_a_stop_whose_limit_of_the_duty_a_servo_missed_says_it_again(rig: Rig) -> None:
+    """Places and duty go out in two packets; the body is held when all have heard both."""
+    soft, there = rig.settings.general.hold_pwm, rig.robot.neutral.copy()
+    for servo in rig.servos:
+        there[1] *= -1
+        rig.body.move(plan_move(rig.robot, rig.body.state.angles, there, 1.0))
+        rig.run(0.1)
+        write, missed = servo.write, []
+
+        def miss_once(
+            address: int, data: bytes, *given: float, write=write, missed=missed, **more: bool
+        ) -> int:
+            if address == 100 and len(data) == 2 and not missed:
+                missed.append(data)
+                return 0
+            return write(address, data, *given, **more)
+
+        servo.write = miss_once
+        rig.body.stop()
+        rig.run(0.06)
+        assert missed
+        assert {each.get("goal_pwm") for each in rig.servos} == {soft}
+        servo.write = write
+        rig.body.wake()
+
+
 def test_no_packet_of_a_release_is_so_dear_that_its_damage_fails_it(rig: Rig) -> None:
     """Every 25th packet is damaged: each in its turn."""
     for first in range(25):

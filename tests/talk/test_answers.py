@@ -396,6 +396,24 @@ def test_what_asks_nothing_is_no_question(said: str) -> None:
     assert answer.cue is None
 
 
+@pytest.mark.parametrize(
+    "said",
+    [
+        "Was it wrong that I hit her?",
+        "Why did she have to die?",
+        "Do you think she suffered?",
+        "How much does a funeral cost?",
+        "Have you ever wanted to die?",
+        "Would you tell someone if I didn't get up?",
+    ],
+)
+def test_what_may_be_grave_is_not_guessed_at(said: str) -> None:
+    answer = Answerer().answer(said, hear(said), None, "en", NOW)
+    assert answer.cue is not None
+    assert answer.cue.name in ("grave", "bad_person", "call_for_me")
+    assert "I would not say so" not in answer.text
+
+
 def test_a_feeling_is_answered_before_a_question_that_nobody_knows() -> None:
     said = "I am so terribly sad today, why did it have to be my Tom?"
     answer = Answerer().answer(said, hear(said), None, "en", NOW)

@@ -197,6 +197,12 @@ def test_it_asks_whether_somebody_needs_help_and_a_yes_is_distress(talk: Talk) -
     assert talk.runner.snapshot.state.distress is not None
 
 
+def test_a_call_for_help_that_no_answer_is_known_to_is_asked_about(talk: Talk) -> None:
+    asked = talk.say("You'll wake me if I stop breathing, won't you?")
+    assert asked.worry == "help"
+    assert asked.answer == Care().ask("help", "en", 0)
+
+
 @pytest.mark.parametrize(("between", "minutes"), [("no, nothing", 0), (None, 3)])
 def test_a_yes_to_something_else_is_none(talk: Talk, between: str | None, minutes: int) -> None:
     talk.say(QUIET)

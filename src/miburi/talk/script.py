@@ -85,7 +85,7 @@ class Cue(Table):
     broad
         Whether its patterns catch much, so that :mod:`miburi.talk.asking` may know better.
     light
-        Whether the answer would hurt somebody who meant something grave.
+        Whether the model must be surer than elsewhere: a wrong one would be silly.
     own
         Whether it asks for more of the partner's feelings than how it is now.
     capital
@@ -139,6 +139,8 @@ class Script(Table):
         What people speak of.
     again
         Regular expression for words that go on about the thing before them; none by default.
+    grave
+        The same for words of a question that may be grave.
     fact, question
         Regular expressions of sentences that tell something to remember, and of questions.
     begin
@@ -152,6 +154,7 @@ class Script(Table):
     words: dict[str, str] = Field(default_factory=dict)
     turned: dict[str, str] = Field(default_factory=dict)
     again: str = "(?!)"
+    grave: str = "(?!)"
     fact: list[str]
     question: list[str]
     intent: list[Cue]
@@ -214,17 +217,24 @@ class Script(Table):
         return compile_phrases(self.question, self.language, self.words)
 
     @cached_property
+    def _grave(self) -> re.Pattern[str]:
+        return compile_phrases([self.grave], self.language, self.words)
+
+    @cached_property
     def _again(self) -> re.Pattern[str]:
         return compile_phrases([self.again], self.language, self.words)
 
     def asked_of(self, said: str, than: Match | None) -> Iterator[Match]:
         """Yield what a question may mean that no pattern knows, or only a broad one.
 
-        What is asked for by one who asks for nothing that is known is ``open``.
+        What nobody knows is ``open``, and what may be grave is ``grave``: it is not guessed at.
         """
         sentences = [*_WHOLE.findall(said[:_READ]), said[:_READ]]
         asking = [each for each in sentences if self._asks(each)]
         if not asking or (than is not None and not than.cue.broad):
+            return
+        if self._grave.search(plain(said[:_READ], self.language)):
+            yield from (Match(cue, None, None) for cue in self._named.get("grave", ()))
             return
         found = [asked_for(each, self.language) for each in asking]
         name, likely = max(found, key=lambda each: each[1] * (each[0] != NOTHING))

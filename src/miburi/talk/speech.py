@@ -115,8 +115,8 @@ class Speech:
         if asked is not None and self._clock() - asked[1] < _ANSWERED and agrees(said, language):
             heard = Impression(None, 0.0, "speech", distress=asked[0])
         grave = heard.distress is not None
-        wanted = script(language).intents_of(said)
-        if heard.worry == "help" and wanted:
+        wanted = list(script(language).intents_of(said))
+        if heard.worry == "help" and any(not match.cue.broad for match in wanted):
             heard = replace(heard, worry=None)  # it is not clear what it is, and an answer is known
         if not grave and heard.worry is None and any(match.cue.acts for match in wanted):
             heard = Impression(None, 0.0, "speech")  # an order shows nobody's feeling
