@@ -19,10 +19,10 @@ from train_distress import everyday, strangers
 from miburi.languages import plain
 from miburi.senses.kinds import KINDS
 from miburi.senses.linear import groups_of, load_model, numbered
+from miburi.talk.asking import NOTHING
 
 ROOT = Path(__file__).parents[1]
 LINES = Path(__file__).with_name("intent-lines")
-NOTHING = "nothing"  # is asked for
 SEED, NOTHINGS = 0, 4_000
 #: How much the lines that ask for nothing weigh, of one class that asks for something.
 SHARE = 6

@@ -33,7 +33,7 @@ struct Board {
     comes(1 << TXC1);
     digitalWrite(SENDING, LOW);
   }
-  // Waits for a flag of the bus, but not for ever, should it be missed.
+  // Waits for a flag of the bus, but gives up after some 50 ms.
   static bool comes(uint8_t flag) {
     for (uint16_t turns = 1; turns != 0; turns++) {
       if (UCSR1A & flag) {

@@ -124,8 +124,8 @@ class Xl330 {
     send(packet);
   }
 
-  // Where `motors` are to stay, in a shorter packet and without a ramp, and then the duty of all: the
-  // places first, since somebody may be pressed.
+  // Tells `motors` where to stay, without a ramp, and then all of them the limit of their duty. The
+  // places go first, in a short packet, because the robot may be pressing on somebody.
   void hold(const Joint* joints, const Order* orders, uint8_t motors) {
     protocol2::Instruction packet(protocol2::BROADCAST, protocol2::SYNC_WRITE);
     packet.put(PROFILE_AND_GOAL, 2).put(12, 2);
@@ -309,8 +309,8 @@ class Xl330 {
   // Gives the only servo on the bus, new or not, an id and our bus speed. It may have one of them
   // already: what was broken off is taken up again.
   bool identify(uint8_t old_id, uint8_t new_id) {
-    // The last ones are those of other projects. At 2 Mbit/s answers may come faster than they can be
-    // taken in: a servo that speaks so is told to speak as we do, and not listened to.
+    // Other projects use the last two, or 2 Mbit/s. At that speed the card may miss the answers, so
+    // it switches such a servo to its own speed without waiting for one.
     patience_ = LONG_PATIENCE;
     io_.bus_speed(2000000);
     tell_all(TORQUE_ENABLE, 0);
@@ -507,7 +507,7 @@ class Xl330 {
     }
   }
 
-  // Whoever hears it obeys, and nobody answers.
+  // A broadcast: every servo obeys, and none answers.
   void tell_all(uint8_t address, uint8_t value) {
     protocol2::Instruction packet(protocol2::BROADCAST, protocol2::WRITE);
     packet.put(address, 2).put(value, 1);
@@ -515,7 +515,7 @@ class Xl330 {
     io_.alive();
     listen();
     while (io_.micros() - since_ < LONG_PATIENCE) {
-      io_.rest();  // it takes its time to write that down
+      io_.rest();  // the servo needs this time to write to its EEPROM
     }
   }
 

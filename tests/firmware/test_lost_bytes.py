@@ -171,7 +171,7 @@ def test_no_packet_of_a_release_is_so_dear_that_its_damage_fails_it(rig: Rig) ->
         assert {servo.get("bus_watchdog") for servo in rig.servos} == {10}
 
 
-#: What each change of body.h would do, and which it is.
+#: Changes to body.h, by what the changed card would do.
 MUTANTS = {
     "expects all at once": (" + static_cast<int32_t>(sent - began);", ";"),
     "orders once": ("COPIES = 3;", "COPIES = 1;"),

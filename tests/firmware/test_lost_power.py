@@ -231,7 +231,7 @@ def test_a_held_body_whose_bus_was_away_is_held_again(rig: Rig) -> None:
     recovers(rig)
 
 
-#: What each change would do; the file, and the change.
+#: Changes to the firmware (file, old, new), by what the changed card would do.
 MUTANTS = {
     "goes back to where it was read last": (
         "body.h", "hold_.unpin(ALL);  // what was read last may be old", ";"

@@ -1,6 +1,6 @@
-"""What somebody asks for in words that no pattern knows: a small linear model.
+"""Find the intent of a question that matches no pattern, with a small linear model.
 
-``tools/train_intents.py`` trains it on lines that strangers wrote. English alone has one.
+``tools/train_intents.py`` trains the model on lines that strangers wrote. Only English has one.
 """
 
 from collections.abc import Callable

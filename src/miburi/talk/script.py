@@ -225,9 +225,10 @@ class Script(Table):
         return compile_phrases([self.again], self.language, self.words)
 
     def asked_of(self, said: str, than: Match | None) -> Iterator[Match]:
-        """Yield what a question may mean that no pattern knows, or only a broad one.
+        """Yield the intents of a question that matches no pattern, or only a broad one.
 
-        What nobody knows is ``open``, and what may be grave is ``grave``: it is not guessed at.
+        If the model knows none, the intent is ``open``. If the question may be grave, the model is
+        not asked, and the intent is ``grave``.
         """
         sentences = [*_WHOLE.findall(said[:_READ]), said[:_READ]]
         asking = [each for each in sentences if self._asks(each)]
