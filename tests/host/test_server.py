@@ -430,6 +430,8 @@ def test_while_the_server_hangs_stop_works_and_comes_before_an_earlier_release(
         try:
             release.sendall(b"POST /api/v1/release HTTP/1.1\r\nHost: localhost\r\n\r\n")
             answers = [kept.post("/stop"), post(there.url + "/api/v1/stop"), kept.post("/stop")]
+            # Long enough for the server to take its own sleep for the partner's.
+            assert "the server hangs" in there.errors.next()
         finally:
             os.kill(server, signal.SIGCONT)
         assert [answer.status_code for answer in answers] == [204] * 3

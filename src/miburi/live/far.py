@@ -30,7 +30,7 @@ from miburi.serving.press import PRESSED, By, Press
 
 __all__ = ["SILENCE", "FarPartner"]
 
-#: s without news after which the partner cannot be reached (ours).
+#: s without an answer after which the partner cannot be reached (ours).
 SILENCE = 1.0
 
 
@@ -64,6 +64,7 @@ class FarPartner:
         self._lock = threading.Lock()
         self._open: dict[int, Future[Any]] = {}
         self._number = self._beats = 0
+        self._silent = False
         self._pressed = 0.0
         self._press: Press | None = None  # since the last Stop was sent
         self._ticks = deque([clock()], maxlen=2)
@@ -89,7 +90,7 @@ class FarPartner:
     @property
     def reachable(self) -> bool:
         """Whether the partner's process has said something of late."""
-        return not self.over.is_set() and time.monotonic() - self._heard < SILENCE
+        return not (self.over.is_set() or self._silent)
 
     @property
     def snapshot(self) -> Snapshot:
@@ -266,7 +267,6 @@ class FarPartner:
         self._post.send(Look(self.history.number, sample, step, self._beats))
 
     def _take(self, news: Latest) -> None:
-        self._heard = time.monotonic()
         self.history.add(news.events)
         self._samples.extend(news.samples)
         latest = Snapshot(json=news.state, serial=news.serial)
@@ -284,8 +284,9 @@ class FarPartner:
 
         An answer waits until the state is here that shows what became of it.
         """
-        asking, stopping = self._ends
-        due, asked = time.monotonic(), False
+        ends = asking, stopping = self._ends
+        asked: float | None = None  # when the partner was asked for what it has yet to say
+        due = time.monotonic()
         told: list[Answer] = []
         try:
             while True:
@@ -294,10 +295,15 @@ class FarPartner:
                 for answer in seen:
                     self._settle(answer.number, answer.result, answer.error)
                 now = time.monotonic()
-                if not asked and (told or now >= due):
+                if asked is None and (told or now >= due):
                     self._look()
-                    asked, due = True, now + STEP
-                for ready in wait([asking, stopping], None if asked else due - now):
+                    asked, due = now, now + STEP
+                until = due if asked is None else asked + SILENCE
+                there = wait(ends, None if self._silent else max(until - now, 0.0))
+                # What came while this process itself slept is here by now.
+                there = there or wait(ends, 0.0)
+                self._silent = not there and asked is not None
+                for ready in there:
                     if ready is stopping:
                         stopping.recv()
                         self._take_stopped()
@@ -305,7 +311,7 @@ class FarPartner:
                     match asking.recv():
                         case Latest() as news:
                             self._take(news)
-                            asked = False
+                            asked = None
                         case Answer() as answer:
                             told.append(answer)
         except (OSError, EOFError):
