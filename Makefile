@@ -22,7 +22,7 @@ experiment: .venv/run.stamp ## the paper's experiment, written to out/experiment
 # tests takes longer than after them.
 TESTS := $(BIN)/python -m pytest -n $$(($$(nproc) + 1))
 PAGES := tests/studio/browser
-test: .venv/test.stamp ## all tests (about 19 minutes on two cores)
+test: .venv/test.stamp firmware ## all tests (about 19 minutes on two cores)
 	$(TESTS) --ignore $(PAGES)
 	$(TESTS) $(PAGES)
 
@@ -31,9 +31,9 @@ test: .venv/test.stamp ## all tests (about 19 minutes on two cores)
 .PHONY: test-quick test-rest test-firmware test-pages
 test-quick: .venv/test.stamp ## what is quick: no program, broker, film, study or card (about 4 minutes)
 	$(TESTS) --ignore $(PAGES) --ignore tests/firmware -m "not slow"
-test-rest: .venv/test.stamp ## all tests but those of the card and those in a browser
+test-rest: .venv/test.stamp firmware ## all tests but those of the card and those in a browser
 	$(TESTS) --ignore $(PAGES) --ignore tests/firmware
-test-firmware: .venv/test.stamp ## the tests of the card
+test-firmware: .venv/test.stamp firmware ## the tests of the card
 	$(TESTS) tests/firmware
 test-pages: .venv/test.stamp ## the tests in a browser
 	$(TESTS) $(PAGES)
