@@ -36,13 +36,13 @@ def post(lab: Lab, browser: TestClient, page: str = "/page", **data: str):
 
 def test_nobody_begins_without_consent(lab: Lab) -> None:
     browser = lab.visitor()
-    assert "Your answers are kept with a number" in browser.get("/").text
+    assert "With your answers we keep a number" in browser.get("/").text
     refused = post(lab, browser, "", language="en")
     assert refused.status_code == 422
     assert "Please tick the box" in refused.text
     assert COOKIE not in browser.cookies
     assert lab.store.counts(4).began == 0
-    assert "Your answers are kept" in browser.get(f"{lab.home}/page").text  # back to the beginning
+    assert "With your answers we keep" in browser.get(f"{lab.home}/page").text  # back to the beginning
 
 
 def test_one_question_a_page_to_the_end(lab: Lab) -> None:
