@@ -50,9 +50,10 @@ inline int32_t lag_doubt(const Profile& profile) {
 }
 
 // What a motor is granted of its guards: half at rest, all at FAST, in 1/256.
-inline int16_t granted(const Profile& profile) {
+inline int16_t granted(const Profile& profile, int32_t velocity) {
   const int32_t fine = static_cast<int32_t>(FINE);
-  const int32_t top = fastest(profile);
+  const int32_t own = distance_between(velocity, 0);
+  const int32_t top = fastest(profile) < own ? own : fastest(profile);
   return static_cast<int16_t>((fine + fine * (top < FAST ? top : FAST) / FAST) / 2);
 }
 
@@ -81,8 +82,8 @@ inline void begin(Watch& watch, const Rule& rule) {
     watch.expected[motor] = watch.measured[motor] = 0;
     watch.since[motor] = 0;
     watch.doubt[motor] = lag_doubt(watch.profile[motor]);
-    watch.share[motor] = granted(watch.profile[motor]);
-    watch.free[motor] = FreeMotion{0, 0};
+    watch.share[motor] = granted(watch.profile[motor], watch.loading[motor].velocity);
+    watch.free[motor] = set_off(watch.loading[motor]);
     watch.profile_then[motor] = watch.loading[motor].offset;
   }
 }

@@ -48,6 +48,13 @@ const uint8_t YIELDS = 20;
 // Only a displacement larger than this, in steps, makes it yield: encoders count whole steps.
 const int32_t NOTICED = 1;
 
+// Steps between two readings by which a motor counts as moving; µs between them, or since, after
+// which they do not tell how fast it is; and steps that are taken for a joint that was found
+// elsewhere.
+const int32_t MOVES = 2;
+const int32_t TELLS = 60000;
+const int32_t MOST_MOVED = 1000;
+
 // µs after the longest ramp until which motors may push as they may to speed up: they follow behind
 // their profiles, and what they carry swings.
 const int64_t EASES_AFTER = 60000;
@@ -69,8 +76,39 @@ struct Controller {
   int16_t goal[MOTORS];
   int16_t sag[MOTORS];  // how far the motors, last at rest, hung from their goals
   int64_t began;
+  int16_t seen[MOTORS];   // the latest reading …
+  int16_t moved[MOTORS];  // … what it is beyond the one before …
+  int64_t seen_at;        // … when it was …
+  int32_t gap;            // … and how long after that one
   Watch watch;
 };
+
+// Takes a reading in, without judging it: two in a row tell how fast the motors are.
+inline void note(Controller& c, const int16_t* positions, int64_t time) {
+  const int64_t gap = time - c.seen_at;
+  if (gap <= 0) {
+    return;
+  }
+  c.gap = static_cast<int32_t>(gap > TELLS ? TELLS + 1 : gap);
+  c.seen_at = time;
+  for (uint8_t motor = 0; motor < MOTORS; motor++) {
+    const int32_t moved = static_cast<int32_t>(positions[motor]) - c.seen[motor];
+    c.moved[motor] = static_cast<int16_t>(clamped(moved, MOST_MOVED));
+    c.seen[motor] = positions[motor];
+  }
+}
+
+// How fast a motor is along its way, and how far it has gone since the latest reading.
+inline void note_drift(const Controller& c, uint8_t motor, int64_t time, Loading& loading) {
+  const int64_t age = time - c.seen_at;
+  const int32_t moved = c.moved[motor] * c.watch.direction[motor];
+  loading.velocity = loading.gone = 0;
+  if (age <= TELLS && c.gap <= TELLS && (moved > MOVES || moved < -MOVES)) {
+    const int64_t fast = static_cast<int64_t>(moved) * FINE * SECOND / c.gap;
+    loading.velocity = static_cast<int32_t>(fast);
+    loading.gone = static_cast<int32_t>(fast * age / SECOND);
+  }
+}
 
 // When the motors are stopped their goals stay so much above them: else they would sink under their
 // loads, onto whom they touch.
@@ -152,6 +190,7 @@ inline void start(Controller& c, const Rule& rule, Phase phase, const int16_t* g
     c.watch.loading[motor].begin = (load.begin * weight) >> 8;
     c.watch.loading[motor].end = (load.end * weight) >> 8;
     c.watch.loading[motor].most = error_of(rule, load.pwm);
+    note_drift(c, motor, time, c.watch.loading[motor]);
   }
   begin(c.watch, rule);
 }
@@ -261,6 +300,7 @@ inline bool yield(Controller& c, const Rule& rule, const int16_t* positions, int
 
 // Look at the motors: judge them, and notice when the goal is reached.
 inline void update(Controller& c, const Rule& rule, const int16_t* positions, int64_t time) {
+  note(c, positions, time);
   if (c.phase == Phase::idle) {
     feel(c, rule, positions, time);
   }

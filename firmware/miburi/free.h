@@ -14,6 +14,7 @@ const int32_t MODEL_STEP = 5000;  // µs
 // and four turns from the start. No free servo does; one without any friction at its ceiling would.
 const int32_t MODEL_FASTEST = 0x7FFFFF;
 const int32_t MODEL_FARTHEST = 0x40000000;
+const int32_t MODEL_BEGINS = 0x140000;  // 4000 steps/s, which no servo's joint swings at
 
 // A motor with its joint; found by calibration.
 struct FreeServo {
@@ -29,6 +30,8 @@ struct Loading {
   int32_t begin;   // the error that the load takes at the beginning …
   int32_t end;     // … and at the end
   int32_t most;    // the error at which the duty has its limit
+  int32_t velocity;  // of the motor at the start, 1/256 steps/s: it may still swing
+  int32_t gone;      // since the reading that says where it is
 };
 
 struct FreeMotion {
@@ -38,6 +41,11 @@ struct FreeMotion {
 
 inline int32_t clamped(int32_t value, int32_t most) {
   return value > most ? most : value < -most ? -most : value;
+}
+
+// A free motor at the start of a move; a velocity is at most 2^24.
+inline FreeMotion set_off(const Loading& loading) {
+  return FreeMotion{loading.gone * 256, clamped(loading.velocity * 32 / 25, MODEL_BEGINS)};
 }
 
 // Lets `steps` steps pass while the profile goes from `before` to `now`.

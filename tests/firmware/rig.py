@@ -113,6 +113,7 @@ class Twin:
         self.settings = settings
         self.controller: Controller | None = None
         self.last: Report | None = None
+        self.whole: list[Report] = []  # the two latest in which all were heard
         self.loads = NO_LOADS
         self.looks = 0
         #: From when on every look at the motors would see the contact, µs.
@@ -125,10 +126,14 @@ class Twin:
         if self.controller is None:
             neutral = to_steps(self.robot, self.robot.neutral)
             self.controller = Controller(self.robot, self.settings.rule, neutral)
+            for report in self.whole:
+                self.controller.note(np.array(report.positions), report.time)
         origin = self.controller.origin
         self.controller.start(Phase.MOVING, order.goals, order.speeds, here, began)
         profile, direction = order.profile(self.settings, origin)
+        velocity, gone = self.controller.drift(direction, began)
         loading = order.loading(self.settings, here, origin)
+        loading = replace(loading, velocity=velocity, gone=gone)
         self.controller.watch = self.settings.rule.watch(profile, here, direction, loading)
         self.detectable = None
 
@@ -143,6 +148,8 @@ class Twin:
 
     def see(self, report: Report) -> None:
         self.last = report
+        if report.heard == 0xFF:
+            self.whole = [*self.whole[-1:], report]
         c = self.controller
         if c is None or report.heard != 0xFF:
             return

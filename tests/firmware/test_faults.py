@@ -208,7 +208,7 @@ def test_answers_that_are_lost_in_turn_do_not_starve_the_rule(rig: Rig) -> None:
     def lose(data: bytes) -> bytes:
         nonlocal readings
         readings += data[7:9] == b"\x82\x80"  # a sync read from address 128
-        return b"" if data[7] == 0x55 and data[4] == missing[readings % 2] else data
+        return b"" if data[7:8] == b"\x55" and data[4] == missing[readings % 2] else data
 
     rig.bus.spoil = lose
     rig.run(0.2)
@@ -233,7 +233,7 @@ def test_a_lost_answer_makes_no_fast_move_look_wrong(rig: Rig) -> None:
         if data[7:9] == b"\x82\x80":  # a sync read from address 128
             asked += 1
             to_lose = ids[asked // 3 % 3] if asked % 3 == 0 else None
-        elif data[7] == 0x55 and data[4] == to_lose:
+        elif data[7:8] == b"\x55" and data[4] == to_lose:
             to_lose = None
             return data[:6] + data[7:]  # a byte
         return data

@@ -56,9 +56,9 @@ class AfterCheck:
         self.servo, self.asked = servo, False
 
     def __call__(self, data: bytes) -> bool:
-        if data[7] != 0x55:
+        if data[7:8] != b"\x55":
             self.asked = is_check(data)
-        return self.asked and data[7] == 0x55 and data[4] == self.servo
+        return self.asked and data[7:8] == b"\x55" and data[4] == self.servo
 
 
 @pytest.mark.parametrize(

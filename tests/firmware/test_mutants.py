@@ -41,6 +41,8 @@ _DISTANCE = (
 _CLAMPED = "return value > most ? most : value < -most ? -most : value;"
 _LOST = "const int32_t lost = (servo.lost * (motor < 0 ? -motor : motor)) >> 8;"
 _SHARE = "return static_cast<int16_t>((fine + fine * (top < FAST ? top : FAST) / FAST) / 2);"
+_SPEED = "const int32_t own = distance_between(velocity, 0);"
+_TOP = "const int32_t top = fastest(profile) < own ? own : fastest(profile);"
 #: Changes that change nothing: at a seam, both sides give the same number.
 EQUIVALENT = {
     (_CLAMPED, ">="),  # of equals, either is the same
@@ -48,6 +50,8 @@ EQUIVALENT = {
     (_LOST, "<="),  # 0 has no sign
     (_LOST, "1"),
     (_SHARE, "<="),
+    (_TOP, "<="),  # of equals, either is the same
+    (_SPEED, "1"),  # 1/256 step/s is less than a share can show
     ("if (speed > 0) {", ">="),  # friction leaves a motor that stands where it is
     ("motion.v = speed > taken ? speed - taken : 0;", ">="),
     ("motion.v = speed < -taken ? speed + taken : 0;", "<="),

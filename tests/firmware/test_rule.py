@@ -41,7 +41,7 @@ def test_a_model_that_nothing_holds_stays_where_the_card_can_count(native: Path)
     (trace,) = random_traces(np.random.default_rng(3), 1)
     trace["rule"] = (20_000, 9372)
     trace["motors"] = (2033, 5, 1, 32, 45, 29, 13_920, 1, 0, 0)
-    trace["motion"] = (1893, 131_072, 3514, 687, -1, -1658, 4820, -5031, 5031)
+    trace["motion"] = (1893, 131_072, 3514, 687, -1, -1658, 4820, -5031, 5031, 0, 0)
     trace["looks"]["time"] = [151_841, 160_000, 3_865_001, 3_875_000]
     trace["looks"]["positions"] = 687
     traces = np.array([trace])

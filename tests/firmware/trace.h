@@ -25,6 +25,8 @@ void run_trace(In& in, Out& out) {
     watch.loading[i].begin = in.i32();
     watch.loading[i].end = in.i32();
     watch.loading[i].most = in.i32();
+    watch.loading[i].velocity = in.i32();
+    watch.loading[i].gone = in.i32();
   }
   miburi::begin(watch, rule);
   const int16_t looks = in.i16();

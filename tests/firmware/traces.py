@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from miburi.robot import guards as table
 from miburi.safety.contact import Loading, Sign, Watch, lag_doubt
 from miburi.safety.free import FreeRule, granted_share
-from miburi.safety.profile import FINE, Profile
+from miburi.safety.profile import FINE, SECOND, Profile
 from miburi.servos.free import STEP, FreeServo
 
 MOTORS = 8
@@ -21,7 +21,7 @@ OF_MOTOR = np.dtype(
         *((name, "u1" if name == "lost" else "<u2") for name in OF_SERVO),
     ]
 )
-OF_LOADING = ("offset", "begin", "end", "most")
+OF_LOADING = ("offset", "begin", "end", "most", "velocity", "gone")
 MOTION = np.dtype(
     [
         *((name, "<i4") for name in ("distance", "speed", "acceleration")),
@@ -126,12 +126,18 @@ def _draw_motions(rng: np.random.Generator, motors: Records, motion: Records) ->
         # Whole steps, so that a motor can be exactly on the limit about its goal.
         steps = rng.integers(-most, most + 1, shape) * FINE
         motion[name] = np.where(bare, 0, np.where(rng.random(shape) < 0.5, steps, fine))
+    # Some still swing from the move before; the fastest that a card can count is one in a hundred.
+    swings = rng.random(shape) < 0.3
+    fastest = np.where(rng.random(shape) < 0.03, 1 << 24, 700 * FINE)
+    motion["velocity"] = np.where(swings, rng.integers(-fastest, fastest + 1, shape), 0)
+    age = rng.choice([0, 4000, 20_000, 60_000], shape)
+    motion["gone"] = motion["velocity"].astype(np.int64) * age // SECOND
     # Stiff motors come to rest on whole steps; a feather's speed grows by the least that there is.
     stiff, feather = rng.random(shape) < 0.25, rng.random(shape) < 0.03
     for some, offset, servo in ((stiff, 0, (16_383, 49_152, 0, 0)), (feather, 384, (1, 0, 0, 0))):
         for name, value in zip(OF_SERVO, servo, strict=True):
             motors[name][some] = value
-        for name, value in zip(OF_LOADING, (offset, 0, 0, 110_000), strict=True):
+        for name, value in zip(OF_LOADING, (offset, 0, 0, 110_000, 0, 0), strict=True):
             motion[name][some] = value
     motion["distance"][feather] = 0
     for name in ("begin", "end"):  # no weight is more than the motor can hold
@@ -155,7 +161,7 @@ def _draw_looks(rng: np.random.Generator, trace: np.void, only_window: bool) -> 
     never = np.full(MOTORS, 1 << 40)
     blind = replace(guards, slack=never, least=never, behind=never, ahead=never, arrival=never)
     blind_watch = replace(watch, rule=replace(rule, guards=blind))
-    share = granted_share(profile)
+    share = granted_share(profile, watch.loading)
     doubt, goal = lag_doubt(profile), profile.distance * FINE
     goal = goal + trace["motion"]["offset"] - trace["motion"]["end"]
     # As the rule has them: what it had seen when the latest period ended.
@@ -195,7 +201,7 @@ def _draw_looks(rng: np.random.Generator, trace: np.void, only_window: bool) -> 
 def _stiffen(motors: Records, motion: Records, odd: int) -> None:
     for name, value in zip(OF_SERVO, (16_383, 49_152, 0, 0), strict=True):
         motors[name][odd] = value
-    for name, value in zip(OF_LOADING, (0, 0, 0, 110_000), strict=True):
+    for name, value in zip(OF_LOADING, (0, 0, 0, 110_000, 0, 0), strict=True):
         motion[name][odd] = value
     for name, least in (("distance", 100), ("speed", 1000 * FINE), ("acceleration", 10_000)):
         motion[name][odd] = max(motion[name][odd], least)

@@ -87,6 +87,7 @@ PAPER_PERIOD = SECOND // 10
 #: feel that its upper arm is held with 9.4 N.
 LAG_DOUBT = 2000
 _NONE = np.zeros(8, dtype=np.bool_)
+_NOTHING: Steps = np.zeros(8, dtype=np.int64)
 _READINGS = np.arange(20, dtype=np.int64) * (SECOND // 100)
 
 
@@ -102,15 +103,20 @@ class Loading:
         The error of position that the load takes at the move's beginning, and at its end.
     most
         The error at which the duty has its limit.
+    velocity
+        How fast the motor is at the start, in 1/256 steps/s: it may still swing.
+    gone
+        How far it has gone since the reading that says where it is.
     """
 
     offset: Steps
     begin: Steps
     end: Steps
     most: Steps
+    velocity: Steps = field(default_factory=lambda: _NOTHING)
+    gone: Steps = field(default_factory=lambda: _NOTHING)
 
 
-_NOTHING = np.zeros(8, dtype=np.int64)
 #: No weight, no limit, and a profile that begins where the motors are.
 UNLOADED = Loading(_NOTHING, _NOTHING, _NOTHING, np.full(8, 1 << 20, dtype=np.int64))
 

@@ -29,7 +29,7 @@ that turns backwards would go on for ever. A limb that was led to where it weigh
 little each time.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -59,6 +59,12 @@ RETURN_SPEED = 0.8
 GIVE_WAY, FURTHEST = 0.0245, 0.0736
 #: How long motors are held away from their places before they give in, µs (ours).
 YIELD_AFTER = 150_000
+#: How far a motor that moves goes between two readings, in steps: less is noise (ours).
+MOVES = 2
+#: Readings further apart, or older, do not tell how fast a motor is, µs (ours).
+TELLS = 60_000
+#: A joint that seems to have gone further between two readings was found elsewhere, steps (ours).
+MOST_MOVED = 1000
 #: How often in a row a body that is led by the hand yields: for 3 s (ours).
 YIELDS = 20
 
@@ -119,6 +125,8 @@ class Controller:
         self.window: Window | None = None
         #: Start of the profile that runs, µs.
         self.began = 0
+        self._seen, self._seen_at = self.origin, 0
+        self._moved, self._gap = np.zeros_like(self.origin), TELLS + 1
         self._yields_at: int | None = None
         self._kept_since: int | None = None  # a motor at rest, away from its goal, µs
         self._sag = np.zeros_like(self.origin)
@@ -136,6 +144,7 @@ class Controller:
             servo's.
         """
         check_move(self.robot, self.phase, move)
+        self.note(positions, time)
         robot = self.robot
         self.start(
             Phase.MOVING,
@@ -165,6 +174,7 @@ class Controller:
         """
         if self.phase is not Phase.STOPPED:
             raise BodyError(f"The body is {self.phase}; only a stopped body can be released.")
+        self.note(positions, time)
         led = self._is_led
         self.latched = None
         # A motor starts from its goal, or from where it is if somebody has moved it.
@@ -184,6 +194,7 @@ class Controller:
 
     def update(self, positions: Steps, time: int) -> None:
         """Judge a reading of the encoders: stop on contact, end at the goal, yield when pushed."""
+        self.note(positions, time)
         if self.phase is Phase.STOPPED:
             self._yield(positions, time)
         elif self.phase is Phase.IDLE:
@@ -221,12 +232,31 @@ class Controller:
         needs = self._needs
         return needs.ceiling if time - self.began < needs.eases_at else needs.cruise
 
+    def note(self, positions: Steps, time: int) -> None:
+        """Take a reading in, without judging it: two in a row tell how fast the motors are."""
+        if time > self._seen_at:
+            self._moved, self._gap = positions - self._seen, time - self._seen_at
+            self._seen, self._seen_at = positions, time
+
+    def drift(self, direction: Steps, time: int) -> tuple[Steps, Steps]:
+        """Return how fast the motors are, and how far they have gone since the latest reading.
+
+        Both are (8,) along ``direction``, as :class:`~miburi.safety.contact.Loading` has them.
+        """
+        age = time - self._seen_at
+        if max(age, self._gap) > TELLS:
+            return np.zeros_like(self._moved), np.zeros_like(self._moved)
+        moved = np.minimum(np.abs(self._moved), MOST_MOVED)
+        fast = np.where(moved > MOVES, moved * FINE * SECOND // self._gap, 0)
+        way = np.sign(self._moved) * direction
+        return way * fast, way * (fast * age // SECOND)
+
     def start(self, phase: Phase, goal: Steps, speeds: Steps, positions: Steps, time: int) -> None:
         """Start towards ``goal``, in steps, at ``speeds`` in steps/s; nothing is checked here."""
         self.phase = phase
         self.began = time
         self._sag = self._measure_sag(positions)
-        self.watch = self._plan(goal, positions, speeds)
+        self.watch = self._plan(goal, positions, speeds, time)
 
     @property
     def _is_led(self) -> bool:
@@ -293,11 +323,14 @@ class Controller:
                 goals = np.clip(goals, to_steps(robot, robot.lower), to_steps(robot, robot.upper))
             self._stay(goals)
 
-    def _plan(self, goal: Steps, positions: Steps, speeds: Steps) -> Watch:
+    def _plan(self, goal: Steps, positions: Steps, speeds: Steps, time: int | None = None) -> Watch:
         profile, direction = plan_profile(self.robot, self.origin, goal, speeds)
         needs = demand(self.robot, positions, self.origin, profile, direction)
-        self._needs = needs
-        return self.rule.watch(profile, positions, direction, needs.loading)
+        self._needs, loading = needs, needs.loading
+        if time is not None:
+            velocity, gone = self.drift(direction, time)
+            loading = replace(loading, velocity=velocity, gone=gone)
+        return self.rule.watch(profile, positions, direction, loading)
 
     def _hold(self, stop: Stop, positions: Steps) -> None:
         self.phase, self.latched = Phase.STOPPED, stop

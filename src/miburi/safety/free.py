@@ -2,8 +2,9 @@
 
 The rule compares each motor's speed with the one it should have. The delayed profile is what a
 stiff servo would do; :mod:`miburi.servos.free` is what *this* servo with *this* load does if nobody
-is in its way: at nominal voltage, with each joint's inertia in the middle of the joints' ranges,
-and the load straight between what it is at the move's start and at its end.
+is in its way. It is at nominal voltage, with each joint's inertia in the middle of the joints'
+ranges, and the load straight between what it is at the move's start and at its end. It begins with
+the speed that the motor has: one that still swings from the last move has met nobody.
 
 What the model misses grows with the speed, up to some 500 steps/s. So the guards ``slack``,
 ``behind`` and ``ahead`` are those of a motor that reaches ``FAST`` in its move. A motor at rest is
@@ -15,7 +16,7 @@ granted half of each, and one in between in proportion. With a slack of 10 steps
 Import it where it is first needed: it loads Numba.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -23,8 +24,8 @@ from miburi.robot import Robot
 from miburi.robot.guards import in_whole_units
 from miburi.robot.loads import loads
 from miburi.safety.contact import UNLOADED, Loading, Rule, Watch, lag_doubt
-from miburi.safety.profile import FINE, Profile, Steps
-from miburi.servos.free import STEP, FreeServo, advance
+from miburi.safety.profile import FINE, SECOND, Profile, Steps
+from miburi.servos.free import BEGINS, STEP, FreeServo, advance
 
 __all__ = ["FAST", "FreeRule", "granted_share"]
 
@@ -62,13 +63,14 @@ class FreeRule(Rule):
     ) -> Watch:
         """Begin to watch one move of loaded motors."""
         begin, end = (loading.begin * self.sag) >> 8, (loading.end * self.sag) >> 8
-        own = Loading(loading.offset, begin, end, loading.most)
+        own = replace(loading, begin=begin, end=end)
         return _FreeWatch(self, profile, start, direction, own)
 
 
-def granted_share(profile: Profile) -> Steps:
+def granted_share(profile: Profile, loading: Loading = UNLOADED) -> Steps:
     """Return what each motor is granted of its guards in this move, (8,) in 1/256."""
-    share: Steps = (FINE + FINE * np.minimum(profile.fastest, FAST) // FAST) // 2
+    top = np.maximum(profile.fastest, np.abs(loading.velocity))
+    share: Steps = (FINE + FINE * np.minimum(top, FAST) // FAST) // 2
     return share
 
 
@@ -78,14 +80,15 @@ class _FreeWatch(Watch):
     def __post_init__(self) -> None:
         super().__post_init__()
         guards, doubt = self.rule.guards, lag_doubt(self.profile)
-        share = granted_share(self.profile)
+        share = granted_share(self.profile, self.loading)
         self._slack = guards.slack * share
         self._behind, self._ahead = guards.behind * share + doubt, guards.ahead * share + doubt
         loading = self.loading
         # Where loaded motors come to rest, but for friction.
         self._goal = self._goal + loading.offset - loading.end
-        self._x = np.zeros_like(self.start)
-        self._v = np.zeros_like(self.start)
+        self._x = loading.gone * FINE
+        fast = np.minimum(np.abs(loading.velocity) * FINE * STEP // SECOND, BEGINS)
+        self._v = np.sign(loading.velocity) * fast
         self._profile_then = loading.offset.copy()
         self._model_time = 0
 
@@ -104,4 +107,5 @@ class _FreeWatch(Watch):
             advance(self._x, self._v, then, now, steps, sag, loading.most, servo)
             self._profile_then = now
         rest = (time - self._model_time) * FINE // STEP
-        return (self._x >> 8) + (((self._v >> 8) * rest) >> 8)
+        travel: Steps = (self._x >> 8) + (((self._v >> 8) * rest) >> 8)
+        return travel

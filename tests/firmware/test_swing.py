@@ -1,0 +1,68 @@
+"""The card begins a move with the speed that a motor has, as the reference does."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.firmware.rig import Rig, calibrated
+from tests.firmware.toolchain import changed_card, proof
+
+from miburi.card.settings import CardSettings, FreeMotor
+from miburi.robot import JOINTS
+from miburi.safety.move import Move
+from miburi.safety.stop import Phase, StopReason
+
+MOTOR, SPEED = 2, 300
+
+
+def swinging(firmware: Path) -> CardSettings:
+    """Return settings of a rig of which one motor swings on when it was moved."""
+    settings = calibrated(firmware)
+    joints = [*settings.joints]
+    joints[MOTOR] = replace(
+        settings.generous.joints[MOTOR], free=FreeMotor(pull=4000, brake=8000, friction=0, lost=0)
+    )
+    return replace(settings, joints=tuple(joints))
+
+
+@pytest.mark.parametrize("way", [-1, 1])
+def test_a_motor_that_still_moves_begins_its_move_so(firmware: Path, way: int) -> None:
+    """At rest it goes 15 steps, is told to move, and is blocked: the twin expects the same of it."""
+    rig = Rig(firmware, 7, settings=swinging(firmware))
+    shaft, clock = rig.servos[MOTOR].shaft, rig.line.mega
+    angles = rig.robot.neutral.copy()
+    began = clock.time
+    shaft.noise = lambda: way * min((clock.time - began) * 1e-6 * SPEED, 15.0)
+    rig.run(0.035)
+    assert rig.body.state.phase is Phase.IDLE
+    shaft.low = shaft.high = shaft.place
+    angles[MOTOR] -= 0.5
+    rig.body.move(Move(angles, np.full(8, 1.0)))
+    watch = rig.twin.controller.watch
+    assert abs(watch.loading.velocity[MOTOR] / 256) > 150
+    assert rig.settle() is Phase.STOPPED
+    stop = rig.body.state.stop
+    assert (stop.reason, stop.motor) == (StopReason.CONTACT, JOINTS[MOTOR])
+    rig.close()
+
+
+#: What each changed line of the firmware would do, and which it is.
+MUTANTS = {
+    "stands": ("loading.velocity = static_cast<int32_t>(fast);", "loading.velocity = 0;"),
+    "reads at once": ("static_cast<int32_t>(fast * age / SECOND);", "0;"),
+    "goes the other way": ("c.moved[motor] * c.watch.direction[motor];", "c.moved[motor];"),
+    "never reads": ("  note(c, positions, time);\n", ""),
+}
+
+
+@proof
+@pytest.mark.parametrize("name", MUTANTS)
+def test_a_changed_card_is_noticed(firmware: Path, tmp_path: Path, name: str) -> None:
+    built = changed_card(tmp_path, "controller.h", *MUTANTS[name])
+    for way in (-1, 1):
+        try:
+            test_a_motor_that_still_moves_begins_its_move_so(built, way)
+        except AssertionError:
+            return
+    pytest.fail("the changed card passed")
