@@ -28,7 +28,7 @@ def swinging(firmware: Path) -> CardSettings:
 
 @pytest.mark.parametrize("way", [-1, 1])
 def test_a_motor_that_still_moves_begins_its_move_so(firmware: Path, way: int) -> None:
-    """At rest it goes 15 steps, is told to move, and is blocked: the twin expects the same of it."""
+    """It goes 15 steps, is told to move, and is blocked: the twin expects the same of it."""
     rig = Rig(firmware, 7, settings=swinging(firmware))
     shaft, clock = rig.servos[MOTOR].shaft, rig.line.mega
     angles = rig.robot.neutral.copy()

@@ -42,7 +42,9 @@ def test_nobody_begins_without_consent(lab: Lab) -> None:
     assert "Please tick the box" in refused.text
     assert COOKIE not in browser.cookies
     assert lab.store.counts(4).began == 0
-    assert "With your answers we keep" in browser.get(f"{lab.home}/page").text  # back to the beginning
+    assert (
+        "With your answers we keep" in browser.get(f"{lab.home}/page").text
+    )  # back to the beginning
 
 
 def test_one_question_a_page_to_the_end(lab: Lab) -> None:
