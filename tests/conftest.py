@@ -63,29 +63,6 @@ class Together(LoadScopeScheduling):
         return next((line[0] for line in TOGETHER if nodeid.startswith(line)), nodeid)
 
 
-#: What `make test-quick` leaves out: programs, brokers, films, experiments, whole studies.
-SLOW = (
-    *(f"tests/cli/test_{name}" for name in ("commands", "json", "own_files", "study")),
-    *(f"tests/doors/test_{name}" for name in ("agents", "fleet", "home", "ros", "voice")),
-    "tests/examples/",
-    "tests/feelings/test_ninth.py",
-    "tests/senses/test_ears.py",
-    "tests/studies/",
-    "tests/studio/test_fleet_page.py",
-    "tests/host/test_server.py",
-    *(
-        f"tests/test_{name}"
-        for name in ("docs", "extras", "shown_commands", "tutorials", "without_egl")
-    ),
-)
-
-
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    for item in items:
-        if item.nodeid.startswith(SLOW):
-            item.add_marker(pytest.mark.slow)
-
-
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> Together:
     return Together(config, log)
 

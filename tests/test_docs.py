@@ -15,6 +15,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from miburi.card.bench import BenchFindings, BenchReport, write_report
 from miburi.cli.commands import app
 from tests.fixtures.command import miburi
 
@@ -159,3 +160,35 @@ def test_the_site_is_whole_and_asks_for_nothing_from_elsewhere(tmp_path: Path) -
         for page in pages
     ]
     assert [address for page in loaded for address in page] == []
+
+
+def builders(folder: Path, page: Path) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, ROOT / "tools" / "builders", folder, page]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+def test_the_page_of_measured_robots_has_every_report(tmp_path: Path) -> None:
+    page = tmp_path / "builders.md"
+    page.write_bytes((ROOT / "docs" / "builders.md").read_bytes())
+    assert builders(ROOT / "docs" / "builders", page).returncode == 0
+    assert page.read_bytes() == (ROOT / "docs" / "builders.md").read_bytes()
+
+
+def test_a_builders_report_stands_beside_the_simulation(tmp_path: Path) -> None:
+    page = tmp_path / "builders.md"
+    page.write_bytes((ROOT / "docs" / "builders.md").read_bytes())
+    report = BenchReport(robot="iphonoid", servo="XL330-M288-T").after(
+        "false_stops",
+        BenchFindings({"moves": 260.0, "stops": ["waist"]}, {"divisor": {"p_divisor": 250.0}}),
+    )
+    write_report(report, tmp_path / "anna.toml")
+    assert builders(tmp_path, page).returncode == 0
+    text = page.read_text(encoding="utf-8")
+    assert "|  | simulation | anna |" in text
+    assert "| `divisor.p_divisor` | 256 | 250 |" in text
+    assert "| false_stops: stops |  | waist |" in text
+    (tmp_path / "bert.toml").write_text('robot = "iphonoid"\nservo = 3\n', encoding="utf-8")
+    refused = builders(tmp_path, page)
+    assert refused.returncode == 1
+    assert "bert.toml" in refused.stderr
+    assert page.read_text(encoding="utf-8") == text
