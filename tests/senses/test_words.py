@@ -273,3 +273,24 @@ def test_a_sentence_without_signs_is_no_calmer_for_it() -> None:
     plain, exclaimed = strength(said + "."), strength(said + "!")
     assert min(plain, exclaimed) < strength(said) < max(plain, exclaimed)
     assert hear(said).why, "each word still says what it brought"
+
+
+@pytest.mark.parametrize(
+    ("text", "feeling"),
+    [
+        ("My son is angry.", None),
+        ("It used to make me sad, not any more.", None),
+        ("My neighbour is so sad since her cat died.", None),
+        ("They are happy now.", None),
+        ("My son is angry. I am sad.", "sadness"),
+        ("My son is angry and I am so sad about it.", "sadness"),
+        ("My son makes me angry.", "anger"),
+        ("It is sad that you cannot come.", "sadness"),
+        ("I'm so happy my son is happy.", "happiness"),
+    ],
+)
+def test_what_others_feel_and_what_is_over_is_not_the_speakers(
+    text: str, feeling: str | None
+) -> None:
+    assert hear(text).feeling == feeling
+    assert hear(without_punctuation(text)).feeling == feeling or "." in text[:-1]

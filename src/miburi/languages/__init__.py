@@ -27,6 +27,7 @@ __all__ = [
     "common_words",
     "compile_phrases",
     "find_phrase",
+    "is_elsewhere",
     "is_spaced",
     "language_of",
     "letters_a_second",
@@ -68,6 +69,8 @@ class _Rules(Table):
     denied: str | None = None
     same: list[str] = Field(default_factory=list)
     subject: str | None = None
+    elsewhere: list[str] = Field(default_factory=list)
+    parts: dict[str, str] = Field(default_factory=dict)
 
     @cached_property
     def words(self) -> frozenset[str]:
@@ -144,6 +147,22 @@ def subjects_of(question: str, language: Language) -> list[str]:
     found = _rules(language).subjects.finditer(plain(question, language))
     names = _NAMED.findall(question) if is_spaced(language) else []
     return [match["it"] for match in found] + [plain(name, language) for name in names]
+
+
+def is_elsewhere(sentence: str, language: Language) -> bool:
+    """Return whether a sentence tells what somebody else feels, or what is over.
+
+    >>> is_elsewhere("My son is angry.", "en"), is_elsewhere("My son makes me angry.", "en")
+    (True, False)
+    """
+    found = _elsewhere(language)
+    return found is not None and found.fullmatch(plain(sentence, language)) is not None
+
+
+@cache
+def _elsewhere(language: Language) -> re.Pattern[str] | None:
+    rules = _rules(language)
+    return compile_phrases(rules.elsewhere, language, rules.parts) if rules.elsewhere else None
 
 
 def letters_a_second(language: Language) -> float:

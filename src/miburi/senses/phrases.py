@@ -20,7 +20,7 @@ from miburi.feelings import FEELINGS
 from miburi.feelings.catalogue import FeelingName
 from miburi.feelings.temperament import Share
 from miburi.ground.tables import Table
-from miburi.languages import Language
+from miburi.languages import Language, is_elsewhere
 from miburi.senses.impression import Brought, Impression
 from miburi.senses.text import tokens
 
@@ -30,6 +30,7 @@ __all__ = [
     "Smileys",
     "Stems",
     "alarm_in",
+    "cut_elsewhere",
     "cut_questions",
     "cut_smileys",
     "smiley_weight",
@@ -151,6 +152,16 @@ def cut_smileys(text: str) -> tuple[str, dict[str, str]]:
     text = unicodedata.normalize("NFKC", text)
     found = {match.group(1): feelings[match.group(1)] for match in pattern.finditer(text)}
     return pattern.sub(" ", text), found
+
+
+def cut_elsewhere(text: str, language: Language) -> str:
+    """Return a text without what it tells of somebody else's feelings, or of what is over.
+
+    >>> cut_elsewhere("My son is angry. I am sad.", "en")
+    'I am sad.'
+    """
+    sentences = _SENTENCE.findall(text)
+    return "".join(each for each in sentences if not is_elsewhere(each, language)).strip()
 
 
 def cut_questions(text: str, language: Language) -> str | None:

@@ -6,6 +6,7 @@ A model and lists listen. The first list that finds its words speaks, else the m
   ``tools/train_words.py``): a weight for each word, each pair of words, each group of letters and
   each word's meaning (a word vector, folded into nine numbers);
 - distress: what people say who need help now (:mod:`miburi.senses.distress`);
+- what somebody else feels, or what is over, which is left out (a language's ``elsewhere``);
 - questions about the partner's own feelings, which show nobody's (``asked.toml``);
 - what people cry when they are startled or warn (``alarms.toml``), as no data holds it;
 - word stems for Japanese (``stems-ja.toml``), for which there is no model.
@@ -30,6 +31,7 @@ from miburi.senses.distress import judge_distress
 from miburi.senses.impression import Brought, Impression
 from miburi.senses.phrases import (
     alarm_in,
+    cut_elsewhere,
     cut_questions,
     cut_smileys,
     smiley_weight,
@@ -180,6 +182,7 @@ def hear(text: str, usual: Language = FALLBACK) -> Impression:
         why = (Brought(distress.words, 0.0),) if distress.words else ()
         return Impression(None, 0.0, "speech", why, distress=distress.kind)
     language = language_of(text, usual)
+    text = cut_elsewhere(text, language)
     rest = cut_questions(text, language)
     if rest is None:
         return _shown(text, language)
