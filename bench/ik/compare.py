@@ -292,14 +292,14 @@ def explanation(processes):
         f"each process after the first). n: targets behind a percentage. "
         f"The machine's load before and after each process: {loads}. "
         "Times are the lesser of wall clock and processor time; *times Miburi* is the median of a "
-        "solver's turn by that of Miburi's times taken before it, after it, and every "
-        f"{PAUSE * 1e3:.0f} ms between its targets.",
+        "solver's turn divided by the median of Miburi's times, which are taken before it, after "
+        f"it, and every {PAUSE * 1e3:.0f} ms between its targets.",
         "",
         "A solver begins at the middle of the limits. Until the residual is 0.1 mm it begins anew "
         "at random poses, 20 starts in all. The robotics toolbox makes its own restarts; "
         "differential evolution, EAIK, IK-Geo and Miburi get one call. "
-        f"Out of reach, where no residual tells that a start was the last that is needed, it makes "
-        f"{BEYOND_STARTS} starts, and stops before that once {IN_VAIN} in a row have found nothing "
+        f"Out of reach, where no residual shows that enough starts were made, it makes up to "
+        f"{BEYOND_STARTS} starts, and stops early once {IN_VAIN} in a row have found nothing "
         "better (by 1e-6 m). A pose a little outside of the limits is put on them first. The "
         "columns 1e-4 and 1e-6: within so many metres of the exact optimum.",
         "",
