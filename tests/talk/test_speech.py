@@ -234,3 +234,29 @@ def test_it_tells_what_was_meant(talk: Talk) -> None:
 def test_an_order_shows_nobodys_feeling(talk: Talk, said: str) -> None:
     answer = talk.say(said)
     assert (answer.feeling, answer.felt) == (None, [])
+
+
+def test_after_a_distress_it_stays_with_it_and_then_answers_again(talk: Talk) -> None:
+    """People who are well go on talking, and want to hear something else."""
+    stays = {Care().stay("en", turn) for turn in range(4)}
+    talk.say("I fell and cannot get up")
+    told = [
+        str(talk.say(text).answer)
+        for text in (
+            "Nobody is here.",
+            "What should I do?",
+            "It is raining.",
+            "What time is it?",
+            "I had soup for lunch.",
+            "What is your name?",
+            "The crossword is half done.",
+            "My sister rang.",
+        )
+    ]
+    assert set(told[:3]) <= stays
+    assert "12:00" in told[3]
+    assert "Miburi" in told[5]
+    assert len(stays.intersection(told[3:])) == 1
+    assert talk.say("I still cannot get up, I fell").answer == Care().help("fall", "en", 1)
+    assert str(talk.say("Hello?").answer) in stays
+    assert talk.runner.snapshot.state.felt is None

@@ -29,7 +29,7 @@ from miburi.talk.dates import due_of
 from miburi.talk.endpoint import Endpoint, OvertakenError
 from miburi.talk.moves import move
 from miburi.talk.said import FeltOut, SayOut, WhyOut
-from miburi.talk.script import Cue, script
+from miburi.talk.script import Cue, Match, script
 
 if TYPE_CHECKING:
     from miburi.talk.conversation import Conversation
@@ -42,6 +42,8 @@ _THOUGHTFUL, _LONGEST_THOUGHT = 0.5, 30.0
 _LOOKED, _SHOWN = 2.0, 0.8
 #: How long a "yes" answers its question whether somebody needs help (ours).
 _ANSWERED = timedelta(minutes=2)
+#: After a distress, how many answers speak of it alone, and which of the later ones does (ours).
+_STAYS, _EVERY = 3, 5
 
 
 class Speech:
@@ -81,6 +83,7 @@ class Speech:
             partner, self.memory, self._answerer, clock, folder and folder / "manners.json"
         )
         self._turns: Counter[str] = Counter()  # of help, by kind
+        self._since = 0  # answers since a distress
         self._asked: tuple[Distress, datetime] | None = None  # whether somebody needs help
         self._conversation = None if endpoint is None else _converse(endpoint)
         self._noted: tuple[str | None] | None = None  # of the conversation, in the log
@@ -92,8 +95,8 @@ class Speech:
 
         "Stop" stops the body before anything else. What was overtaken by another sentence gets no
         answer. Distress gets the help that fits; then, and for ten minutes after, no language
-        model is asked and no small answer given. What may be distress is asked about first, and a
-        "yes" to that is distress.
+        model is asked, and it speaks of no feeling of its own. What may be distress is asked about
+        first, and a "yes" to that is distress.
 
         Parameters
         ----------
@@ -128,7 +131,7 @@ class Speech:
             self._asked = heard.worry, self._clock()
             answer, meant = self._ask(heard.worry, language), None
             await done(self._partner.speak(answer, "partner"))
-        elif grave or self._partner.snapshot.state.distress is not None:
+        elif grave or self._stays_with(wanted):
             answer, meant = self._comfort(heard.distress, language), None
             await done(self._partner.speak(answer, "partner"))
         else:
@@ -147,10 +150,19 @@ class Speech:
             trouble=None if self._conversation is None else self._conversation.trouble,
         )
 
+    def _stays_with(self, wanted: list[Match]) -> bool:
+        """Return whether an answer still speaks of a distress that was heard before."""
+        if self._partner.snapshot.state.distress is None:
+            return False
+        self._since += 1
+        known = any(not match.cue.broad for match in wanted)
+        return self._since <= _STAYS or (self._since % _EVERY == 0 and not known)
+
     def _comfort(self, kind: Distress | None, language: Language) -> str:
         """Return what is said to a distress, or after one."""
         turn = self._turns[kind or ""]
         self._turns[kind or ""] += 1
+        self._since = 0 if kind else self._since
         if kind is None:
             return self._care.stay(language, turn)
         return self._care.help(kind, language, turn)
@@ -166,7 +178,8 @@ class Speech:
     ) -> tuple[str, str | None]:
         """Answer what is no distress, by a language model if there is one; tell what was meant."""
         acts = any(match.cue.acts for match in script(language).intents_of(said))
-        if not acts:
+        distress = self._partner.snapshot.state.distress is not None
+        if not (acts or distress):
             reply = await self._reply(said, felt)
             if reply is not None:
                 return reply, None
