@@ -26,7 +26,7 @@ LINES = Path(__file__).with_name("intent-lines")
 SEED, NOTHINGS = 0, 4_000
 #: How much the lines that ask for nothing weigh, of one class that asks for something.
 SHARE = 6
-KEPT = 12_000
+KEPT = 30_000
 
 
 def lines() -> list[tuple[str, str]]:

@@ -112,8 +112,10 @@ class Answerer:
         match = next(_sayable(words.intents_of(said), slots), None)
         topic = next(_sayable(words.topics_of(said), slots), None)
         told = topic is not None and not said.rstrip().endswith(("?", "？"))
-        if heard.topic != "asked" and heard.feeling is None and not told:
-            match = next(_sayable(words.asked_of(said, match), slots), match)
+        if heard.topic != "asked":
+            shown = heard.feeling is not None
+            asked = words.asked_of(said, match, felt=shown, told=told)
+            match = next(_sayable(asked, slots), match)
         if heard.topic == "asked" and match and not (match.cue.acts or match.cue.own):
             match = None  # "how are you" is no question of how something is done
         before_it, self._stays = self._stays, match if match and match.cue.stays else None

@@ -24,7 +24,7 @@ Do = Literal["stop", "repeat", "name", "remember", "recall", "forget"]
 
 _Line = Annotated[str, Field(min_length=1, max_length=160)]
 _Lines = Annotated[list[_Line], Field(min_length=2)]
-#: How likely an intent must be that no pattern knows, and one that is light (ours).
+#: How likely an intent must be that no pattern knows, and where the model must be sure (ours).
 _LIKELY, _SURE = 0.3, 0.8
 #: Words of a question that is answered though nobody knows what it asks (ours).
 _WORDS = 3
@@ -224,25 +224,29 @@ class Script(Table):
     def _again(self) -> re.Pattern[str]:
         return compile_phrases([self.again], self.language, self.words)
 
-    def asked_of(self, said: str, than: Match | None) -> Iterator[Match]:
-        """Yield the intents of a question that matches no pattern, or only a broad one.
+    def asked_of(
+        self, said: str, than: Match | None, *, felt: bool = False, told: bool = False
+    ) -> Iterator[Match]:
+        """Yield the intents of what matches no pattern, or only a broad one, ``than``.
 
-        If the model knows none, the intent is ``open``. If the question may be grave, the model is
-        not asked, and the intent is ``grave``.
+        Where a feeling was heard, or a topic was told of, the model must be sure. If it knows
+        nothing, the intent is ``open``. If the question may be grave, the model is not asked, and
+        the intent is ``grave``.
         """
         sentences = [*_WHOLE.findall(said[:_READ]), said[:_READ]]
         asking = [each for each in sentences if self._asks(each)]
         if not asking or (than is not None and not than.cue.broad):
             return
+        plainly = not (felt or told)
         if self._grave.search(plain(said[:_READ], self.language)):
-            yield from (Match(cue, None, None) for cue in self._named.get("grave", ()))
+            yield from (Match(cue, None, None) for cue in self._named.get("grave", ()) if plainly)
             return
         found = [asked_for(each, self.language) for each in asking]
         name, likely = max(found, key=lambda each: each[1] * (each[0] != NOTHING))
         for cue in self._named.get(name, ()):
-            if likely > (_SURE if cue.light else _LIKELY):
+            if likely > (_LIKELY if plainly and not cue.light else _SURE):
                 yield Match(cue, None, None)
-        if than is None and len(plain(said[:_READ], self.language).split()) >= _WORDS:
+        if plainly and than is None and len(plain(said[:_READ], self.language).split()) >= _WORDS:
             yield from (Match(cue, None, None) for cue in self._named.get("open", ()))
 
     @cached_property
