@@ -234,7 +234,7 @@ class Script(Table):
         the intent is ``grave``.
         """
         sentences = [*_WHOLE.findall(said[:_READ]), said[:_READ]]
-        asking = [each for each in sentences if self._asks(each)]
+        asking = [each for each in sentences if self.asks(each)]
         if not asking or (than is not None and not than.cue.broad):
             return
         plainly = not (felt or told)
@@ -256,14 +256,15 @@ class Script(Table):
             named["recall"] += named["not_told"]
         return named
 
-    def _asks(self, said: str) -> bool:
+    def asks(self, said: str) -> bool:
+        """Return whether something is put as a question."""
         written = said.rstrip().endswith(("?", "？"))
         return written or bool(self._question.search(plain(said, self.language)))
 
     def goes_on(self, said: str) -> bool:
         """Whether this is a question about the thing before it."""
         words = plain(said[:_READ], self.language)
-        return bool(self._asks(said[:_READ]) and self._again.search(words))
+        return bool(self.asks(said[:_READ]) and self._again.search(words))
 
     def facts_in(self, said: str) -> list[str]:
         """Return the sentences that tell something about the person, and ask nothing."""

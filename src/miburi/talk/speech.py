@@ -29,7 +29,7 @@ from miburi.talk.dates import due_of
 from miburi.talk.endpoint import Endpoint, OvertakenError
 from miburi.talk.moves import move
 from miburi.talk.said import FeltOut, SayOut, WhyOut
-from miburi.talk.script import Cue, Match, script
+from miburi.talk.script import Cue, script
 
 if TYPE_CHECKING:
     from miburi.talk.conversation import Conversation
@@ -131,7 +131,7 @@ class Speech:
             self._asked = heard.worry, self._clock()
             answer, meant = self._ask(heard.worry, language), None
             await done(self._partner.speak(answer, "partner"))
-        elif grave or self._stays_with(wanted):
+        elif grave or self._stays_with(said, language):
             answer, meant = self._comfort(heard.distress, language), None
             await done(self._partner.speak(answer, "partner"))
         else:
@@ -150,13 +150,13 @@ class Speech:
             trouble=None if self._conversation is None else self._conversation.trouble,
         )
 
-    def _stays_with(self, wanted: list[Match]) -> bool:
+    def _stays_with(self, said: str, language: Language) -> bool:
         """Return whether an answer still speaks of a distress that was heard before."""
         if self._partner.snapshot.state.distress is None:
             return False
         self._since += 1
-        known = any(not match.cue.broad for match in wanted)
-        return self._since <= _STAYS or (self._since % _EVERY == 0 and not known)
+        asks = script(language).asks(said)
+        return self._since <= _STAYS or (self._since % _EVERY == 0 and not asks)
 
     def _comfort(self, kind: Distress | None, language: Language) -> str:
         """Return what is said to a distress, or after one."""
