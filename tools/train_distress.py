@@ -31,8 +31,8 @@ SEED = 31
 KEPT = 20_000  # groups with the largest weights, by language
 #: Kinds of questions that may be grave, of those in ``intent-lines``.
 GRAVE = {
-    "advice", "bad_person", "beyond", "call_doctor", "call_for_me", "medicine", "promise",
-    "symptom",
+    "advice", "alarm", "bad_person", "beyond", "call_doctor", "call_for_me", "medicine", "promise",
+    "symptom", "there",
 }  # fmt: skip
 _CHOICE = re.compile(r"\(([^()]*)\)")
 

@@ -42,7 +42,8 @@ _THOUGHTFUL, _LONGEST_THOUGHT = 0.5, 30.0
 _LOOKED, _SHOWN = 2.0, 0.8
 #: How long a "yes" answers its question whether somebody needs help (ours).
 _ANSWERED = timedelta(minutes=2)
-#: After a distress, how many answers speak of it alone, and which of the later ones does (ours).
+#: After a distress, how many answers to what is no other question speak of it alone, and which of
+#: the later ones does (ours).
 _STAYS, _EVERY = 3, 5
 
 
@@ -154,9 +155,12 @@ class Speech:
         """Return whether an answer still speaks of a distress that was heard before."""
         if self._partner.snapshot.state.distress is None:
             return False
+        words = script(language)
+        asks = words.asks(said) and (self._since >= _STAYS or not words.tells_of_oneself(said))
+        if asks or any(match.cue.acts for match in words.intents_of(said)):
+            return False
         self._since += 1
-        asks = script(language).asks(said)
-        return self._since <= _STAYS or (self._since % _EVERY == 0 and not asks)
+        return self._since <= _STAYS or self._since % _EVERY == 0
 
     def _comfort(self, kind: Distress | None, language: Language) -> str:
         """Return what is said to a distress, or after one."""
