@@ -156,7 +156,8 @@ class Speech:
         if self._partner.snapshot.state.distress is None:
             return False
         words = script(language)
-        asks = words.asks(said) and (self._since >= _STAYS or not words.tells_of_oneself(said))
+        other = self._since >= _STAYS or not words.tells_of_oneself(said)
+        asks = words.asks(said) and len(said.split()) > 1 and other  # "Hello?" is a call
         if asks or any(match.cue.acts for match in words.intents_of(said)):
             return False
         self._since += 1
