@@ -156,7 +156,7 @@ class Script(Table):
     turned: dict[str, str] = Field(default_factory=dict)
     again: str = "(?!)"
     grave: str = "(?!)"
-    oneself: str = ""
+    oneself: str = ".*"
     fact: list[str]
     question: list[str]
     intent: list[Cue]
