@@ -20,7 +20,7 @@ import numpy as np
 from linear_model import Model, fit
 
 from miburi.languages import Language, plain
-from miburi.senses.distress import features
+from miburi.senses.distress import features, fits
 from miburi.senses.kinds import KINDS
 
 ROOT = Path(__file__).parents[1]
@@ -85,10 +85,11 @@ def everyday() -> list[str]:
 
 
 def questions() -> list[str]:
-    """Return what somebody asks a partner, but for what may be grave."""
+    """Return what somebody asks a partner, but for what may be grave or has words of distress."""
     files = sorted(LESSONS.with_name("intent-lines").glob("en-*.tsv"))
     rows = [row.split("\t") for file in files for row in file.read_text("utf-8").splitlines()]
-    return [text.strip() for kind, text in rows if kind.strip() not in GRAVE]
+    said = [text.strip() for kind, text in rows if kind.strip() not in GRAVE]
+    return [text for text in said if not fits(plain(text, "en"), "en")]
 
 
 def train(language: Language) -> Model:

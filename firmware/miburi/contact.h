@@ -12,6 +12,7 @@ namespace miburi {
 
 const int64_t WHOLE_RATIO = 10000;  // ratio is counted in parts of this
 const int64_t LAG_DOUBT = 2000;     // µs by which a servo's lag may differ from move to move
+const int64_t SETTLES = 200000;     // µs in which what swings at a move's start comes to rest
 const int32_t FAST = 512 * FINE;    // 1/256 steps/s: who gets so fast is granted the whole guards
 
 // What the rule grants a motor; found by calibration.
@@ -67,6 +68,7 @@ struct Watch {
   int32_t measured[MOTORS];
   int64_t since[MOTORS];  // when that was
   int32_t doubt[MOTORS];  // what LAG_DOUBT is at the move's top speed
+  int16_t early[MOTORS];  // the same as share, until SETTLES: what swings is granted more
   int16_t share[MOTORS];  // of slack, behind and ahead, in 1/256: the model misses less at slow speeds
   int64_t modelled;       // until when the free servos have been followed, since the move began
   Loading loading[MOTORS];
@@ -82,7 +84,8 @@ inline void begin(Watch& watch, const Rule& rule) {
     watch.expected[motor] = watch.measured[motor] = 0;
     watch.since[motor] = 0;
     watch.doubt[motor] = lag_doubt(watch.profile[motor]);
-    watch.share[motor] = granted(watch.profile[motor], watch.loading[motor].velocity);
+    watch.early[motor] = granted(watch.profile[motor], watch.loading[motor].velocity);
+    watch.share[motor] = granted(watch.profile[motor], 0);
     watch.free[motor] = set_off(watch.loading[motor]);
     watch.profile_then[motor] = watch.loading[motor].offset;
   }
@@ -146,7 +149,7 @@ inline Contact look(Watch& watch, const Rule& rule, const int16_t* positions, in
     const FreeMotion& free = watch.free[motor];
     const int32_t expected = (free.x >> 8) + (((free.v >> 8) * rest) >> 8);
     const int32_t measured = travelled(watch, motor, positions);
-    const int32_t share = watch.share[motor];
+    const int32_t share = time < SETTLES ? watch.early[motor] : watch.share[motor];
     const int32_t should = expected - watch.expected[motor];
     const int32_t did = measured - watch.measured[motor];
     const int64_t length = time - watch.since[motor];

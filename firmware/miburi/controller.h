@@ -49,11 +49,10 @@ const uint8_t YIELDS = 20;
 const int32_t NOTICED = 1;
 
 // Steps between two readings by which a motor counts as moving; µs between them, or since, after
-// which they do not tell how fast it is; and steps that are taken for a joint that was found
-// elsewhere.
+// which they do not tell how fast it is; and steps/s beyond which it was found elsewhere.
 const int32_t MOVES = 2;
 const int32_t TELLS = 60000;
-const int32_t MOST_MOVED = 1000;
+const int32_t SWINGS = 4000;
 
 // µs after the longest ramp until which motors may push as they may to speed up: they follow behind
 // their profiles, and what they carry swings.
@@ -93,18 +92,24 @@ inline void note(Controller& c, const int16_t* positions, int64_t time) {
   c.seen_at = time;
   for (uint8_t motor = 0; motor < MOTORS; motor++) {
     const int32_t moved = static_cast<int32_t>(positions[motor]) - c.seen[motor];
-    c.moved[motor] = static_cast<int16_t>(clamped(moved, MOST_MOVED));
+    c.moved[motor] = static_cast<int16_t>(clamped(moved, 0x7FFF));
     c.seen[motor] = positions[motor];
   }
 }
 
-// How fast a motor is along its way, and how far it has gone since the latest reading.
-inline void note_drift(const Controller& c, uint8_t motor, int64_t time, Loading& loading) {
+// How fast a motor is along its way, and how far it has gone since the latest reading. Nothing is
+// known of one that starts from another place than that reading's.
+inline void note_drift(const Controller& c, uint8_t motor, int16_t position, int64_t time,
+                       Loading& loading) {
   const int64_t age = time - c.seen_at;
-  const int32_t moved = c.moved[motor] * c.watch.direction[motor];
+  const int32_t moved = static_cast<int32_t>(c.moved[motor]) * c.watch.direction[motor];
   loading.velocity = loading.gone = 0;
-  if (age <= TELLS && c.gap <= TELLS && (moved > MOVES || moved < -MOVES)) {
-    const int64_t fast = static_cast<int64_t>(moved) * FINE * SECOND / c.gap;
+  if (age > TELLS || c.gap > TELLS || position != c.seen[motor] ||
+      distance_between(moved, 0) <= MOVES) {
+    return;
+  }
+  const int64_t fast = static_cast<int64_t>(moved) * FINE * SECOND / c.gap;
+  if (fast <= SWINGS * FINE && fast >= -SWINGS * FINE) {
     loading.velocity = static_cast<int32_t>(fast);
     loading.gone = static_cast<int32_t>(fast * age / SECOND);
   }
@@ -190,7 +195,7 @@ inline void start(Controller& c, const Rule& rule, Phase phase, const int16_t* g
     c.watch.loading[motor].begin = (load.begin * weight) >> 8;
     c.watch.loading[motor].end = (load.end * weight) >> 8;
     c.watch.loading[motor].most = error_of(rule, load.pwm);
-    note_drift(c, motor, time, c.watch.loading[motor]);
+    note_drift(c, motor, positions[motor], time, c.watch.loading[motor]);
   }
   begin(c.watch, rule);
 }

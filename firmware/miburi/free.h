@@ -14,7 +14,6 @@ const int32_t MODEL_STEP = 5000;  // µs
 // and four turns from the start. No free servo does; one without any friction at its ceiling would.
 const int32_t MODEL_FASTEST = 0x7FFFFF;
 const int32_t MODEL_FARTHEST = 0x40000000;
-const int32_t MODEL_BEGINS = 0x140000;  // 4000 steps/s, which no servo's joint swings at
 
 // A motor with its joint; found by calibration.
 struct FreeServo {
@@ -43,9 +42,9 @@ inline int32_t clamped(int32_t value, int32_t most) {
   return value > most ? most : value < -most ? -most : value;
 }
 
-// A free motor at the start of a move; a velocity is at most 2^24.
+// A free motor at the start of a move; it is no faster than 4000 steps/s.
 inline FreeMotion set_off(const Loading& loading) {
-  return FreeMotion{loading.gone * 256, clamped(loading.velocity * 32 / 25, MODEL_BEGINS)};
+  return FreeMotion{loading.gone * 256, loading.velocity * 32 / 25};
 }
 
 // Lets `steps` steps pass while the profile goes from `before` to `now`.

@@ -131,7 +131,7 @@ class Twin:
         origin = self.controller.origin
         self.controller.start(Phase.MOVING, order.goals, order.speeds, here, began)
         profile, direction = order.profile(self.settings, origin)
-        velocity, gone = self.controller.drift(direction, began)
+        velocity, gone = self.controller.drift(here, direction, began)
         loading = order.loading(self.settings, here, origin)
         loading = replace(loading, velocity=velocity, gone=gone)
         self.controller.watch = self.settings.rule.watch(profile, here, direction, loading)

@@ -43,6 +43,7 @@ _LOST = "const int32_t lost = (servo.lost * (motor < 0 ? -motor : motor)) >> 8;"
 _SHARE = "return static_cast<int16_t>((fine + fine * (top < FAST ? top : FAST) / FAST) / 2);"
 _SPEED = "const int32_t own = distance_between(velocity, 0);"
 _TOP = "const int32_t top = fastest(profile) < own ? own : fastest(profile);"
+_LATER = "watch.share[motor] = granted(watch.profile[motor], 0);"
 #: Changes that change nothing: at a seam, both sides give the same number.
 EQUIVALENT = {
     (_CLAMPED, ">="),  # of equals, either is the same
@@ -52,6 +53,7 @@ EQUIVALENT = {
     (_SHARE, "<="),
     (_TOP, "<="),  # of equals, either is the same
     (_SPEED, "1"),  # 1/256 step/s is less than a share can show
+    (_LATER, "1"),
     ("if (speed > 0) {", ">="),  # friction leaves a motor that stands where it is
     ("motion.v = speed > taken ? speed - taken : 0;", ">="),
     ("motion.v = speed < -taken ? speed + taken : 0;", "<="),

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from miburi.robot import guards as table
 from miburi.safety.contact import Loading, Sign, Watch, lag_doubt
-from miburi.safety.free import FreeRule, granted_share
+from miburi.safety.free import SETTLES, FreeRule, granted_share
 from miburi.safety.profile import FINE, SECOND, Profile
 from miburi.servos.free import STEP, FreeServo
 
@@ -99,7 +99,7 @@ def _draw_motions(rng: np.random.Generator, motors: Records, motion: Records) ->
     motion["speed"] = np.maximum(fast, slowest)
     # At one step/s less the lag's doubt is a whole number of steps, or just below: so a µs more or
     # less is seen. (A ramp, cut to whole µs, seldom comes to the whole speed.)
-    whole = rng.random(shape) < 0.3
+    whole = rng.random(shape) < 0.5
     motion["speed"][whole] = FINE * rng.choice([512, 1001, 1500, 2001, 2500, 2500], shape)[whole]
     motion["acceleration"] = np.exp(rng.uniform(np.log(2440), np.log(40_000), shape))
     # A ramp that is full and short at once, but for a rounded microsecond of the total time.
@@ -126,9 +126,9 @@ def _draw_motions(rng: np.random.Generator, motors: Records, motion: Records) ->
         # Whole steps, so that a motor can be exactly on the limit about its goal.
         steps = rng.integers(-most, most + 1, shape) * FINE
         motion[name] = np.where(bare, 0, np.where(rng.random(shape) < 0.5, steps, fine))
-    # Some still swing from the move before; the fastest that a card can count is one in a hundred.
+    # Some still swing from the move before.
     swings = rng.random(shape) < 0.3
-    fastest = np.where(rng.random(shape) < 0.03, 1 << 24, 700 * FINE)
+    fastest = np.where(rng.random(shape) < 0.03, 4000 * FINE, 700 * FINE)
     motion["velocity"] = np.where(swings, rng.integers(-fastest, fastest + 1, shape), 0)
     age = rng.choice([0, 4000, 20_000, 60_000], shape)
     motion["gone"] = motion["velocity"].astype(np.int64) * age // SECOND
@@ -161,7 +161,7 @@ def _draw_looks(rng: np.random.Generator, trace: np.void, only_window: bool) -> 
     never = np.full(MOTORS, 1 << 40)
     blind = replace(guards, slack=never, least=never, behind=never, ahead=never, arrival=never)
     blind_watch = replace(watch, rule=replace(rule, guards=blind))
-    share = granted_share(profile, watch.loading)
+    early, later = granted_share(profile, watch.loading.velocity), granted_share(profile)
     doubt, goal = lag_doubt(profile), profile.distance * FINE
     goal = goal + trace["motion"]["offset"] - trace["motion"]["end"]
     # As the rule has them: what it had seen when the latest period ended.
@@ -169,6 +169,7 @@ def _draw_looks(rng: np.random.Generator, trace: np.void, only_window: bool) -> 
     for look in trace["looks"]:
         time = max(time, _moment(rng, watch, odd, time, period_ends))
         due = time >= period_ends
+        share = early if time < SETTLES else later
         period_ends += rule.period if due else 0
         blind_watch.look(watch.start, time)
         assert blind_watch.window is not None
@@ -219,6 +220,7 @@ def _moment(rng: np.random.Generator, watch: Watch, odd: int, time: int, period_
                 time + rng.integers(15_000, 40_000),
                 (time // STEP + rng.integers(1, 9)) * STEP + rng.integers(-1, 2),
                 period_ends + rng.integers(-1, 2),
+                SETTLES + rng.integers(-1, 2),
                 ended + rng.integers(-1, 2),
                 last + rng.integers(-1, 2),
                 ended + rule.period + rng.integers(-1, 2),

@@ -315,6 +315,8 @@ class FarPartner:
                         case Answer() as answer:
                             told.append(answer)
         except (OSError, EOFError):
+            pass  # the partner's process has ended
+        finally:
             self._lose()
 
     def _take_stopped(self) -> None:

@@ -63,8 +63,8 @@ YIELD_AFTER = 150_000
 MOVES = 2
 #: Readings further apart, or older, do not tell how fast a motor is, µs (ours).
 TELLS = 60_000
-#: A joint that seems to have gone further between two readings was found elsewhere, steps (ours).
-MOST_MOVED = 1000
+#: A joint that seems to be faster than this was found elsewhere, steps/s (ours).
+SWINGS = 4000
 #: How often in a row a body that is led by the hand yields: for 3 s (ours).
 YIELDS = 20
 
@@ -125,7 +125,7 @@ class Controller:
         self.window: Window | None = None
         #: Start of the profile that runs, µs.
         self.began = 0
-        self._seen, self._seen_at = self.origin, 0
+        self._seen, self._seen_at = self.origin, -TELLS - 1
         self._moved, self._gap = np.zeros_like(self.origin), TELLS + 1
         self._yields_at: int | None = None
         self._kept_since: int | None = None  # a motor at rest, away from its goal, µs
@@ -238,17 +238,18 @@ class Controller:
             self._moved, self._gap = positions - self._seen, time - self._seen_at
             self._seen, self._seen_at = positions, time
 
-    def drift(self, direction: Steps, time: int) -> tuple[Steps, Steps]:
+    def drift(self, positions: Steps, direction: Steps, time: int) -> tuple[Steps, Steps]:
         """Return how fast the motors are, and how far they have gone since the latest reading.
 
-        Both are (8,) along ``direction``, as :class:`~miburi.safety.contact.Loading` has them.
+        Nothing is known of motors that start from another place than that reading's. Both are
+        (8,) along ``direction``, as :class:`~miburi.safety.contact.Loading` has them.
         """
         age = time - self._seen_at
         if max(age, self._gap) > TELLS:
             return np.zeros_like(self._moved), np.zeros_like(self._moved)
-        moved = np.minimum(np.abs(self._moved), MOST_MOVED)
-        fast = np.where(moved > MOVES, moved * FINE * SECOND // self._gap, 0)
-        way = np.sign(self._moved) * direction
+        fast = np.abs(self._moved) * FINE * SECOND // self._gap
+        told = (np.abs(self._moved) > MOVES) & (fast <= SWINGS * FINE) & (positions == self._seen)
+        way = np.where(told, np.sign(self._moved) * direction, 0)
         return way * fast, way * (fast * age // SECOND)
 
     def start(self, phase: Phase, goal: Steps, speeds: Steps, positions: Steps, time: int) -> None:
@@ -328,7 +329,7 @@ class Controller:
         needs = demand(self.robot, positions, self.origin, profile, direction)
         self._needs, loading = needs, needs.loading
         if time is not None:
-            velocity, gone = self.drift(direction, time)
+            velocity, gone = self.drift(positions, direction, time)
             loading = replace(loading, velocity=velocity, gone=gone)
         return self.rule.watch(profile, positions, direction, loading)
 

@@ -8,7 +8,8 @@ the speed that the motor has: one that still swings from the last move has met n
 
 What the model misses grows with the speed, up to some 500 steps/s. So the guards ``slack``,
 ``behind`` and ``ahead`` are those of a motor that reaches ``FAST`` in its move. A motor at rest is
-granted half of each, and one in between in proportion. With a slack of 10 steps::
+granted half of each, and one in between in proportion; one that swings at the start is granted as
+much for its speed, for ``SETTLES``. With a slack of 10 steps::
 
     top speed in the move [steps/s]     0   128   256   384   512   1000
     slack [steps]                       5  6.25   7.5  8.75    10     10
@@ -23,14 +24,16 @@ import numpy as np
 from miburi.robot import Robot
 from miburi.robot.guards import in_whole_units
 from miburi.robot.loads import loads
-from miburi.safety.contact import UNLOADED, Loading, Rule, Watch, lag_doubt
+from miburi.safety.contact import UNLOADED, Contact, Loading, Rule, Watch, lag_doubt
 from miburi.safety.profile import FINE, SECOND, Profile, Steps
-from miburi.servos.free import BEGINS, STEP, FreeServo, advance
+from miburi.servos.free import STEP, FreeServo, advance
 
-__all__ = ["FAST", "FreeRule", "granted_share"]
+__all__ = ["FAST", "SETTLES", "FreeRule", "granted_share"]
 
 #: A motor that gets this fast in its move is granted its whole guards, 1/256 steps/s (ours).
 FAST = 512 * FINE
+#: µs in which what swings at a move's start comes to rest (ours).
+SETTLES = 200_000
 
 
 @dataclass(frozen=True)
@@ -67,9 +70,9 @@ class FreeRule(Rule):
         return _FreeWatch(self, profile, start, direction, own)
 
 
-def granted_share(profile: Profile, loading: Loading = UNLOADED) -> Steps:
+def granted_share(profile: Profile, velocity: Steps | int = 0) -> Steps:
     """Return what each motor is granted of its guards in this move, (8,) in 1/256."""
-    top = np.maximum(profile.fastest, np.abs(loading.velocity))
+    top = np.maximum(profile.fastest, np.abs(velocity))
     share: Steps = (FINE + FINE * np.minimum(top, FAST) // FAST) // 2
     return share
 
@@ -79,18 +82,28 @@ class _FreeWatch(Watch):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        guards, doubt = self.rule.guards, lag_doubt(self.profile)
-        share = granted_share(self.profile, self.loading)
-        self._slack = guards.slack * share
-        self._behind, self._ahead = guards.behind * share + doubt, guards.ahead * share + doubt
         loading = self.loading
+        self._swings = True
+        self._grant(granted_share(self.profile, loading.velocity))
         # Where loaded motors come to rest, but for friction.
         self._goal = self._goal + loading.offset - loading.end
         self._x = loading.gone * FINE
-        fast = np.minimum(np.abs(loading.velocity) * FINE * STEP // SECOND, BEGINS)
+        fast = np.abs(loading.velocity) * FINE * STEP // SECOND
         self._v = np.sign(loading.velocity) * fast
         self._profile_then = loading.offset.copy()
         self._model_time = 0
+
+    def _grant(self, share: Steps) -> None:
+        guards, doubt = self.rule.guards, lag_doubt(self.profile)
+        self._slack = guards.slack * share
+        self._behind, self._ahead = guards.behind * share + doubt, guards.ahead * share + doubt
+
+    def look(self, positions: Steps, time: int) -> Contact | None:
+        """Judge the motors' positions; what swings at the start is granted more, for a while."""
+        if self._swings and time >= SETTLES:
+            self._swings = False
+            self._grant(granted_share(self.profile))
+        return super().look(positions, time)
 
     def expected_travel(self, time: int) -> Steps:
         """Travel that the free servo would have brought, (8,) in 1/256 steps."""

@@ -20,7 +20,7 @@ from miburi.ground.compiled import compiled
 from miburi.servos.model import Array
 from miburi.servos.servo import Servo
 
-__all__ = ["BEGINS", "STEP", "FreeServo", "advance", "travel"]
+__all__ = ["STEP", "FreeServo", "advance", "travel"]
 
 Steps = NDArray[np.int64]
 
@@ -29,8 +29,6 @@ STEP = 5000
 #: What the model may come to, so that it fits: 128 encoder steps in 5 ms, and four turns away. No
 #: free servo does; one without any friction at its ceiling would.
 FASTEST, FARTHEST = 0x7FFFFF, 0x40000000
-#: The most with which a move begins: 4000 steps/s, which no servo's joint swings at.
-BEGINS = 0x140000
 #: The coefficients' unit, and that of the share of a torque that the gears take.
 _ONE, _SHARE = 1 << 16, 1 << 8
 
