@@ -191,4 +191,9 @@ def test_a_builders_report_stands_beside_the_simulation(tmp_path: Path) -> None:
     refused = builders(tmp_path, page)
     assert refused.returncode == 1
     assert "bert.toml" in refused.stderr
+    write_report(BenchReport(robot="iphonoid", servo="XL999"), tmp_path / "bert.toml")
+    (tmp_path / "anna.toml").unlink()
+    refused = builders(tmp_path, page)
+    assert "XL999".lower() in refused.stderr.lower()
+    assert "Traceback" not in refused.stderr
     assert page.read_text(encoding="utf-8") == text

@@ -4,9 +4,8 @@
 
 Needs SciPy (the extra ``studies``). The sentences are drawn from ``distress-lessons.toml`` beside
 this script, all written by one of Miburi's authors, and from ``distress-lines`` beside it, which
-twenty-five strangers wrote; questions of ``intent-lines`` are no distress. The model is a
-multinomial logistic regression on groups of words and letters
-(:func:`miburi.senses.distress.features`). The patterns that fit count as groups, too: train
+twenty-five strangers wrote. The model is a multinomial logistic regression on groups of words and
+letters (:func:`miburi.senses.distress.features`). The patterns that fit count as groups, too: train
 again after a change of a ``distress.toml``. The same sentences give the same verdicts; the file's
 last bits depend on the versions of NumPy and SciPy.
 """
@@ -20,7 +19,7 @@ import numpy as np
 from linear_model import Model, fit
 
 from miburi.languages import Language, plain
-from miburi.senses.distress import features, fits
+from miburi.senses.distress import features
 from miburi.senses.kinds import KINDS
 
 ROOT = Path(__file__).parents[1]
@@ -29,11 +28,6 @@ STRANGERS = Path(__file__).with_name("distress-lines")
 DRAWN = 48  # sentences from a line, at most
 SEED = 31
 KEPT = 20_000  # groups with the largest weights, by language
-#: Kinds of questions that may be grave, of those in ``intent-lines``.
-GRAVE = {
-    "advice", "alarm", "bad_person", "beyond", "call_doctor", "call_for_me", "medicine", "promise",
-    "symptom", "there",
-}  # fmt: skip
 _CHOICE = re.compile(r"\(([^()]*)\)")
 
 
@@ -56,7 +50,7 @@ def sentences(language: Language) -> list[tuple[int, str]]:
             for _ in range(DRAWN):
                 rows[plain(draw(line, random), language)] = label
     if language == "en":
-        for text in (*everyday(), *questions()):
+        for text in everyday():
             rows.setdefault(plain(text, language), len(KINDS))
     for label, text in strangers(language):
         rows[plain(text, language)] = label
@@ -82,14 +76,6 @@ def everyday() -> list[str]:
         rows = (row.split("\t") for row in file.read_text("utf-8").splitlines())
         said += [text for name, text in rows if name not in alarms]
     return said
-
-
-def questions() -> list[str]:
-    """Return what somebody asks a partner, but for what may be grave or has words of distress."""
-    files = sorted(LESSONS.with_name("intent-lines").glob("en-*.tsv"))
-    rows = [row.split("\t") for file in files for row in file.read_text("utf-8").splitlines()]
-    said = [text.strip() for kind, text in rows if kind.strip() not in GRAVE]
-    return [text for text in said if not fits(plain(text, "en"), "en")]
 
 
 def train(language: Language) -> Model:

@@ -287,6 +287,10 @@ def test_a_sentence_without_signs_is_no_calmer_for_it() -> None:
         ("My son makes me angry.", "anger"),
         ("It is sad that you cannot come.", "sadness"),
         ("I'm so happy my son is happy.", "happiness"),
+        ("My neighbour is making me angry.", "anger"),
+        ("He is making me so sad.", "sadness"),
+        ("My husband is gone, I am lonely.", "sadness"),
+        ("He used to visit, not any more, and I am so sad.", "sadness"),
     ],
 )
 def test_what_others_feel_and_what_is_over_is_not_the_speakers(

@@ -198,7 +198,7 @@ def test_it_asks_whether_somebody_needs_help_and_a_yes_is_distress(talk: Talk) -
 
 
 def test_a_call_for_help_that_no_answer_is_known_to_is_asked_about(talk: Talk) -> None:
-    asked = talk.say("I went all funny on the stairs.")
+    asked = talk.say("You'll wake me if I stop breathing, won't you?")
     assert asked.worry == "help"
     assert asked.answer == Care().ask("help", "en", 0)
 
@@ -253,13 +253,17 @@ def test_after_a_distress_it_stays_with_it_and_then_answers_again(talk: Talk) ->
             "What is your name?",
             "The crossword is half done.",
             "My sister rang.",
+            "Can he have some water?",
+            "Hello? Hello?",
+            "What should I do?",
         )
     ]
     assert {told[0], told[3], told[4]} <= stays
     assert not stays.intersection(told[1:3])
     assert "12:00" in told[5]
     assert "Miburi" in told[7]
-    assert len(stays.intersection(told[5:])) == 1
+    assert len(stays.intersection(told[5:-3])) == 1
+    assert set(told[-3:]) <= stays
     assert talk.say("I still cannot get up, I fell").answer == Care().help("fall", "en", 1)
     assert str(talk.say("Hello?").answer) in stays
     assert talk.runner.snapshot.state.felt is None

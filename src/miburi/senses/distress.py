@@ -33,7 +33,7 @@ from miburi.languages import (
 from miburi.senses.kinds import KINDS, Distress
 from miburi.senses.linear import groups_of, load_model, numbered
 
-__all__ = ["Heard", "features", "fits", "hear_distress", "judge_distress"]
+__all__ = ["Heard", "features", "hear_distress", "judge_distress"]
 
 
 #: Likelihoods above which it reports distress, and above which it asks whether there is any. Ours:
@@ -179,11 +179,6 @@ def _by_patterns(said: str, language: Language) -> Heard | None:
     if excuses - {"idioms"}:
         return None
     return next((Heard(kind, words) for kind, words in found.items()), None)
-
-
-def fits(said: str, language: Language) -> bool:
-    """Return whether plain words have words of a distress, excused or not."""
-    return bool(_fitting(said, language)[0])
 
 
 def _fitting(said: str, language: Language) -> tuple[dict[Distress, str], set[str]]:

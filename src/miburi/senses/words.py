@@ -182,7 +182,6 @@ def hear(text: str, usual: Language = FALLBACK) -> Impression:
         why = (Brought(distress.words, 0.0),) if distress.words else ()
         return Impression(None, 0.0, "speech", why, distress=distress.kind)
     language = language_of(text, usual)
-    text = cut_elsewhere(text, language)
     rest = cut_questions(text, language)
     if rest is None:
         return _shown(text, language)
@@ -199,7 +198,7 @@ def _shown(text: str, language: Language) -> Impression:
     listed = listed or alarm_in(text)
     if listed is not None:
         return listed
-    words, evidence, likely = judge(text)
+    words, evidence, likely = judge(cut_elsewhere(text, language))
     best = int(np.argmax(likely[:_NEUTRAL]))
     strength = float(likely[best])
     spoken = strength >= SILENT and strength > likely[_NEUTRAL]

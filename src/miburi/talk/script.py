@@ -139,9 +139,9 @@ class Script(Table):
         What people speak of.
     again
         Regular expression for words that go on about the thing before them; none by default.
-    grave, oneself
+    grave, people
         The same for words of a question that may be grave, and for those of somebody who speaks of
-        themselves; by default all do.
+        people or calls them; by default all do.
     fact, question
         Regular expressions of sentences that tell something to remember, and of questions.
     begin
@@ -156,7 +156,7 @@ class Script(Table):
     turned: dict[str, str] = Field(default_factory=dict)
     again: str = "(?!)"
     grave: str = "(?!)"
-    oneself: str = ".*"
+    people: str = ".*"
     fact: list[str]
     question: list[str]
     intent: list[Cue]
@@ -223,8 +223,8 @@ class Script(Table):
         return compile_phrases([self.grave], self.language, self.words)
 
     @cached_property
-    def _oneself(self) -> re.Pattern[str]:
-        return compile_phrases([self.oneself], self.language, self.words)
+    def _people(self) -> re.Pattern[str]:
+        return compile_phrases([self.people], self.language, self.words)
 
     @cached_property
     def _again(self) -> re.Pattern[str]:
@@ -267,9 +267,9 @@ class Script(Table):
         written = said.rstrip().endswith(("?", "？"))
         return written or bool(self._question.search(plain(said, self.language)))
 
-    def tells_of_oneself(self, said: str) -> bool:
-        """Return whether somebody speaks of themselves, as far as the words say it."""
-        return bool(self._oneself.search(plain(said[:_READ], self.language)))
+    def tells_of_people(self, said: str) -> bool:
+        """Return whether somebody speaks of themselves or of others, or calls."""
+        return bool(self._people.search(plain(said[:_READ], self.language)))
 
     def goes_on(self, said: str) -> bool:
         """Whether this is a question about the thing before it."""

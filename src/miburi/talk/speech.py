@@ -42,8 +42,8 @@ _THOUGHTFUL, _LONGEST_THOUGHT = 0.5, 30.0
 _LOOKED, _SHOWN = 2.0, 0.8
 #: How long a "yes" answers its question whether somebody needs help (ours).
 _ANSWERED = timedelta(minutes=2)
-#: After a distress, how many answers to what is no other question speak of it alone, and which of
-#: the later ones does (ours).
+#: After a distress, how many answers to what is no question speak of it alone, and which of the
+#: later ones does (ours).
 _STAYS, _EVERY = 3, 5
 
 
@@ -156,12 +156,14 @@ class Speech:
         if self._partner.snapshot.state.distress is None:
             return False
         words = script(language)
-        other = self._since >= _STAYS or not words.tells_of_oneself(said)
-        asks = words.asks(said) and len(said.split()) > 1 and other  # "Hello?" is a call
-        if asks or any(match.cue.acts for match in words.intents_of(said)):
+        wanted = list(words.intents_of(said))
+        known = any(not match.cue.broad for match in wanted)
+        asks = words.asks(said)
+        other = asks and not words.tells_of_people(said) and (known or self._since >= _STAYS)
+        if other or any(match.cue.acts for match in wanted):
             return False
         self._since += 1
-        return self._since <= _STAYS or self._since % _EVERY == 0
+        return asks or self._since <= _STAYS or self._since % _EVERY == 0
 
     def _comfort(self, kind: Distress | None, language: Language) -> str:
         """Return what is said to a distress, or after one."""
