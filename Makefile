@@ -31,7 +31,8 @@ test: .venv/test.stamp firmware ## all tests (about 19 minutes on two cores)
 .PHONY: test-quick test-rest test-firmware test-pages
 QUICK := $(foreach room,bma bodies calibration card emulation feelings gestures ground ik people \
 	robot safety senses servos talk,$(wildcard tests/$(room)/test_*.py))
-QUICK := $(filter-out %/test_ninth.py %/test_ears.py %/test_chain.py %/test_conversation.py,$(QUICK))
+LONGER := ninth ears chain conversation http press robustness happenings distress
+QUICK := $(filter-out $(LONGER:%=\%/test_%.py),$(QUICK))
 test-quick: .venv/test.stamp ## what is quick: no program, page, film, study or card (a minute)
 	$(BIN)/python -m pytest -n auto $(QUICK)
 test-rest: .venv/test.stamp firmware ## all tests but those of the card and those in a browser
