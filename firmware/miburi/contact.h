@@ -12,7 +12,7 @@ namespace miburi {
 
 const int64_t WHOLE_RATIO = 10000;  // ratio is counted in parts of this
 const int64_t LAG_DOUBT = 2000;     // µs by which a servo's lag may differ from move to move
-const int64_t SETTLES = 200000;     // µs in which what swings at a move's start comes to rest
+const int64_t SETTLES = 200000;     // µs until a motor that swings at the start has come to rest
 const int32_t FAST = 512 * FINE;    // 1/256 steps/s: who gets so fast is granted the whole guards
 
 // What the rule grants a motor; found by calibration.
@@ -68,7 +68,7 @@ struct Watch {
   int32_t measured[MOTORS];
   int64_t since[MOTORS];  // when that was
   int32_t doubt[MOTORS];  // what LAG_DOUBT is at the move's top speed
-  int16_t early[MOTORS];  // the same as share, until SETTLES: what swings is granted more
+  int16_t early[MOTORS];  // the share until SETTLES: a motor that swings is granted more
   int16_t share[MOTORS];  // of slack, behind and ahead, in 1/256: the model misses less at slow speeds
   int64_t modelled;       // until when the free servos have been followed, since the move began
   Loading loading[MOTORS];

@@ -48,8 +48,9 @@ const uint8_t YIELDS = 20;
 // Only a displacement larger than this, in steps, makes it yield: encoders count whole steps.
 const int32_t NOTICED = 1;
 
-// Steps between two readings by which a motor counts as moving; µs between them, or since, after
-// which they do not tell how fast it is; and steps/s beyond which it was found elsewhere.
+// A motor that goes further than MOVES steps between two readings is moving. Readings that are more
+// than TELLS µs apart, or older, do not tell its speed. A motor that seems faster than SWINGS steps/s
+// has not moved: its joint was found elsewhere.
 const int32_t MOVES = 2;
 const int32_t TELLS = 60000;
 const int32_t SWINGS = 4000;
@@ -97,8 +98,8 @@ inline void note(Controller& c, const int16_t* positions, int64_t time) {
   }
 }
 
-// How fast a motor is along its way, and how far it has gone since the latest reading. Nothing is
-// known of one that starts from another place than that reading's.
+// How fast a motor is along its way, and how far it has gone since the latest reading. Both are 0 if
+// the move starts from another place than that reading's.
 inline void note_drift(const Controller& c, uint8_t motor, int16_t position, int64_t time,
                        Loading& loading) {
   const int64_t age = time - c.seen_at;

@@ -30,7 +30,7 @@ struct Loading {
   int32_t end;     // … and at the end
   int32_t most;    // the error at which the duty has its limit
   int32_t velocity;  // of the motor at the start, 1/256 steps/s: it may still swing
-  int32_t gone;      // since the reading that says where it is
+  int32_t gone;      // 1/256 steps since the reading that says where it is
 };
 
 struct FreeMotion {

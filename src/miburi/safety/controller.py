@@ -63,7 +63,7 @@ YIELD_AFTER = 150_000
 MOVES = 2
 #: Readings further apart, or older, do not tell how fast a motor is, µs (ours).
 TELLS = 60_000
-#: A joint that seems to be faster than this was found elsewhere, steps/s (ours).
+#: A motor that seems faster than this has not moved: its joint was found elsewhere, steps/s (ours).
 SWINGS = 4000
 #: How often in a row a body that is led by the hand yields: for 3 s (ours).
 YIELDS = 20
@@ -241,8 +241,8 @@ class Controller:
     def drift(self, positions: Steps, direction: Steps, time: int) -> tuple[Steps, Steps]:
         """Return how fast the motors are, and how far they have gone since the latest reading.
 
-        Nothing is known of motors that start from another place than that reading's. Both are
-        (8,) along ``direction``, as :class:`~miburi.safety.contact.Loading` has them.
+        Both are 0 for motors that start from another place than that reading's. They are (8,)
+        along ``direction``, as :class:`~miburi.safety.contact.Loading` has them.
         """
         age = time - self._seen_at
         if max(age, self._gap) > TELLS:

@@ -32,7 +32,7 @@ __all__ = ["FAST", "SETTLES", "FreeRule", "granted_share"]
 
 #: A motor that gets this fast in its move is granted its whole guards, 1/256 steps/s (ours).
 FAST = 512 * FINE
-#: µs in which what swings at a move's start comes to rest (ours).
+#: µs until a motor that swings at a move's start has come to rest (ours).
 SETTLES = 200_000
 
 
@@ -99,7 +99,7 @@ class _FreeWatch(Watch):
         self._behind, self._ahead = guards.behind * share + doubt, guards.ahead * share + doubt
 
     def look(self, positions: Steps, time: int) -> Contact | None:
-        """Judge the motors' positions; what swings at the start is granted more, for a while."""
+        """Judge the positions; motors that swing are granted more until ``SETTLES``."""
         if self._swings and time >= SETTLES:
             self._swings = False
             self._grant(granted_share(self.profile))

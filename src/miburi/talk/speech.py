@@ -42,8 +42,7 @@ _THOUGHTFUL, _LONGEST_THOUGHT = 0.5, 30.0
 _LOOKED, _SHOWN = 2.0, 0.8
 #: How long a "yes" answers its question whether somebody needs help (ours).
 _ANSWERED = timedelta(minutes=2)
-#: After a distress, how many answers to what is no question speak of it alone, and which of the
-#: later ones does (ours).
+#: After a distress, so many answers to remarks speak of nothing else; later one in so many (ours).
 _STAYS, _EVERY = 3, 5
 
 
@@ -84,7 +83,7 @@ class Speech:
             partner, self.memory, self._answerer, clock, folder and folder / "manners.json"
         )
         self._turns: Counter[str] = Counter()  # of help, by kind
-        self._since = 0  # answers since a distress
+        self._since = 0  # remarks since a distress, without those that got another answer
         self._asked: tuple[Distress, datetime] | None = None  # whether somebody needs help
         self._conversation = None if endpoint is None else _converse(endpoint)
         self._noted: tuple[str | None] | None = None  # of the conversation, in the log
