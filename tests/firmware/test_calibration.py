@@ -94,9 +94,11 @@ def test_a_robot_that_differs_is_identified_tested_and_stored(
     assert said[-1] == "testing: surprise"
     true = one.robot.servo.model
     motors = found.found.stiffness * found.robot.servo.model.stiffness
-    # Few moves tell less, and each build's timing a little else: 0.18 to 0.31 in four of them.
-    near = 0.2 if "MIBURI_MOVES" in os.environ else 0.4
-    assert np.abs(motors / (true.stiffness * gain / true.drive.gain) - 1).max() < near
+    # They seem softer than they are: the wires alone take a twelfth. Few moves tell less, and each
+    # build's timing a little else: with all moves 0.17 to 0.22 in the worst, 0.12 in the median.
+    missed = np.abs(motors / (true.stiffness * gain / true.drive.gain) - 1)
+    assert missed.max() < (0.25 if "MIBURI_MOVES" in os.environ else 0.4)
+    assert np.median(missed) < (0.15 if "MIBURI_MOVES" in os.environ else 0.25)
     assert describe(found)[0].startswith("          waist: ")
     card.save()
     path = tmp_path / "calibration.toml"

@@ -39,8 +39,9 @@ __all__ = [
 ]
 
 #: Stiffness at the horn that a servo may have, and that it should have, N·m/rad (ours: with less it
-#: cannot carry the body to a pose, with more it hunts where gears play; it is found up to a tenth
-#: too low, and should be 4 to 6).
+#: cannot carry the body to a pose, with more it hunts where gears play). It is found about a tenth
+#: too low, and up to a fifth: while all joints move, wires take some of the supply's voltage, and
+#: gears take more of a torque than the model knows. It should be 4 to 6.
 STIFFNESS, _WELL = (2.0, 8.0), (4.0, 5.5)
 #: The search's steps, as factors, coarse to fine; and those of the delay, µs.
 _FACTORS = (1.6, 1.25, 1.12, 1.06, 1.03)
