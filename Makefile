@@ -125,7 +125,7 @@ clean: ## remove what was built
 	done
 	@touch $@
 
-# Twenty-four thousand trials. Interrupted, each goes on where it was.
+# Thirty-two thousand trials. Interrupted, each goes on where it was.
 .PHONY: docs-safety
 TRIALS = $(BIN)/miburi trials --seed 1 --out $@
 SOME := --free 200 --blocked 200
@@ -133,6 +133,8 @@ out/trials/default-servo.parquet: .venv/run.stamp
 	$(TRIALS) --free 5000 --blocked 5000
 out/trials/twelve-servos.parquet: .venv/run.stamp
 	$(TRIALS) --free 2000 --blocked 2000 --servos 12
+out/trials/play-%-degrees.parquet: .venv/run.stamp
+	$(TRIALS) --free 2000 --blocked 2000 --servos 12 --play $*
 out/trials/imagined-servo.parquet: .venv/run.stamp
 	$(TRIALS) --free 100 --blocked 100 --servo imagined
 out/trials/rule-off.parquet: .venv/run.stamp
@@ -147,7 +149,7 @@ out/trials/parts/without-gravity.parquet: .venv/run.stamp
 	$(TRIALS) $(SOME) --rule weightless
 out/trials/parts/without-%.parquet: .venv/run.stamp
 	$(TRIALS) $(SOME) --without $*
-COLUMNS := default-servo twelve-servos imagined-servo rule-off
+COLUMNS := default-servo twelve-servos play-0.25-degrees play-0.5-degrees imagined-servo rule-off
 COLUMNS += $(addprefix states/,hot warmed-up worn 4.75V 5.25V)
 COLUMNS += $(addprefix parts/,as-printed delayed-profile without-gravity without-lift without-ceiling)
 docs-safety: $(COLUMNS:%=out/trials/%.parquet) ## contact trials and their page (about 12 minutes)

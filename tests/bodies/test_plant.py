@@ -128,3 +128,36 @@ def test_the_supply_sags_under_a_stalled_servo(plant, servo) -> None:
     drop = 1 - plant.model.actuator_forcerange[0, 1] / servo.motor_torque
     wires, motor = servo.supply.resistance, servo.motor.resistance
     assert drop == pytest.approx(wires / (wires + motor), rel=0.15)
+
+
+def loose(robot: Robot, play: float) -> Plant:
+    """The plant of a robot whose gears play so far, rad."""
+    servo = robot.servo.model
+    loop = servo.loop.model_copy(update={"backlash": play})
+    return Plant(robot.with_servo(servo.model_copy(update={"loop": loop})))
+
+
+def test_gears_that_play_let_a_horn_go_as_far_as_their_teeth(robot: Robot) -> None:
+    """Without power, and pushed by less than the motors' friction."""
+    plant = loose(robot, 0.02)
+    waist = plant.model.joint("waist").dofadr[0]
+    without = Plant(robot)
+    swung = {}
+    for one in (plant, without):
+        before = one.angles[0]
+        for side in (1.0, -1.0):
+            one.data.qfrc_applied[:] = 0.0
+            # At the horn: with play, the waist has two joints, and the torque acts along both.
+            one.data.qfrc_applied[waist : waist + (2 if one is plant else 1)] = 0.0025 * side
+            one.advance(np.tile(robot.neutral, (400, 1)), 0.0)
+            swung[one, side] = one.angles[0] - before
+    assert swung[plant, 1.0] - swung[plant, -1.0] == pytest.approx(0.02, abs=0.004)
+    assert swung[without, 1.0] - swung[without, -1.0] < 0.002
+
+
+def test_it_rests_between_the_teeth_of_gears_that_play(robot: Robot) -> None:
+    plant, seen = loose(robot, np.radians(0.5)), []
+    for _ in range(50):
+        plant.advance(np.tile(robot.neutral, (10, 1)), robot.servo.model.motor_torque)
+        seen.append(plant.encoders())
+    assert np.ptp(seen[10:], axis=0).max() == 0

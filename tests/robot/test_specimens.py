@@ -42,3 +42,12 @@ def test_what_nobody_can_get_wrong_is_as_described(robot: Robot) -> None:
 def test_the_same_seed_builds_the_same_robots(robot: Robot) -> None:
     assert specimens(robot, 1, 3) == specimens(robot, 1, 5)[:3]
     assert specimens(robot, 1, 1) != specimens(robot, 2, 1)
+
+
+def test_all_may_be_given_one_play_and_differ_as_before(robot: Robot) -> None:
+    for loose, own in zip(specimens(robot, 1, 3, play=0.01), specimens(robot, 1, 3), strict=True):
+        loop = loose.robot.servo.model.loop
+        assert loop.backlash == 0.01
+        drawn = own.robot.servo.model.loop
+        servo = loose.robot.servo.model.model_copy(update={"loop": drawn})
+        assert loose.robot.with_servo(servo) == own.robot

@@ -6,8 +6,9 @@ that happens, such as forces, only a simulation can know; it is told apart, in
 
 MuJoCo has the position control, its limit and the back EMF (see :mod:`miburi.servos.model`). Dry
 friction follows the torques at every physics step, and the supply's voltage the currents at every
-reading. What is left out is in :class:`miburi.servos.Axis`: the control's rate and whole encoder
-steps, the PWM's slope, play.
+reading. Where gears play, the encoder sits behind them, at the horn; back EMF and most of the
+friction are the motor's. What is left out is in :class:`miburi.servos.Axis`: the control's rate
+and whole encoder steps, the PWM's slope.
 """
 
 import numpy as np
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 from miburi.bodies.base import Touch
 from miburi.errors import DescriptionError, InputError
 from miburi.robot import JOINTS, Array, Robot
-from miburi.robot.mjcf import HAND_AWAY, TIMESTEP, to_mjcf
+from miburi.robot.mjcf import HAND_AWAY, PLAY, TIMESTEP, to_mjcf
 from miburi.robot.physics import mujoco
 from miburi.robot.shape import BASE
 from miburi.safety.drive import aim
@@ -53,6 +54,12 @@ class Plant:
         self.data = mujoco.MjData(self.model)
         self.joints = np.array([self.model.joint(name).qposadr[0] for name in JOINTS])
         self._dofs = np.array([self.model.joint(name).dofadr[0] for name in JOINTS])
+        # In MuJoCo's arrays a hinge has one position, where it has its degree of freedom too.
+        self._plays = self._dofs[:0]
+        if robot.servo.model.loop.backlash:
+            self._plays = np.array([self.model.joint(PLAY + name).dofadr[0] for name in JOINTS])
+        #: Where MuJoCo keeps the dry friction of each motor: only their joints have any.
+        self._rows = self._dofs.argsort().argsort()
         # MuJoCo's own memory, at the same place for life.
         self._positions: Array = self.data.qpos
         self._control: Array = self.data.ctrl
@@ -103,9 +110,11 @@ class Plant:
         self.power(self._servo.motor_torque)
         self.model.dof_frictionloss[self._dofs] = self.friction[:, :2].sum(axis=1)
         self.data.qpos[self.joints] = pose
-        self.data.ctrl[:] = aim(self.robot, pose)
+        goal = aim(self.robot, pose)
         for _ in range(round(settle / TIMESTEP)):
+            self.data.ctrl[:] = self.ordered(goal)
             self.step()
+        self.data.ctrl[:] = goal
         self._start = self.data.time
 
     @property
@@ -117,13 +126,13 @@ class Plant:
     def angles(self) -> Array:
         """True joint angles, (8,) rad."""
         angles: Array = self._positions.take(self.joints)
-        return angles
+        return angles + self._positions.take(self._plays) if self._plays.size else angles
 
     @property
     def velocities(self) -> Array:
         """True joint velocities, (8,) rad/s."""
         velocities: Array = self.data.qvel[self._dofs]
-        return velocities
+        return velocities + self.data.qvel[self._plays] if self._plays.size else velocities
 
     @property
     def hand(self) -> Array:
@@ -220,7 +229,7 @@ class Plant:
         mujoco.mj_step(model, data)
         self._set_friction(
             model.dof_frictionloss, self.friction, self._braking, self._dofs, data.actuator_force,
-            data.qvel, data.qfrc_bias, data.qfrc_constraint, data.efc_force, data.ne,
+            data.qvel, data.qfrc_bias, data.qfrc_constraint, data.efc_force, data.ne + self._rows,
         )  # fmt: skip
 
     def advance(self, setpoints: Array, torque: Array | float) -> Touch:
@@ -232,11 +241,15 @@ class Plant:
         self.power(torque)
         control = self.data.ctrl
         for setpoint in setpoints:
-            control[:] = setpoint
+            control[:] = self.ordered(setpoint)
             self.step()
             if self.data.ncon:
                 touch = touch.then(self._touch())
         return touch
+
+    def ordered(self, setpoint: Array) -> Array:
+        """Return what MuJoCo's position control, at the motors, needs for this at the horns."""
+        return setpoint - self._positions.take(self._plays) if self._plays.size else setpoint
 
     def _touch(self) -> Touch:
         force, part, itself = self._touched()

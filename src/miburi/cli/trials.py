@@ -7,6 +7,7 @@ from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import replace
 from itertools import repeat
+from math import radians
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Annotated
@@ -61,6 +62,15 @@ def trials(
             help="0: the robot as described; N: N as from a workshop, each calibrated.", min=0
         ),
     ] = 0,
+    play: Annotated[
+        float | None,
+        typer.Option(
+            help="With --servos: how far all their gears play, in degrees; default: each its own, "
+            "up to 0.5.",
+            min=0.0,
+            max=2.0,
+        ),
+    ] = None,
     rule: Annotated[
         str,
         typer.Option(
@@ -96,7 +106,10 @@ def trials(
     workers = workers or available_cores()
     body = robot_of(robot, servo)
     repertoire = repertoire_of(body, gestures)
-    watched = _subjects(body, calibration, rule, without, state, servos, seed, workers)
+    if play is not None and not servos:
+        raise InputError(f"--play {play:g} needs --servos: it is the play of their gears.")
+    built = _workshop(body, seed, servos, play)
+    watched = _subjects(body, calibration, rule, without, state, built, seed, workers)
     plan = Plan(tuple(watched), seed, free, blocked, repertoire)
     counts: list[int] = []
     began = perf_counter()
@@ -239,17 +252,23 @@ def safety_page(
     print(out / "safety.md")
 
 
+def _workshop(body: "Robot", seed: int, count: int, play: float | None) -> list["Robot"]:
+    from miburi.robot.specimens import specimens
+
+    angle = None if play is None else radians(play)
+    return [one.robot for one in specimens(body, seed, count, angle)]
+
+
 def _subjects(
     body: "Robot",
     calibration: Path | None,
     rule: str,
     without: str | None,
     state: str | None,
-    servos: int,
+    built: list["Robot"],
     seed: int,
     workers: int,
 ) -> list["Subject"]:
-    from miburi.robot.specimens import specimens
     from miburi.safety.free import FreeRule
     from miburi.studies.trials.ablation import RULES, STATES, WITHOUT, in_state, undriven
     from miburi.studies.trials.runs import Subject
@@ -263,7 +282,7 @@ def _subjects(
         if given is not None and given not in allowed:
             names = ", ".join(f'"{name}"' for name in allowed)
             raise InputError(f"{option} must be one of {names}, got {given!r}.")
-    if sum((calibration is not None, servos > 0, state is not None)) > 1:
+    if sum((calibration is not None, bool(built), state is not None)) > 1:
         raise InputError(
             "--servos and --state calibrate each servo themselves; give one of them, or "
             "--calibration."
@@ -271,12 +290,11 @@ def _subjects(
     if without is not None:
         body = undriven(body, without)
     watched, judged = [], RULES[rule]
-    if servos:
-        built = [one.robot for one in specimens(body, seed, servos)]
+    if built:
         with ProcessPoolExecutor(workers) as pool, show_progress("calibrations") as show:
             for done in pool.map(calibrate_servos, repeat(body), repeat(seed), built):
                 watched.append(Subject(done.robot, judged(done.rule), done.true))
-                show(len(watched), servos)
+                show(len(watched), len(built))
     elif state is not None:
         watched.append(in_state(body, state, seed, judged))
     else:

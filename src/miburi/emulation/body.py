@@ -126,8 +126,7 @@ class EmulatedBody(Card):
     rule
         The card's contact rule; by default the robot's own.
     specimen
-        The robot as it is; by default as it is described. The play of its gears is left out, as in
-        :class:`~miburi.bodies.plant.Plant`.
+        The robot as it is; by default as it is described.
 
     Raises
     ------

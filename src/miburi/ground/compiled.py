@@ -28,6 +28,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 # their meaning; a product and a sum may become one instruction.
 _OPTIONS: dict[str, Any] = {
     "nogil": True,
+    "no_cfunc_wrapper": True,
     "error_model": "numpy",
     "fastmath": {"contract", "nsz", "arcp"},
 }

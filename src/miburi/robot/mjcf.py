@@ -8,9 +8,23 @@ import numpy as np
 
 from miburi.robot.description import JOINTS, Robot
 from miburi.robot.shape import BASE, COLOURS, Link, Part, extremities, links, parts
+from miburi.servos import Servo
 
-__all__ = ["FACE_PIXELS", "HAND_AWAY", "HAND_MASS", "HAND_SIZE", "TIMESTEP", "to_mjcf"]
+__all__ = [
+    "FACE_PIXELS",
+    "HAND_AWAY",
+    "HAND_MASS",
+    "HAND_SIZE",
+    "PLAY",
+    "TIMESTEP",
+    "to_mjcf",
+]
 
+#: The share of its dry friction that a servo's horn has, behind gears that play (ours): without
+#: any, a joint that carries nothing would never come to rest between their teeth.
+_HORN = 0.1
+#: What the name of a joint begins with that is the play of a servo's gears.
+PLAY = "play_"
 #: Physics runs at 500 Hz.
 TIMESTEP = 0.002
 #: Side length of the face on the screen, in pixels.
@@ -35,7 +49,9 @@ def to_mjcf(
     """Return the robot on a table, with position servos and a movable human hand, as MJCF.
 
     Joints and actuators have the names in ``JOINTS``; the sites ``right``, ``left`` and ``head``
-    mark the extremities. All pairs of parts can collide, except those that a joint connects.
+    mark the extremities. Where the servo's gears play, a joint ``play_…`` lies between each motor
+    and what it moves; its limits are the gears' teeth. All pairs of parts can collide, except those
+    that a joint connects.
 
     The mocap body ``hand`` collides with the robot only. A ``sprung_hand`` has mass, hangs on a
     spring along each axis (joints ``hand_x``, ``hand_y``, ``hand_z``) and can grasp, by the
@@ -118,8 +134,21 @@ def to_mjcf(
             kp=str(servo.stiffness), kv=str(servo.control_damping),
             forcerange=_text((-servo.motor_torque, servo.motor_torque)),
         )  # fmt: skip
+    _horns(root, servo)
     ET.indent(root)
     return ET.tostring(root, encoding="unicode") + "\n"
+
+
+def _horns(root: ET.Element, servo: Servo) -> None:
+    """Let each horn rub where gears play: a tendon along both joints acts on what it moves."""
+    if not servo.loop.backlash:
+        return
+    tendons = ET.SubElement(root, "tendon")
+    rubbing = _HORN * (servo.friction.dry + servo.friction.stiction)
+    for joint in JOINTS:
+        horn = ET.SubElement(tendons, "fixed", name=f"horn_{joint}", frictionloss=str(rubbing))
+        for name in (joint, PLAY + joint):
+            ET.SubElement(horn, "joint", joint=name, coef="1")
 
 
 def _body(parent: ET.Element, link: Link, robot: Robot) -> ET.Element:
@@ -133,6 +162,12 @@ def _body(parent: ET.Element, link: Link, robot: Robot) -> ET.Element:
         solreffriction=f"{servo.friction.solver_time} 1",
         solimpfriction=f"{grip} {max(grip, 0.95)}",
     )  # fmt: skip
+    if servo.loop.backlash:
+        ET.SubElement(
+            body, "joint", name=PLAY + link.joint, type="hinge", axis=_text(link.axis),
+            range=_text((-servo.loop.backlash / 2, servo.loop.backlash / 2)),
+            solreflimit=f"{2 * TIMESTEP} 1",
+        )  # fmt: skip
     return body
 
 

@@ -42,17 +42,20 @@ class Specimen:
     clock: float
 
 
-def specimens(robot: Robot, seed: int, count: int) -> tuple[Specimen, ...]:
+def specimens(
+    robot: Robot, seed: int, count: int, play: float | None = None
+) -> tuple[Specimen, ...]:
     """Return robots that were built from a description; the same ones for the same seed.
 
     Every other one counts its P gain in half the description's divisor, which doubles its
-    stiffness: in the XL330, 256 were identified, and the e-manual says 128.
+    stiffness: in the XL330, 256 were identified, and the e-manual says 128. ``play`` is that of
+    everybody's gears, rad; by default each robot has its own, up to half a degree.
     """
     rng = np.random.default_rng([seed, _STREAM])
-    return tuple(_specimen(robot, rng, 2.0 if number % 2 else 1.0) for number in range(count))
+    return tuple(_specimen(robot, rng, 2.0 if number % 2 else 1.0, play) for number in range(count))
 
 
-def _specimen(robot: Robot, rng: np.random.Generator, finer: float) -> Specimen:
+def _specimen(robot: Robot, rng: np.random.Generator, finer: float, play: float | None) -> Specimen:
     def about(share: float) -> float:
         return float(1 + rng.uniform(-share, share))
 
@@ -63,7 +66,8 @@ def _specimen(robot: Robot, rng: np.random.Generator, finer: float) -> Specimen:
     own = _changed(servo.varied(friction=times()), "divisor", p_divisor=1 / (finer * times()))
     own = _changed(own, "motor", resistance=about(_RESISTANCE))
     own = _changed(own, "supply", voltage=about(_VOLTAGE))
-    loop = own.loop.model_copy(update={"backlash": float(rng.uniform(0.0, _BACKLASH))})
+    drawn = float(rng.uniform(0.0, _BACKLASH))
+    loop = own.loop.model_copy(update={"backlash": drawn if play is None else play})
     masses = {name: mass * about(_MASS) for name, mass in robot.masses.model_dump().items()}
     true = robot.with_servo(own.model_copy(update={"loop": loop})).model_copy(
         update={"masses": robot.masses.model_copy(update=masses)}

@@ -25,7 +25,7 @@ def set_friction(
     bias: Array,
     constraint: Array,
     row_forces: Array,
-    first_row: int,
+    places: NDArray[np.int64],
 ) -> None:
     """Write what dry friction may hold until the next step into ``bound`` (nv,) N·m.
 
@@ -41,12 +41,12 @@ def set_friction(
         (8,) N·m, without back EMF.
     speed, bias, constraint
         (nv,), MuJoCo's qvel, qfrc_bias and qfrc_constraint.
-    row_forces, first_row
-        MuJoCo's efc_force, and where the friction of its first joint stands there: friction is a
+    row_forces, places
+        MuJoCo's efc_force, and where the friction of each joint, (8,), stands there: friction is a
         constraint too, but no load.
     """
     for joint, dof in enumerate(dofs):
-        load = constraint[dof] - bias[dof] - row_forces[first_row + dof]
+        load = constraint[dof] - bias[dof] - row_forces[places[joint]]
         torque = motor[joint] - braking[joint] * speed[dof]
         dry, stiction, motor_load, load_stiction, stribeck_speed, stribeck_shape = rows[joint]
         bound[dof] = _dry_friction(

@@ -1,6 +1,8 @@
 """A maker's calibration: servos are identified, named in words, refused where they must be."""
 
+import re
 from dataclasses import replace
+from math import radians
 from pathlib import Path
 
 import numpy as np
@@ -14,10 +16,12 @@ from miburi.calibration.identify import (
     fitted,
     identify,
     in_words,
+    play,
     proposed_gain,
 )
 from miburi.errors import BodyError, InputError
 from miburi.robot import JOINTS, Robot, load_robot
+from miburi.robot.specimens import specimens
 from miburi.safety.free import FreeRule
 from miburi.studies.trials.plant import TrialPlant
 from miburi.studies.trials.trial import TrialKind, trial
@@ -57,9 +61,10 @@ def true_stiffness(robot: Robot, gain: float, times: float = 2.0) -> float:
     return times * servo.stiffness * gears * gain / servo.drive.gain
 
 
-def test_a_servo_like_its_description_is_found_to_be_so(found: Identified) -> None:
+def test_a_servo_like_its_description_is_found_to_be_so(robot: Robot, found: Identified) -> None:
     assert np.abs(np.log(found.stiffness)).max() < np.log(1.3)
     assert found.missed.max() < 1.0
+    assert not play(robot, found).any()
     assert 4000 <= found.delay <= 8000
 
 
@@ -81,7 +86,7 @@ def test_a_stiff_elbow_is_named_in_words(robot: Robot) -> None:
     friction = tuple(2.0 if motor == LEFT_ELBOW else 1.0 for motor in range(8))
     moves = record_free_moves(TrialPlant(robot), 3, replace(USUAL, friction=friction))
     found = identify(robot, moves)
-    words = in_words(found)
+    words = in_words(robot, found)
     assert any(
         line.startswith("left elbow: ") and "friction of the right" in line for line in words
     )
@@ -137,6 +142,33 @@ def test_worn_servos_pass_freely_when_they_are_cold_and_the_supply_is_low(robot:
     assert [one.index for one in free if one.stopped] == []
     held = [trial(plant, done.rule, 101, TrialKind.BLOCKED, index) for index in range(3)]
     assert all(one.stopped and not one.false_stop for one in held)
+
+
+def test_gears_that_play_are_calibrated_named_and_still_notice_somebody(robot: Robot) -> None:
+    """The first of the workshop's robots: before, its calibration was refused."""
+    (one,) = specimens(robot, 1, 1, play=radians(0.5))
+    done = calibrate_servos(robot, 1, one.robot)
+    (words,) = done.words
+    assert words.startswith("gears play, about ")
+    assert "the waist" in words
+    told = [float(angle) for angle in re.findall(r"(\d\.\d)°", words)]
+    assert len(told) >= 4
+    assert all(0.3 <= angle <= 1.0 for angle in told)
+    plant = TrialPlant(done.robot, done.true)
+    free = [trial(plant, done.rule, 1, TrialKind.FREE, index) for index in range(8)]
+    assert [one.index for one in free if one.stopped] == []
+    held = [trial(plant, done.rule, 1, TrialKind.BLOCKED, index) for index in range(8)]
+    assert all(one.stopped and not one.false_stop for one in held)
+
+
+def test_shoulders_are_granted_what_joints_without_a_load_need(robot: Robot) -> None:
+    """A load presses their teeth together while they are calibrated, and not in each gesture."""
+    (one,) = specimens(robot, 1, 1, play=radians(0.5))
+    moves = record_free_moves(TrialPlant(robot, one.robot), 1)
+    guards = free_rule(robot, identify(robot, moves), moves).guards
+    floors = FreeRule.of(robot).guards
+    shoulders = [JOINTS.index("right_shoulder"), JOINTS.index("left_shoulder")]
+    assert np.all(guards.slack[shoulders] >= 2 * floors.slack[shoulders])
 
 
 def test_longer_arms_shake_a_waist_and_its_guards_know_it(tall_file: Path) -> None:

@@ -73,7 +73,7 @@ class TrialPlant(Plant):
     robot
         The description, which is all that those who drive it know.
     true
-        The robot as it is, where it differs; its play and its clock are left out.
+        The robot as it is, where it differs; its clock is left out.
     voltage
         V of its supply, whatever a variation says; None for the variation's.
 
@@ -226,7 +226,7 @@ class TrialPlant(Plant):
             setpoints, self._late = queue[: len(setpoints)], queue[len(setpoints) :]
         control, constraint, note = data.ctrl, self._constraint, self._pushes.append
         for setpoint in setpoints:
-            control[:] = setpoint
+            control[:] = self.ordered(setpoint)
             self.step()
             note(constraint.copy())
             if data.ncon and self.touched_at is None:
