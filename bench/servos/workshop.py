@@ -2,8 +2,8 @@
 
     python bench/servos/workshop.py [--free 100] [--blocked 60] [--robots 12] [--seed 3]
 
-A robot's servos and masses are spread as :mod:`miburi.robot.specimens` says, but for the play of
-its gears and its clock; those that drive it know its description and its encoders alone.
+A robot's servos and masses are spread as :mod:`miburi.robot.specimens` says, but for its clock;
+those that drive it know its description and its encoders alone.
 """
 
 import argparse

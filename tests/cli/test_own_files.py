@@ -101,6 +101,21 @@ def test_a_servo_has_one_calibration() -> None:
     assert "give one of them" in done.stderr
 
 
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--play", "0.5"], "--play 0.5 needs --servos"),
+        (["--play", "3", "--servos", "1"], "less than or equal to 2; got"),
+    ],
+)
+def test_gears_play_where_servos_are_drawn_and_by_two_degrees_at_most(
+    options: list[str], words: str
+) -> None:
+    done = miburi("trials", *options)
+    assert done.returncode == 2
+    assert words in done.stderr
+
+
 def test_in_a_state_and_without_a_part_trials_still_notice() -> None:
     few = ("--free", "3", "--blocked", "3")
     for options in (("--state", "warmed-up"), ("--without", "ceiling", "--rule", "weightless")):
