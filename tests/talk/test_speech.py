@@ -75,6 +75,26 @@ def test_it_does_what_it_is_asked(talk: Talk, said: str, shows: str | None) -> N
     talk.until(lambda state: not state.asked and state.phase == "idle")
 
 
+@pytest.mark.parametrize(
+    ("first", "then", "asks", "knows"),
+    [
+        ("My wife was a nurse.", "Remember that her name was Maureen.",
+         "What was my wife's name?", "Maureen"),
+        ("My grandson came to see me on Sunday.", "Please remember that he plays the trumpet.",
+         "What does my grandson play?", "trumpet"),
+        ("My late husband built ships.", "He was called Tom, remember that.",
+         "What was my husband called?", "Tom"),
+    ],
+)  # fmt: skip
+def test_it_knows_whom_she_or_he_was(
+    talk: Talk, first: str, then: str, asks: str, knows: str
+) -> None:
+    for said in (first, then, "It is cold today."):
+        talk.say(said)
+    assert knows in (talk.say(asks).answer or "")
+    assert knows not in (talk.say("What was my uncle's name?").answer or "")
+
+
 def test_it_says_so_where_it_cannot_move(talk: Talk) -> None:
     words = script("en")
     talk.runner.stop()

@@ -35,6 +35,7 @@ __all__ = [
     "read",
     "same_words",
     "subjects_of",
+    "with_whom",
 ]
 
 #: One of ``LANGUAGES``.
@@ -56,6 +57,13 @@ _NAME = re.compile(r"\{([a-z_]+)\}")
 _NAMED = re.compile(r"(?<=[^.!?] )(?!I\b)[A-Z]\w+")
 
 
+class _Whom(Table):
+    """Words such as "she", and whom they may mean; both are regular expressions."""
+
+    says: str
+    means: str
+
+
 class _Rules(Table):
     """One language's ``language.toml``."""
 
@@ -70,6 +78,7 @@ class _Rules(Table):
     same: list[str] = Field(default_factory=list)
     subject: str | None = None
     elsewhere: list[str] = Field(default_factory=list)
+    whom: list[_Whom] = Field(default_factory=list)
     parts: dict[str, str] = Field(default_factory=dict)
 
     @cached_property
@@ -147,6 +156,22 @@ def subjects_of(question: str, language: Language) -> list[str]:
     found = _rules(language).subjects.finditer(plain(question, language))
     names = _NAMED.findall(question) if is_spaced(language) else []
     return [match["it"] for match in found] + [plain(name, language) for name in names]
+
+
+def with_whom(told: str, before: str, language: Language) -> str:
+    """Return what was told with whom it is about, if it says "she" and what was said before knows.
+
+    >>> with_whom("Her name was Maureen.", "My wife was a nurse.", "en")
+    'my wife: Her name was Maureen.'
+    >>> with_whom("Her name was Maureen.", "My brother was a nurse.", "en")
+    'Her name was Maureen.'
+    """
+    words, earlier = plain(told, language), plain(before, language)
+    for whom in _rules(language).whom:
+        named = list(re.finditer(whom.means, earlier))
+        if named and re.search(whom.says, words) and not re.search(whom.means, words):
+            return f"{named[-1][0]}: {told}"
+    return told
 
 
 def is_elsewhere(sentence: str, language: Language) -> bool:

@@ -1,7 +1,7 @@
 """What is said to the partner: it hears the feeling of the words, feels with it, and answers."""
 
 import asyncio
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import asdict, replace
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from miburi.errors import MiburiError
 from miburi.feelings import Expression, Stimulus
 from miburi.gestures import KeyPose, look
-from miburi.languages import FALLBACK, Language, language_of
+from miburi.languages import FALLBACK, Language, language_of, with_whom
 from miburi.live.settle import done
 from miburi.live.view import LivePartner
 from miburi.people import Memory
@@ -44,6 +44,8 @@ _LOOKED, _SHOWN = 2.0, 0.8
 _ANSWERED = timedelta(minutes=2)
 #: After a distress, so many answers to remarks speak of nothing else; later one in so many (ours).
 _STAYS, _EVERY = 3, 5
+#: Remarks in which somebody was named whom "she" may mean (ours).
+_EARLIER = 3
 
 
 class Speech:
@@ -83,6 +85,7 @@ class Speech:
             partner, self.memory, self._answerer, clock, folder and folder / "manners.json"
         )
         self._turns: Counter[str] = Counter()  # of help, by kind
+        self._earlier: deque[str] = deque(maxlen=_EARLIER + 1)  # what was said to it
         self._since = 0  # remarks since a distress, without those that got another answer
         self._asked: tuple[Distress, datetime] | None = None  # whether somebody needs help
         self._conversation = None if endpoint is None else _converse(endpoint)
@@ -220,15 +223,22 @@ class Speech:
     def _remember(self, answer: SmallAnswer, said: str) -> SmallAnswer:
         """Keep a name or what was told; return the answer."""
         words, memory, now = answer.words, self.memory, self._clock()
+        self._earlier.append(said)
+        before = " ".join(self._earlier)
+
+        def keep(fact: str) -> None:
+            fact, due = with_whom(fact, before, answer.language), due_of(fact, answer.language, now)
+            memory.remember(fact, answer.language, due)
+
         if answer.do == "name" and words:
             memory.meet(words[:1].upper() + words[1:])
         elif answer.do == "remember" and words:
-            memory.remember(words, answer.language, due_of(words, answer.language, now))
+            keep(words)
         elif answer.cue is not None and answer.cue.name == "quiet":
             self.beginning.hush()
         elif answer.cue is None:
             for fact in script(answer.language).facts_in(said):
-                memory.remember(fact, answer.language, due_of(fact, answer.language, now))
+                keep(fact)
         return answer
 
     async def _perform(self, answer: SmallAnswer) -> str:
