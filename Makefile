@@ -152,7 +152,7 @@ out/trials/parts/without-%.parquet: .venv/run.stamp
 COLUMNS := default-servo twelve-servos play-0.25-degrees play-0.5-degrees imagined-servo rule-off
 COLUMNS += $(addprefix states/,hot warmed-up worn 4.75V 5.25V)
 COLUMNS += $(addprefix parts/,as-printed delayed-profile without-gravity without-lift without-ceiling)
-docs-safety: $(COLUMNS:%=out/trials/%.parquet) ## contact trials and their page (about 12 minutes)
+docs-safety: $(COLUMNS:%=out/trials/%.parquet) ## contact trials and their page (about 20 minutes)
 	$(BIN)/miburi safety-page $^ --out docs
 
 # MkDocs 2 will drop plugins and hooks; constraints.txt holds it below (its banner says so each time).
@@ -171,7 +171,7 @@ docs-paper: .venv/run.stamp firmware ## the paper, claim by claim, and its figur
 # What the pages show is made by commands. Continuous integration does this each night, and fails
 # where a page is older than what it tells of.
 .PHONY: docs-renew docs-check
-docs-renew: .venv/test.stamp ## all that commands make of the documents anew (about 40 minutes)
+docs-renew: .venv/test.stamp ## all that commands make of the documents anew (about 50 minutes)
 	rm -rf out/trials
 	$(MAKE) --no-print-directory docs-images docs-paper docs-safety
 	$(BIN)/python tools/renew-learn docs/learn/*.md

@@ -6,7 +6,7 @@ Runs are recorded with no rule on, with and without the ceiling of the motors' p
 each rule (:mod:`miburi.studies.trials.replay`). The delayed profile has the narrowest guards with
 which hardly a free run is stopped; "+ gravity" adds the sag that the description's weight brings.
 Worn servos have twice the friction, hot ones a fifth more resistance; all have 4.75 to 5.25 V. The
-rules know nothing of either. Play between gears and horn is left out by this plant.
+rules know nothing of either. None has gears that play.
 """
 
 import argparse

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from miburi.bodies.base import Touch
 from miburi.errors import DescriptionError, InputError
 from miburi.robot import JOINTS, Array, Robot
-from miburi.robot.mjcf import HAND_AWAY, PLAY, TIMESTEP, to_mjcf
+from miburi.robot.mjcf import HAND_AWAY, HORN, PLAY, TIMESTEP, to_mjcf
 from miburi.robot.physics import mujoco
 from miburi.robot.shape import BASE
 from miburi.safety.drive import aim
@@ -74,7 +74,7 @@ class Plant:
         self._servo = robot.servo.model
         #: V of the supply when nothing draws current.
         self.voltage = self._servo.supply.voltage
-        #: Constants of each servo's dry friction, (8, 6).
+        #: Constants of the dry friction of each servo and its horn, (8, 6).
         self.friction = np.array([self._servo.friction.row] * len(JOINTS))
         motor = self._servo.motor
         self._braking = np.full(len(JOINTS), self._servo.damping - self._servo.friction.viscous)
@@ -108,7 +108,13 @@ class Plant:
         mujoco.mj_resetData(self.model, self.data)
         self._driven = None
         self.power(self._servo.motor_torque)
-        self.model.dof_frictionloss[self._dofs] = self.friction[:, :2].sum(axis=1)
+        rubbing = self.friction[:, :2].sum(axis=1)
+        self._motors = self.friction
+        if self._plays.size:  # the horn has its share, behind the gears
+            self.model.tendon_frictionloss[:] = HORN * rubbing
+            self._motors = self.friction.copy()
+            self._motors[:, :2] *= 1 - HORN
+        self.model.dof_frictionloss[self._dofs] = self._motors[:, :2].sum(axis=1)
         self.data.qpos[self.joints] = pose
         goal = aim(self.robot, pose)
         for _ in range(round(settle / TIMESTEP)):
@@ -228,7 +234,7 @@ class Plant:
         model, data = self.model, self.data
         mujoco.mj_step(model, data)
         self._set_friction(
-            model.dof_frictionloss, self.friction, self._braking, self._dofs, data.actuator_force,
+            model.dof_frictionloss, self._motors, self._braking, self._dofs, data.actuator_force,
             data.qvel, data.qfrc_bias, data.qfrc_constraint, data.efc_force, data.ne + self._rows,
         )  # fmt: skip
 

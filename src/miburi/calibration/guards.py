@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 
 from miburi.calibration.free_motion import Trace, measure_need
-from miburi.calibration.identify import Identified, expecting
+from miburi.calibration.identify import Identified, expecting, play
 from miburi.robot import JOINTS, Robot
 from miburi.robot.guards import Guards, in_whole_units
 from miburi.safety.contact import UNLOADED
@@ -27,7 +27,6 @@ __all__ = [
     "MARGIN",
     "STATES",
     "STATE_MARGIN",
-    "TRIES",
     "FreeTrace",
     "free_rule",
     "granted",
@@ -40,20 +39,23 @@ MARGIN, STATE_MARGIN = 1.5, 1.25
 #: Times the friction and the supply's voltage of the calibration, in other states (ours): gears are
 #: stiff when cold, and a supply may have 4.75 to 5.25 V.
 STATES = ((1.25, 0.95), (0.75, 1.05))
-#: How often a gesture is tried where gears play, at most, with wider guards each time (ours).
-TRIES = 3
-#: The guards that play widens.
-_WIDENED = ("slack", "behind", "ahead", "arrival")
+#: The guards that play widens; and of how many joints' gears it must be seen: most of the five that
+#: carry little (ours).
+_WIDENED, _MANY = ("slack", "behind", "ahead", "arrival"), 3
 
 
 def free_rule(robot: Robot, found: Identified, traces: Sequence[Trace]) -> FreeRule:
     """Return the rule that expects these servos, with the guards that the traces need.
 
-    The guards are no less than the description's; see :func:`granted`.
+    The guards are no less than the description's; see :func:`granted`. Where gears play, each motor
+    is granted as much beyond the description's as half of the motors need: all are of one age, but
+    where a load presses the teeth together, as at the shoulders, a calibration sees no play.
     """
     least = in_whole_units(robot.guards, robot.servo.step)
     guards = replace(least, lag=np.full(len(JOINTS), found.delay))
     rule = granted(expecting(robot, found, guards), traces)
+    if np.count_nonzero(play(robot, found)) < _MANY:
+        return rule
     return replace(rule, guards=_alike(guards, rule.guards))
 
 
@@ -72,11 +74,7 @@ def granted(rule: FreeRule, traces: Sequence[Trace]) -> FreeRule:
 
 
 def _alike(least: Guards[Steps], guards: Guards[Steps]) -> Guards[Steps]:
-    """Return guards that grant each motor as much beyond ``least`` as half of the motors need.
-
-    Gears of one age play alike, but where a load presses their teeth together, as at the
-    shoulders, a calibration does not see it.
-    """
+    """Return guards that grant each motor as much beyond ``least`` as half of the motors need."""
     beyond = {name: vars(guards)[name] - vars(least)[name] for name in _WIDENED}
     wider = {
         name: vars(least)[name] + np.maximum(more, int(np.median(more)))

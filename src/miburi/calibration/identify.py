@@ -29,6 +29,7 @@ __all__ = [
     "STIFFNESS",
     "Identified",
     "Shares",
+    "and_play",
     "check",
     "expecting",
     "fitted",
@@ -63,10 +64,11 @@ _MOST_WEAR = 2.5
 #: How often wear is tried, and the share of the dry friction that free moves show: it is more at
 #: rest than in motion (found on simulated servos of known wear).
 _WEARS, _SEEN = 3, 0.92
-#: What the model misses of gears without play, rad root mean square; how many times what it misses
-#: beyond that they play; and from which on it can only be play. Of simulated servos it missed at
-#: most 1.02 steps without any, 1.05 to 1.6 with 0.25°, and 1.8 to 3.6 with 0.5°.
-_FIRM, _PLAYS, _LOOSE = radians(0.057), 3.3, radians(0.092)
+#: What the model misses of gears without play, rad root mean square, and from which on that is
+#: play; in steps, where encoders are coarser than these; and how many times what it misses beyond
+#: the first they play. Of simulated servos it missed 0.4 to 1.02 steps of 0.088° without any, and
+#: of joints that carry little 1.0 to 1.6 with 0.25°, and 1.6 to 3.7 with 0.5°.
+_FIRM, _LOOSE, _IN_STEPS, _PLAYS = radians(0.057), radians(0.092), (0.65, 1.05), 3.3
 _MIRROR = {"left": "right", "right": "left"}
 _NAMES = ("stiffness", "damping", "friction", "gravity")
 
@@ -319,21 +321,32 @@ def play(robot: Robot, found: Identified) -> Array:
     It shows where a joint carries little. Where a load presses the teeth together, as at the
     shoulders, nothing does.
     """
-    missed = found.missed * robot.servo.step
-    about: Array = np.where(missed > _LOOSE, _PLAYS * (missed - _FIRM), 0.0)
+    step = robot.servo.step
+    firm, loose = (max(a, n * step) for a, n in zip((_FIRM, _LOOSE), _IN_STEPS, strict=True))
+    missed = found.missed * step
+    about: Array = np.where(missed > loose, _PLAYS * (missed - firm), 0.0)
     return about
 
 
-def in_words(robot: Robot, found: Identified) -> list[str]:
-    """Return what a maker may want to look at, a sentence each; none where all is as expected."""
-    lines = []
+def and_play(robot: Robot, found: Identified) -> str:
+    """Return the sentence on gears that play, to stand behind another; empty if none do."""
     loose = [
         f"{np.degrees(angle):.1f}° in the {name.replace('_', ' ')}"
         for name, angle in zip(JOINTS, play(robot, found), strict=True)
         if angle
     ]
-    if loose:
-        lines.append(f"gears play, about {', '.join(loose)}: tighten the screws of these horns")
+    if not loose:
+        return ""
+    return (
+        f" Gears seem to play, about {', '.join(loose)}: tighten the screws of these horns. If "
+        "they are tight, the gears are worn, or something touched the robot."
+    )
+
+
+def in_words(robot: Robot, found: Identified) -> list[str]:
+    """Return what a maker may want to look at, a sentence each; none where all is as expected."""
+    loose = and_play(robot, found).strip()
+    lines = [loose] if loose else []
     for what, shares in (("stiffness", found.stiffness), ("friction", found.friction)):
         for motor, name in enumerate(JOINTS):
             side, _, part = name.partition("_")

@@ -11,15 +11,15 @@ from dataclasses import dataclass, replace
 
 from miburi.calibration.file import Calibration
 from miburi.calibration.free_motion import Trace
-from miburi.calibration.guards import TRIES, free_rule, granted, shaken
+from miburi.calibration.guards import free_rule, granted, shaken
 from miburi.calibration.identify import (
     Shares,
+    and_play,
     check,
     expecting,
     fitted,
     identify,
     in_words,
-    play,
     proposed_gain,
     stiffness,
     worn,
@@ -126,8 +126,6 @@ def _measure(card: Card, tell: Callable[[str], None]) -> Measurement:
     words = in_words(robot, found)
     if settings.general.p_gain != CardSettings.of(card.robot).general.p_gain:
         words.insert(0, f"the P gain is {settings.general.p_gain} now: it fits these servos")
-    # Play that shows in some joints explains a gesture that is stopped by another.
-    tries = TRIES if play(robot, found).any() else 1
     robot, found, traces = worn(robot, found, traces)
     fits = replace(free_rule(robot, found, traces), period=rule.period, ratio=rule.ratio)
     settings = settings.with_servos(robot, fits)
@@ -135,7 +133,11 @@ def _measure(card: Card, tell: Callable[[str], None]) -> Measurement:
     settings = settings.with_rule(shaken(settings.rule, _trace(card, settings, swinging, tell)))
     _check(settings)
     card.configure(settings)
-    settings = _tested(card, settings, tries, tell)
+    try:
+        traces = _test(card, tell)
+    except BodyError as error:
+        raise type(error)(f"{error}{and_play(robot, found)}") from error
+    settings = settings.with_rule(granted(settings.rule, traces))
     _check(settings)
     card.configure(settings)
     count += len(moves) + len(swinging)
@@ -161,32 +163,15 @@ def _trace(
     return traces
 
 
-def _tested(
-    card: Card, settings: CardSettings, tries: int, tell: Callable[[str], None]
-) -> CardSettings:
-    """Make gestures under the new rule; return settings with the guards that they need.
-
-    A gesture that is stopped is made under generous guards, and tried again with the guards that
-    it needed, ``tries`` times in all.
-    """
+def _test(card: Card, tell: Callable[[str], None]) -> list[Trace]:
+    """Make gestures under the new rule; return their traces."""
     card.wake()
     traces = list[Trace]()
     for feeling, moves in gestures(card.robot):
         tell(f"testing: {feeling}")
-        for after in reversed(range(tries)):
-            try:
-                traces += record(card, moves)
-                break
-            except BodyError:
-                if not after:
-                    raise
-            needs = _trace(card, settings, [(feeling, move) for move in moves], tell)
-            settings = settings.with_rule(granted(settings.rule, needs))
-            _check(settings)
-            card.configure(settings)
-            card.wake()
+        traces += record(card, moves)
     card.stop()
-    return settings.with_rule(granted(settings.rule, traces))
+    return traces
 
 
 def _check(settings: CardSettings) -> None:

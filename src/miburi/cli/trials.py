@@ -7,7 +7,7 @@ from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import replace
 from itertools import repeat
-from math import radians
+from math import isfinite, radians
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Annotated
@@ -106,6 +106,8 @@ def trials(
     workers = workers or available_cores()
     body = robot_of(robot, servo)
     repertoire = repertoire_of(body, gestures)
+    if play is not None and not isfinite(play):
+        raise InputError(f"--play must be 0 to 2 degrees, got {play}.")
     if play is not None and not servos:
         raise InputError(f"--play {play:g} needs --servos: it is the play of their gears.")
     built = _workshop(body, seed, servos, play)

@@ -15,6 +15,7 @@ __all__ = [
     "HAND_AWAY",
     "HAND_MASS",
     "HAND_SIZE",
+    "HORN",
     "PLAY",
     "TIMESTEP",
     "to_mjcf",
@@ -22,7 +23,9 @@ __all__ = [
 
 #: The share of its dry friction that a servo's horn has, behind gears that play (ours): without
 #: any, a joint that carries nothing would never come to rest between their teeth.
-_HORN = 0.1
+HORN = 0.1
+#: How hard the teeth are at the end of the play: with MuJoCo's own, they are as soft as a servo.
+_TEETH = "0.99 0.999 0.0001"
 #: What the name of a joint begins with that is the play of a servo's gears.
 PLAY = "play_"
 #: Physics runs at 500 Hz.
@@ -144,9 +147,14 @@ def _horns(root: ET.Element, servo: Servo) -> None:
     if not servo.loop.backlash:
         return
     tendons = ET.SubElement(root, "tendon")
-    rubbing = _HORN * (servo.friction.dry + servo.friction.stiction)
+    friction = servo.friction
     for joint in JOINTS:
-        horn = ET.SubElement(tendons, "fixed", name=f"horn_{joint}", frictionloss=str(rubbing))
+        horn = ET.SubElement(
+            tendons, "fixed", name=f"horn_{joint}",
+            frictionloss=str(HORN * (friction.dry + friction.stiction)),
+            solreffriction=f"{friction.solver_time} 1",
+            solimpfriction=f"{friction.solver_grip} {max(friction.solver_grip, 0.95)}",
+        )  # fmt: skip
         for name in (joint, PLAY + joint):
             ET.SubElement(horn, "joint", joint=name, coef="1")
 
@@ -166,7 +174,7 @@ def _body(parent: ET.Element, link: Link, robot: Robot) -> ET.Element:
         ET.SubElement(
             body, "joint", name=PLAY + link.joint, type="hinge", axis=_text(link.axis),
             range=_text((-servo.loop.backlash / 2, servo.loop.backlash / 2)),
-            solreflimit=f"{2 * TIMESTEP} 1",
+            solreflimit=f"{2 * TIMESTEP} 1", solimplimit=_TEETH,
         )  # fmt: skip
     return body
 

@@ -44,11 +44,16 @@ def test_the_trials_robot_is_the_simulated_one(robot: Robot, plant: TrialPlant) 
     assert varied.state.phase is plain.state.phase is Phase.IDLE
 
 
-def test_a_trial_depends_on_seed_and_number_alone(robot: Robot, plant: TrialPlant) -> None:
-    rule = FreeRule.of(robot)
+@pytest.mark.parametrize("play", [0.0, 0.01])
+def test_a_trial_depends_on_seed_and_number_alone(robot: Robot, play: float) -> None:
+    """Gears that play are where the last trial left them, until somebody looks at a path."""
+    servo = robot.servo.model
+    loop = servo.loop.model_copy(update={"backlash": play})
+    true = robot.with_servo(servo.model_copy(update={"loop": loop}))
+    plant, rule = TrialPlant(robot, true), FreeRule.of(robot)
     first = [trial(plant, rule, 5, kind, 3) for kind in TrialKind]
     trial(plant, rule, 6, TrialKind.BLOCKED, 9)  # leaves no trace in the plant
-    again = [trial(TrialPlant(robot), rule, 5, kind, 3) for kind in reversed(TrialKind)][::-1]
+    again = [trial(TrialPlant(robot, true), rule, 5, kind, 3) for kind in reversed(TrialKind)][::-1]
     assert [repr(o) for o in first] == [repr(o) for o in again]
     assert repr(trial(plant, rule, 6, TrialKind.BLOCKED, 3)) != repr(first[1])
 

@@ -4,6 +4,7 @@ import re
 from dataclasses import replace
 from math import radians
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -149,7 +150,7 @@ def test_gears_that_play_are_calibrated_named_and_still_notice_somebody(robot: R
     (one,) = specimens(robot, 1, 1, play=radians(0.5))
     done = calibrate_servos(robot, 1, one.robot)
     (words,) = done.words
-    assert words.startswith("gears play, about ")
+    assert words.startswith("Gears seem to play, about ")
     assert "the waist" in words
     told = [float(angle) for angle in re.findall(r"(\d\.\d)°", words)]
     assert len(told) >= 4
@@ -162,6 +163,33 @@ def test_gears_that_play_are_calibrated_named_and_still_notice_somebody(robot: R
     missed = [one.sustained_force for one in held if not one.stopped]
     assert len(missed) <= 1
     assert max(missed, default=0.0) < 2.0  # N: lighter ones may pass
+
+
+def test_coarse_encoders_are_not_taken_for_play(robot: Robot) -> None:
+    servo = robot.servo.model
+    encoder = servo.encoder.model_copy(update={"steps_per_turn": 1024})
+    coarse = robot.with_servo(servo.model_copy(update={"encoder": encoder}))
+    found = identify(coarse, record_free_moves(TrialPlant(coarse), 3))
+    assert not play(coarse, found).any()
+
+
+def test_play_is_told_where_it_stops_the_calibration(
+    robot: Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A joint that jams in a gesture is refused, however far the gears of others play."""
+    (one,) = specimens(robot, 1, 1, play=radians(0.5))
+    begin, begun = TrialPlant.begin, list[TrialPlant]()
+
+    def jammed(plant: TrialPlant, *rest: Any) -> None:
+        begin(plant, *rest)
+        if plant in begun:  # the moves that shake the waist were made: now come the gestures
+            plant.friction[LEFT_ELBOW, 0] += 0.3
+            plant.rest(robot.neutral)
+        begun.append(plant)
+
+    monkeypatch.setattr(TrialPlant, "begin", jammed)
+    with pytest.raises(BodyError, match=r"at left_elbow\..*Gears seem to play, about .* the waist"):
+        calibrate_servos(robot, 1, one.robot)
 
 
 def test_shoulders_are_granted_what_joints_without_a_load_need(robot: Robot) -> None:

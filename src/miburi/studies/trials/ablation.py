@@ -69,7 +69,7 @@ class ServoState:
 
 
 #: States that trials know: a motor that is hot has a fifth more resistance, worn gears 1.8 times
-#: the friction (both ours). The play of worn gears is left out by the physical robot.
+#: the friction (both ours), and none plays: `--play` is for servos of a workshop.
 STATES = {
     "hot": ServoState(resistance=1.2),
     "warmed-up": ServoState(resistance=1.2, before=True),

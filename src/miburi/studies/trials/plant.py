@@ -177,6 +177,7 @@ class TrialPlant(Plant):
         """
         points, axes = np.empty((len(poses), 3)), np.empty((len(poses), 3))
         number = self.model.body(body).id
+        self.data.qpos[self._plays] = 0.0
         for row, pose in enumerate(poses):
             self.data.qpos[self.joints] = pose
             mujoco.mj_kinematics(self.model, self.data)

@@ -11,14 +11,14 @@ import numpy as np
 
 from miburi.bodies.simulated import Simulated
 from miburi.calibration.free_motion import Trace
-from miburi.calibration.guards import TRIES, free_rule, granted, shaken
+from miburi.calibration.guards import free_rule, granted, shaken
 from miburi.calibration.identify import (
     Identified,
+    and_play,
     check,
     fitted,
     identify,
     in_words,
-    play,
     proposed_gain,
     worn,
 )
@@ -113,9 +113,10 @@ def calibrate_servos(robot: Robot, seed: int, true: Robot | None = None) -> Cali
     swung = _record_all(plant, swings(robot), USUAL, rng, after=0)
     seconds += plant.time
     rule = shaken(free_rule(robot, found, traces), swung)
-    # Play that shows in some joints explains a gesture that is stopped by another.
-    tries = TRIES if play(robot, found).any() else 1
-    rule = _tested(plant, rule, seed, tries)
+    try:
+        rule = granted(rule, _test(plant, rule, seed))
+    except BodyError as error:
+        raise type(error)(f"{error}{and_play(robot, found)}") from error
     return Calibrated(robot, true, rule, found, tuple(words), seconds + plant.time)
 
 
@@ -161,46 +162,23 @@ def _record(body: Simulated, here: Array, move: Move, after: int) -> Trace:
     return trace_of(body.robot, here, move, readings)
 
 
-def _tested(plant: TrialPlant, rule: FreeRule, seed: int, tries: int) -> FreeRule:
-    """Make all gestures with the rule on; return it with the guards that they need.
-
-    A gesture that is stopped is made without the rule, and tried again with the guards that it
-    needed, ``tries`` times in all.
-    """
-    rng = np.random.default_rng([seed, _STREAM, 1])
-    traces: list[Trace] = []
-
-    def awake() -> tuple[Simulated, Array]:
-        plant.begin(np.array(plant.robot.neutral), USUAL, rng)
-        return Simulated(plant.robot, rule, plant=plant), np.array(plant.robot.neutral)
-
-    body, here = awake()
+def _test(plant: TrialPlant, rule: FreeRule, seed: int) -> list[Trace]:
+    """Make all gestures with the rule on, and return their traces."""
+    here = np.array(plant.robot.neutral)
+    plant.begin(here, USUAL, np.random.default_rng([seed, _STREAM, 1]))
+    body = Simulated(plant.robot, rule, plant=plant)
+    traces = []
     for _, moves in gestures(plant.robot):
-        for after in reversed(range(tries)):
-            made, here = _gesture(body, here, moves)
-            if body.state.stop is None:
-                traces += made
-                break
-            if not after:
+        for move in moves:
+            traces.append(_record(body, here, move, after=0))
+            here = move.angles
+            if body.state.stop is not None:
                 raise BodyError(
                     f"The calibrated rule stopped a free gesture at {body.state.stop.motor}. Look "
                     "for a loose horn or screw, a cable that pulls, or a hand in the way; then "
                     "calibrate again."
                 )
-            rule = granted(rule, _record_all(plant, moves, USUAL, rng, after=0))
-            body, here = awake()
-    return granted(rule, traces)
-
-
-def _gesture(body: Simulated, here: Array, moves: list[Move]) -> tuple[list[Trace], Array]:
-    """Let a body make moves until one is stopped; return their traces, and where it should be."""
-    traces = []
-    for move in moves:
-        traces.append(_record(body, here, move, after=0))
-        here = move.angles
-        if body.state.stop is not None:
-            break
-    return traces, here
+    return traces
 
 
 def _with_gain(robot: Robot, gain: float) -> Robot:
