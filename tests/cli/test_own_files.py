@@ -1,7 +1,9 @@
 """A robot, gestures and a temperament of one's own: the same files in every command."""
 
 import json
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
+from math import radians
 from pathlib import Path
 
 import httpx
@@ -12,9 +14,12 @@ from tests.fixtures.waiting import until
 from typer.testing import CliRunner
 
 from miburi.cli.commands import app
-from miburi.errors import OutputError
+from miburi.errors import BodyError, OutputError
 from miburi.gestures import MovementFunction
 from miburi.robot import Robot
+from miburi.safety.free import FreeRule
+from miburi.studies.trials import workshop
+from miburi.studies.trials.workshop import Calibrated
 
 #: Trials in this process; others start two more.
 TRIALS = ("trials", "--workers", "1", "--json")
@@ -114,6 +119,27 @@ def test_gears_play_where_servos_are_drawn_and_by_two_degrees_at_most(
     done = miburi("trials", *options)
     assert done.returncode == 2
     assert words in done.stderr
+
+
+def test_a_robot_that_cannot_be_calibrated_makes_no_trials_and_the_others_do(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    calibrated: list[float] = []
+
+    def calibrate(body: Robot, seed: int, true: Robot) -> Calibrated:
+        calibrated.append(true.servo.model.loop.backlash)
+        if len(calibrated) != 2:
+            raise BodyError("Look at its horn.")
+        return Calibrated(body, true, FreeRule.of(body), None, (), 0.0)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(workshop, "calibrate_servos", calibrate)
+    monkeypatch.setattr("miburi.cli.trials.ProcessPoolExecutor", ThreadPoolExecutor)
+    options = [*TRIALS, "--servos", "3", "--play", "0.25", "--free", "1", "--blocked", "0"]
+    told = CliRunner().invoke(app, options)
+    assert json.loads(told.stdout)["free"] == 1
+    assert told.stderr.count("makes no trials. Look at its horn.") == 2
+    assert "Robot 1 of 3" in told.stderr
+    assert calibrated == pytest.approx([radians(0.25)] * 3)
 
 
 def test_in_a_state_and_without_a_part_trials_still_notice() -> None:

@@ -71,6 +71,8 @@ _WEARS, _SEEN = 3, 0.92
 _FIRM, _LOOSE, _IN_STEPS, _PLAYS = radians(0.057), radians(0.092), (0.65, 1.05), 3.3
 _MIRROR = {"left": "right", "right": "left"}
 _NAMES = ("stiffness", "damping", "friction", "gravity")
+#: Which the search changes together: alone, and along the valley in which a servo moves alike.
+_TOGETHER = (*((name,) for name in _NAMES), ("stiffness", "damping", "gravity"))
 
 
 @dataclass(frozen=True)
@@ -114,8 +116,9 @@ class Identified(Shares):
 def identify(robot: Robot, traces: Sequence[Trace], wear: float = 1.0) -> Identified:
     """Identify the servos of a robot from free moves, slow and fast, of every joint.
 
-    A coordinate search over four constants of each servo and one delay; the squares of what the
-    model misses are least. ``wear`` is that of the robot's own servos.
+    A coordinate search over four constants of each servo, one by one and three together, and over
+    one delay; the squares of what the model misses are least. ``wear`` is that of the robot's own
+    servos.
 
     Raises
     ------
@@ -132,12 +135,13 @@ def identify(robot: Robot, traces: Sequence[Trace], wear: float = 1.0) -> Identi
     for factor, wait in zip(_FACTORS, _DELAYS, strict=True):
         for _ in range(_PASSES):
             before = errors.sum()
-            for name in _NAMES:
+            for names in _TOGETHER:
                 for times in (factor, 1 / factor):
-                    tried = np.clip(shares[name] * times, *_BOX)
-                    found = _errors(rule, moves, {**shares, name: tried})
+                    tried = {name: np.clip(shares[name] * times, *_BOX) for name in names}
+                    found = _errors(rule, moves, shares | tried)
                     better = found < errors
-                    shares[name] = np.where(better, tried, shares[name])
+                    for name, values in tried.items():
+                        shares[name] = np.where(better, values, shares[name])
                     errors = np.where(better, found, errors)
             for other in (delay - wait, delay + wait):
                 later = _moves(traces, max(other, 0))

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import replace
-from itertools import repeat
 from math import isfinite, radians
 from pathlib import Path
 from time import perf_counter
@@ -24,7 +23,7 @@ from miburi.cli.options import (
     robot_of,
 )
 from miburi.cli.places import a_file, a_folder
-from miburi.errors import InputError, need
+from miburi.errors import BodyError, InputError, need
 from miburi.ground.cores import available_cores
 
 if TYPE_CHECKING:
@@ -291,12 +290,22 @@ def _subjects(
         )
     if without is not None:
         body = undriven(body, without)
-    watched, judged = [], RULES[rule]
+    watched, refused, judged = list[Subject](), list[str](), RULES[rule]
     if built:
         with ProcessPoolExecutor(workers) as pool, show_progress("calibrations") as show:
-            for done in pool.map(calibrate_servos, repeat(body), repeat(seed), built):
-                watched.append(Subject(done.robot, judged(done.rule), done.true))
-                show(len(watched), len(built))
+            each = [pool.submit(calibrate_servos, body, seed, true) for true in built]
+            for number, one in enumerate(each, 1):
+                try:
+                    done = one.result()
+                except BodyError as error:
+                    refused.append(f"Robot {number} of {len(built)} makes no trials. {error}")
+                else:
+                    watched.append(Subject(done.robot, judged(done.rule), done.true))
+                show(number, len(built))
+        if not watched:
+            raise BodyError(f"None of the robots could be calibrated. {refused[0]}")
+        for words in refused:
+            print(f"miburi: {words}", file=sys.stderr)
     elif state is not None:
         watched.append(in_state(body, state, seed, judged))
     else:
