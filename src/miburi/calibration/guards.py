@@ -48,15 +48,17 @@ def free_rule(robot: Robot, found: Identified, traces: Sequence[Trace]) -> FreeR
     """Return the rule that expects these servos, with the guards that the traces need.
 
     The guards are no less than the description's; see :func:`granted`. Where gears play, each motor
-    is granted as much beyond the description's as half of the motors need: all are of one age, but
-    where a load presses the teeth together, as at the shoulders, a calibration sees no play.
+    is granted as much beyond the description's as half of the motors need, and may be behind or
+    ahead by the play itself: all gears are of one age, but where a load presses the teeth together,
+    as at the shoulders, a calibration sees no play.
     """
     least = in_whole_units(robot.guards, robot.servo.step)
     guards = replace(least, lag=np.full(len(JOINTS), found.delay))
     rule = granted(expecting(robot, found, guards), traces)
-    if np.count_nonzero(play(robot, found)) < _MANY:
+    seen = play(robot, found) / robot.servo.step
+    if np.count_nonzero(seen) < _MANY:
         return rule
-    return replace(rule, guards=_alike(guards, rule.guards))
+    return replace(rule, guards=_loosened(guards, rule.guards, float(np.median(seen[seen > 0]))))
 
 
 def granted(rule: FreeRule, traces: Sequence[Trace]) -> FreeRule:
@@ -73,13 +75,18 @@ def granted(rule: FreeRule, traces: Sequence[Trace]) -> FreeRule:
     return replace(rule, guards=guards)
 
 
-def _alike(least: Guards[Steps], guards: Guards[Steps]) -> Guards[Steps]:
-    """Return guards that grant each motor as much beyond ``least`` as half of the motors need."""
+def _loosened(least: Guards[Steps], guards: Guards[Steps], play: float) -> Guards[Steps]:
+    """Return guards for gears that play so far, in steps.
+
+    Each motor is granted as much beyond ``least`` as half of the motors need.
+    """
     beyond = {name: vars(guards)[name] - vars(least)[name] for name in _WIDENED}
     wider = {
         name: vars(least)[name] + np.maximum(more, int(np.median(more)))
         for name, more in beyond.items()
     }
+    for name in ("behind", "ahead"):
+        wider[name] = wider[name] + round(play)
     return replace(guards, **wider)
 
 
