@@ -137,7 +137,7 @@ def test_a_robot_that_cannot_be_calibrated_makes_no_trials_and_the_others_do(
     options = [*TRIALS, "--servos", "3", "--play", "0.25", "--free", "1", "--blocked", "0"]
     told = CliRunner().invoke(app, options)
     assert json.loads(told.stdout)["free"] == 1
-    assert told.stderr.count("makes no trials. Look at its horn.") == 2
+    assert told.stderr.count("is left out. Look at its horn.") == 2
     assert "Robot 1 of 3" in told.stderr
     assert calibrated == pytest.approx([radians(0.25)] * 3)
 

@@ -82,7 +82,7 @@ def test_it_does_what_it_is_asked(talk: Talk, said: str, shows: str | None) -> N
          "What was my wife's name?", "Maureen"),
         ("My grandson came to see me on Sunday.", "Please remember that he plays the trumpet.",
          "What does my grandson play?", "trumpet"),
-        ("My late husband built ships.", "He was called Tom, remember that.",
+        ("My late husband built ships.", "Remember that he was called Tom.",
          "What was my husband called?", "Tom"),
     ],
 )  # fmt: skip
@@ -93,6 +93,37 @@ def test_it_knows_whom_she_or_he_was(
         talk.say(said)
     assert knows in (talk.say(asks).answer or "")
     assert knows not in (talk.say("What was my uncle's name?").answer or "")
+
+
+@pytest.mark.parametrize(
+    ("first", "then"),
+    [
+        ("My brother was a nurse.", "Remember that her name was Maureen."),
+        ("My sister and my wife were nurses.", "Remember that her name was Maureen."),
+        ("My sister came.", "Remember that Maureen has her keys."),
+        ("My sister came.", "Remember that her name is Maureen. My wife is Ann."),
+    ],
+)
+def test_whom_she_may_be_is_not_guessed(talk: Talk, first: str, then: str) -> None:
+    for said in ("My name is Dot.", first, then):
+        talk.say(said)
+    assert not any(told.startswith(("my wife: ", "my brother: ")) for told in facts(talk))
+
+
+def test_what_one_person_said_or_long_ago_names_nobody(talk: Talk) -> None:
+    talk.say("My name is Dot.")
+    talk.say("My wife was a nurse.")
+    talk.say("My name is Tom.")
+    talk.say("Remember that her birthday is on Friday.")
+    talk.say("My daughter lives in Leeds.")
+    talk.now += timedelta(minutes=6)
+    talk.say("Remember that she has a cat.")
+    assert {"her birthday is on Friday", "she has a cat"} <= set(facts(talk))
+
+
+def facts(talk: Talk) -> list[str]:
+    present = talk.speech.memory.present
+    return [] if present is None else [fact.text for fact in present.facts]
 
 
 def test_it_says_so_where_it_cannot_move(talk: Talk) -> None:

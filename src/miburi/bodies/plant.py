@@ -54,7 +54,7 @@ class Plant:
         self.data = mujoco.MjData(self.model)
         self.joints = np.array([self.model.joint(name).qposadr[0] for name in JOINTS])
         self._dofs = np.array([self.model.joint(name).dofadr[0] for name in JOINTS])
-        # In MuJoCo's arrays a hinge has one position, where it has its degree of freedom too.
+        # A hinge has the same index in qpos and in qvel here.
         self._plays = self._dofs[:0]
         if robot.servo.model.loop.backlash:
             self._plays = np.array([self.model.joint(PLAY + name).dofadr[0] for name in JOINTS])
@@ -254,7 +254,7 @@ class Plant:
         return touch
 
     def ordered(self, setpoint: Array) -> Array:
-        """Return what MuJoCo's position control, at the motors, needs for this at the horns."""
+        """Return the setpoint at the motors that brings the horns to this one."""
         return setpoint - self._positions.take(self._plays) if self._plays.size else setpoint
 
     def _touch(self) -> Touch:

@@ -42,9 +42,9 @@ __all__ = [
 ]
 
 #: Stiffness at the horn that a servo may have, and that it should have, N·m/rad (ours: with less it
-#: cannot carry the body to a pose, with more it hunts where gears play). It is found about a tenth
-#: too low, and up to a fifth: while all joints move, wires take some of the supply's voltage, and
-#: gears take more of a torque than the model knows. It should be 4 to 6.
+#: cannot carry the body to a pose, with more it hunts where gears play). It is found a tenth too
+#: low on average, a fifth at most: while all joints move, wires take some of the supply's voltage,
+#: and gears take more of a torque than the model knows. The true value should be 4 to 6.
 STIFFNESS, _WELL = (2.0, 8.0), (4.0, 5.5)
 #: The search's steps, as factors, coarse to fine; and those of the delay, µs.
 _FACTORS = (1.6, 1.25, 1.12, 1.06, 1.03)
@@ -64,14 +64,15 @@ _MOST_WEAR = 2.5
 #: How often wear is tried, and the share of the dry friction that free moves show: it is more at
 #: rest than in motion (found on simulated servos of known wear).
 _WEARS, _SEEN = 3, 0.92
-#: What the model misses of gears without play, rad root mean square, and from which on that is
-#: play; in steps, where encoders are coarser than these; and how many times what it misses beyond
-#: the first they play. Of simulated servos it missed 0.4 to 1.02 steps of 0.088° without any, and
-#: of joints that carry little 1.0 to 1.6 with 0.25°, and 1.6 to 3.7 with 0.5°.
+#: RMS error of the model, rad: usual without play; taken for play above. The same two in steps, for
+#: coarser encoders. Play for each rad of error beyond the first. Simulated servos had 0.4 to 1.02
+#: steps of 0.088° without play; joints that carry little 1.0 to 1.6 with 0.25°, 1.6 to 3.7 with
+#: 0.5°.
 _FIRM, _LOOSE, _IN_STEPS, _PLAYS = radians(0.057), radians(0.092), (0.65, 1.05), 3.3
 _MIRROR = {"left": "right", "right": "left"}
 _NAMES = ("stiffness", "damping", "friction", "gravity")
-#: Which the search changes together: alone, and along the valley in which a servo moves alike.
+#: Constants that the search changes together: each alone, then three whose joint change hardly
+#: alters the motion.
 _TOGETHER = (*((name,) for name in _NAMES), ("stiffness", "damping", "gravity"))
 
 
@@ -333,16 +334,16 @@ def play(robot: Robot, found: Identified) -> Array:
 
 
 def and_play(robot: Robot, found: Identified) -> str:
-    """Return the sentence on gears that play, to stand behind another; empty if none do."""
+    """Return a sentence on gears that play, to append to another message; empty if none do."""
     loose = [
-        f"{np.degrees(angle):.1f}° in the {name.replace('_', ' ')}"
+        f"{np.degrees(angle):.1f}° at the {name.replace('_', ' ')}"
         for name, angle in zip(JOINTS, play(robot, found), strict=True)
         if angle
     ]
     if not loose:
         return ""
     return (
-        f" Gears seem to play, about {', '.join(loose)}: tighten the screws of these horns. If "
+        f" Gears seem to play, by about {', '.join(loose)}: tighten the horn screws there. If "
         "they are tight, the gears are worn, or something touched the robot."
     )
 

@@ -136,7 +136,9 @@ def _measure(card: Card, tell: Callable[[str], None]) -> Measurement:
     try:
         traces = _test(card, tell)
     except BodyError as error:
-        raise type(error)(f"{error}{and_play(robot, found)}") from error
+        if card.state.stop is None or card.state.stop.sign is None:
+            raise  # no joint that was held: play explains nothing
+        raise BodyError(f"{error}{and_play(robot, found)}") from error
     settings = settings.with_rule(granted(settings.rule, traces))
     _check(settings)
     card.configure(settings)

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from miburi.robot import Robot
     from miburi.studies.trials.runs import Subject
     from miburi.studies.trials.trial import Outcome
+    from miburi.studies.trials.workshop import Calibrated
 
 #: Trials of one kind in a run (ours): a week on a computer with eight cores.
 _MOST = 10_000_000
@@ -273,7 +274,6 @@ def _subjects(
     from miburi.safety.free import FreeRule
     from miburi.studies.trials.ablation import RULES, STATES, WITHOUT, in_state, undriven
     from miburi.studies.trials.runs import Subject
-    from miburi.studies.trials.workshop import calibrate_servos
 
     for option, given, allowed in (
         ("--rule", rule, RULES),
@@ -290,28 +290,41 @@ def _subjects(
         )
     if without is not None:
         body = undriven(body, without)
-    watched, refused, judged = list[Subject](), list[str](), RULES[rule]
+    watched, judged = list[Subject](), RULES[rule]
     if built:
-        with ProcessPoolExecutor(workers) as pool, show_progress("calibrations") as show:
-            each = [pool.submit(calibrate_servos, body, seed, true) for true in built]
-            for number, one in enumerate(each, 1):
-                try:
-                    done = one.result()
-                except BodyError as error:
-                    refused.append(f"Robot {number} of {len(built)} makes no trials. {error}")
-                else:
-                    watched.append(Subject(done.robot, judged(done.rule), done.true))
-                show(number, len(built))
-        if not watched:
-            raise BodyError(f"None of the robots could be calibrated. {refused[0]}")
-        for words in refused:
-            print(f"miburi: {words}", file=sys.stderr)
+        for done in _calibrations(body, seed, built, workers):
+            watched.append(Subject(done.robot, judged(done.rule), done.true))
     elif state is not None:
         watched.append(in_state(body, state, seed, judged))
     else:
         robot, own = calibrated(body, calibration)
         watched.append(Subject(robot, judged(own or FreeRule.of(robot))))
     return watched
+
+
+def _calibrations(
+    body: "Robot", seed: int, built: list["Robot"], workers: int
+) -> list["Calibrated"]:
+    """Calibrate robots; name those that cannot be on standard error, and leave them out."""
+    from miburi.studies.trials.workshop import calibrate_servos
+
+    calibrations, refused = list["Calibrated"](), list[str]()
+    with ProcessPoolExecutor(workers) as pool, show_progress("calibrations") as show:
+        each = [pool.submit(calibrate_servos, body, seed, true) for true in built]
+        for number, one in enumerate(each, 1):
+            try:
+                calibrations.append(one.result())
+            except BodyError as error:
+                refused.append(f"Robot {number} of {len(built)} is left out. {error}")
+            except BaseException:
+                pool.shutdown(cancel_futures=True)
+                raise
+            show(number, len(built))
+    if not calibrations:
+        raise BodyError(f"None of the robots could be calibrated. {refused[0]}")
+    for words in refused:
+        print(f"miburi: {words}", file=sys.stderr)
+    return calibrations
 
 
 @contextmanager

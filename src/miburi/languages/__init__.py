@@ -11,7 +11,7 @@ A new language is a new folder. Its name is the code of the language, such as ``
 import re
 import tomllib
 import unicodedata
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import cache, cached_property
 from importlib import resources
 from typing import Annotated, Any
@@ -58,7 +58,7 @@ _NAMED = re.compile(r"(?<=[^.!?] )(?!I\b)[A-Z]\w+")
 
 
 class _Whom(Table):
-    """Words such as "she", and whom they may mean; both are regular expressions."""
+    """Words such as "she", and the people they may mean (groups ``own`` and ``it``); patterns."""
 
     says: str
     means: str
@@ -158,19 +158,28 @@ def subjects_of(question: str, language: Language) -> list[str]:
     return [match["it"] for match in found] + [plain(name, language) for name in names]
 
 
-def with_whom(told: str, before: str, language: Language) -> str:
-    """Return what was told with whom it is about, if it says "she" and what was said before knows.
+def with_whom(told: str, earlier: Iterable[str], language: Language) -> str:
+    """Return what was told. If it begins with "she", and an earlier sentence names her, so does it.
 
-    >>> with_whom("Her name was Maureen.", "My wife was a nurse.", "en")
+    ``earlier`` has the sentences before it, the newest first. If one names two people whom the word
+    may mean, nobody is guessed.
+
+    >>> with_whom("Her name was Maureen.", ["My dear wife was a nurse."], "en")
     'my wife: Her name was Maureen.'
-    >>> with_whom("Her name was Maureen.", "My brother was a nurse.", "en")
+    >>> with_whom("Her name was Maureen.", ["My sister and my wife were nurses."], "en")
     'Her name was Maureen.'
     """
-    words, earlier = plain(told, language), plain(before, language)
-    for whom in _rules(language).whom:
-        named = list(re.finditer(whom.means, earlier))
-        if named and re.search(whom.says, words) and not re.search(whom.means, words):
-            return f"{named[-1][0]}: {told}"
+    words = plain(told, language)
+    meant = next((one for one in _rules(language).whom if re.match(one.says, words)), None)
+    if meant is None or re.search(meant.means, words):
+        return told
+    for sentence in earlier:
+        named = {
+            match["it"]: match for match in re.finditer(meant.means, plain(sentence, language))
+        }
+        if named:
+            own = next(iter(named.values()))
+            return f"{own['own']} {own['it']}: {told}" if len(named) == 1 else told
     return told
 
 

@@ -21,12 +21,12 @@ __all__ = [
     "to_mjcf",
 ]
 
-#: The share of its dry friction that a servo's horn has, behind gears that play (ours): without
+#: The share of a servo's dry friction that acts at the horn, after gears that play (ours): without
 #: any, a joint that carries nothing would never come to rest between their teeth.
 HORN = 0.1
-#: How hard the teeth are at the end of the play: with MuJoCo's own, they are as soft as a servo.
+#: How hard the teeth are at the end of the play: MuJoCo's defaults make them as soft as a servo.
 _TEETH = "0.99 0.999 0.0001"
-#: What the name of a joint begins with that is the play of a servo's gears.
+#: Prefix of the joints that stand for the play of a servo's gears.
 PLAY = "play_"
 #: Physics runs at 500 Hz.
 TIMESTEP = 0.002

@@ -1,8 +1,9 @@
 """What is said to the partner: it hears the feeling of the words, feels with it, and answers."""
 
 import asyncio
+import re
 from collections import Counter, deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import asdict, replace
 from datetime import datetime, timedelta
@@ -44,8 +45,8 @@ _LOOKED, _SHOWN = 2.0, 0.8
 _ANSWERED = timedelta(minutes=2)
 #: After a distress, so many answers to remarks speak of nothing else; later one in so many (ours).
 _STAYS, _EVERY = 3, 5
-#: Remarks in which somebody was named whom "she" may mean (ours).
-_EARLIER = 3
+#: How many earlier remarks are searched for the person that "she" means, and how old (ours).
+_EARLIER, _MEANT = 3, timedelta(minutes=5)
 
 
 class Speech:
@@ -85,7 +86,8 @@ class Speech:
             partner, self.memory, self._answerer, clock, folder and folder / "manners.json"
         )
         self._turns: Counter[str] = Counter()  # of help, by kind
-        self._earlier: deque[str] = deque(maxlen=_EARLIER + 1)  # what was said to it
+        # What was said to it, by whom and when.
+        self._earlier: deque[tuple[str | None, datetime, str]] = deque(maxlen=_EARLIER)
         self._since = 0  # remarks since a distress, without those that got another answer
         self._asked: tuple[Distress, datetime] | None = None  # whether somebody needs help
         self._conversation = None if endpoint is None else _converse(endpoint)
@@ -140,6 +142,7 @@ class Speech:
         else:
             answer, meant = await self._answer(said, heard, language, felt)
             self._asked = asked if meant == "repeat" else None
+        self._earlier.append((self._person(), self._clock(), said))
         return SayOut(
             feeling=heard.feeling,
             asked=heard.topic == "asked",
@@ -223,23 +226,29 @@ class Speech:
     def _remember(self, answer: SmallAnswer, said: str) -> SmallAnswer:
         """Keep a name or what was told; return the answer."""
         words, memory, now = answer.words, self.memory, self._clock()
-        self._earlier.append(said)
-        before = " ".join(self._earlier)
-
-        def keep(fact: str) -> None:
-            fact, due = with_whom(fact, before, answer.language), due_of(fact, answer.language, now)
-            memory.remember(fact, answer.language, due)
-
         if answer.do == "name" and words:
             memory.meet(words[:1].upper() + words[1:])
         elif answer.do == "remember" and words:
-            keep(words)
+            fact = with_whom(words, self._sentences_before(), answer.language)
+            memory.remember(fact, answer.language, due_of(fact, answer.language, now))
+        elif answer.do == "forget":
+            self._earlier.clear()
         elif answer.cue is not None and answer.cue.name == "quiet":
             self.beginning.hush()
         elif answer.cue is None:
             for fact in script(answer.language).facts_in(said):
-                keep(fact)
+                memory.remember(fact, answer.language, due_of(fact, answer.language, now))
         return answer
+
+    def _sentences_before(self) -> Iterator[str]:
+        """Yield what the person who is there said of late, sentence by sentence, newest first."""
+        who, since = self._person(), self._clock() - _MEANT
+        for by, when, said in reversed(self._earlier):
+            if by == who and when >= since:
+                yield from reversed(re.split(r"[.!?]+", said))
+
+    def _person(self) -> str | None:
+        return None if self.memory.present is None else self.memory.present.name
 
     async def _perform(self, answer: SmallAnswer) -> str:
         """Perform what comes with an answer; return what to say, also where it cannot move."""

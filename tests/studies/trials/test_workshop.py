@@ -150,7 +150,7 @@ def test_gears_that_play_are_calibrated_named_and_still_notice_somebody(robot: R
     (one,) = specimens(robot, 1, 1, play=radians(0.5))
     done = calibrate_servos(robot, 1, one.robot)
     (words,) = done.words
-    assert words.startswith("Gears seem to play, about ")
+    assert words.startswith("Gears seem to play, by about ")
     assert "the waist" in words
     told = [float(angle) for angle in re.findall(r"(\d\.\d)°", words)]
     assert len(told) >= 4
@@ -188,7 +188,9 @@ def test_play_is_told_where_it_stops_the_calibration(
         begun.append(plant)
 
     monkeypatch.setattr(TrialPlant, "begin", jammed)
-    with pytest.raises(BodyError, match=r"at left_elbow\..*Gears seem to play, about .* the waist"):
+    with pytest.raises(
+        BodyError, match=r"at left_elbow\..*Gears seem to play, by about .*° at the waist"
+    ):
         calibrate_servos(robot, 1, one.robot)
 
 

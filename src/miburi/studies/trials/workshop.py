@@ -116,7 +116,7 @@ def calibrate_servos(robot: Robot, seed: int, true: Robot | None = None) -> Cali
     try:
         rule = granted(rule, _test(plant, rule, seed))
     except BodyError as error:
-        raise type(error)(f"{error}{and_play(robot, found)}") from error
+        raise BodyError(f"{error}{and_play(robot, found)}") from error
     return Calibrated(robot, true, rule, found, tuple(words), seconds + plant.time)
 
 
