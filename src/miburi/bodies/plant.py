@@ -7,8 +7,9 @@ that happens, such as forces, only a simulation can know; it is told apart, in
 MuJoCo has the position control, its limit and the back EMF (see :mod:`miburi.servos.model`). Dry
 friction follows the torques at every physics step, and the supply's voltage the currents at every
 reading. Where gears play, the encoder sits behind them, at the horn; back EMF and most of the
-friction are the motor's. What is left out is in :class:`miburi.servos.Axis`: the control's rate
-and whole encoder steps, the PWM's slope.
+friction act at the motor, which carries the horn's load even while the teeth are apart. What is
+left out is in :class:`miburi.servos.Axis`: the control's rate and whole encoder steps, the PWM's
+slope.
 """
 
 import numpy as np
@@ -58,7 +59,7 @@ class Plant:
         self._plays = self._dofs[:0]
         if robot.servo.model.loop.backlash:
             self._plays = np.array([self.model.joint(PLAY + name).dofadr[0] for name in JOINTS])
-        #: Where MuJoCo keeps the dry friction of each motor: only their joints have any.
+        #: Where MuJoCo keeps each motor's dry friction: no other joint has any.
         self._rows = self._dofs.argsort().argsort()
         # MuJoCo's own memory, at the same place for life.
         self._positions: Array = self.data.qpos

@@ -76,7 +76,7 @@ def granted(rule: FreeRule, traces: Sequence[Trace]) -> FreeRule:
 
 
 def _loosened(least: Guards[Steps], guards: Guards[Steps], steps: float) -> Guards[Steps]:
-    """Return guards for gears that play so many steps.
+    """Return guards for gears with so many steps of play.
 
     Each motor is granted the median of what the motors need beyond ``least``. The play comes on top
     of that: with the median alone, robots with a play of 0.25° had 17 false stops in 4,000 trials.

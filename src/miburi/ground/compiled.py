@@ -25,7 +25,8 @@ __all__ = ["CACHE", "FOLDERS", "announcement", "cache_folder", "compiled", "stat
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 # Division by zero gives infinity instead of an exception, which is faster. NaN and infinity keep
-# their meaning; a product and a sum may become one instruction.
+# their meaning; a product and a sum may become one instruction. C code calls none of these
+# functions; without wrappers for it they compile a tenth quicker.
 _OPTIONS: dict[str, Any] = {
     "nogil": True,
     "no_cfunc_wrapper": True,

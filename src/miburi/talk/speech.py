@@ -43,7 +43,7 @@ _THOUGHTFUL, _LONGEST_THOUGHT = 0.5, 30.0
 _LOOKED, _SHOWN = 2.0, 0.8
 #: How long a "yes" answers its question whether somebody needs help (ours).
 _ANSWERED = timedelta(minutes=2)
-#: After a distress, so many answers to remarks speak of nothing else; later one in so many (ours).
+#: After a distress, this many answers to remarks stay with it; later one in this many does (ours).
 _STAYS, _EVERY = 3, 5
 #: How many earlier remarks are searched for the person that "she" means, and how old (ours).
 _EARLIER, _MEANT = 3, timedelta(minutes=5)
@@ -86,7 +86,7 @@ class Speech:
             partner, self.memory, self._answerer, clock, folder and folder / "manners.json"
         )
         self._turns: Counter[str] = Counter()  # of help, by kind
-        # What was said to it, by whom and when.
+        # The last remarks: who made each, and when.
         self._earlier: deque[tuple[str | None, datetime, str]] = deque(maxlen=_EARLIER)
         self._since = 0  # remarks since a distress, without those that got another answer
         self._asked: tuple[Distress, datetime] | None = None  # whether somebody needs help
