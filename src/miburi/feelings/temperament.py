@@ -5,7 +5,7 @@ So every number in the temperaments that ship with Miburi is our assumption.
 """
 
 import tomllib
-from functools import cached_property
+from functools import cache, cached_property
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, Literal, Self, get_args
@@ -232,6 +232,12 @@ def shipped_temperament(name: str = "default") -> Temperament:
             f"there is no temperament {name!r}; take one of {', '.join(TEMPERAMENTS)}, "
             "or a file (….toml)."
         )
+    return _shipped(name)
+
+
+@cache
+def _shipped(name: str) -> Temperament:
+    """Read a file once: a study makes a model for each trial."""
     file = resources.files(__package__) / "temperaments" / f"{name}.toml"
     table = tomllib.loads(file.read_text(encoding="utf-8"))
     for key, value in (("lasting", 1.0), ("resting", 0.5)):
