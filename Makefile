@@ -22,7 +22,7 @@ experiment: .venv/run.stamp ## the paper's experiment, written to out/experiment
 # tests takes longer than after them.
 TESTS := $(BIN)/python -m pytest -n $$(($$(nproc) + 1))
 PAGES := tests/studio/browser
-test: .venv/test.stamp firmware ## all tests (about 19 minutes on two cores)
+test: .venv/test.stamp firmware ## all tests but the proofs (about 6 minutes on two cores)
 	$(TESTS) --ignore $(PAGES)
 	$(TESTS) $(PAGES)
 
@@ -42,6 +42,12 @@ test-firmware: .venv/test.stamp firmware ## the tests of the card
 test-pages: .venv/test.stamp ## the tests in a browser
 	$(TESTS) $(PAGES)
 
+# Of each, `make test` has a quicker one, which its mark names.
+.PHONY: proof
+proof: .venv/test.stamp firmware ## what takes long: mutants, studies, rare pages (about 15 minutes)
+	$(TESTS) -m proof --ignore $(PAGES)
+	$(TESTS) -m proof $(PAGES)
+
 screenshots: .venv/test.stamp ## pictures of the studio and the face, in out/screenshots
 	tools/debian-packages fonts-noto-cjk
 	$(BIN)/python tools/screenshots out/screenshots
@@ -60,7 +66,8 @@ firmware: ## the card's firmware, and the emulated card
 
 firmware-proof: .venv/test.stamp ## the firmware's tests with the full counts (about 7 minutes)
 	MIBURI_TRACES=100000 MIBURI_MOVES=2000,500 MIBURI_FUZZ=1000000 MIBURI_LIES=300 \
-		MIBURI_LOSS=500 $(BIN)/python -m pytest -n auto --timeout 3600 tests/firmware
+		MIBURI_LOSS=500 $(BIN)/python -m pytest -n auto --timeout 3600 -m "proof or not proof" \
+		tests/firmware
 
 # uv alone can resolve to the lowest versions, and for other systems.
 .PHONY: test-lowest check-wheels

@@ -194,3 +194,25 @@ def test_tests_use_public_names_alone() -> None:
         names += [name for _, name in imports(tree) if private.match(name)]
         reached += [f"{path.name}: {name}" for name in names]
     assert reached == []
+
+
+def test_each_proof_names_a_quicker_test() -> None:
+    """One that `make test` runs: a proof whose quicker test has gone leaves its part untested."""
+    proofs, quick = dict[str, str](), set[str]()
+    for tree in parsed(Path(__file__).parent).values():
+        for node in ast.walk(tree):
+            if not isinstance(node, ast.FunctionDef):
+                continue
+            marks = [
+                one.args[0].value
+                for one in node.decorator_list
+                if isinstance(one, ast.Call)
+                and ast.unparse(one.func) == "pytest.mark.proof"
+                and isinstance(one.args[0], ast.Constant)
+            ]
+            if marks:
+                proofs[node.name] = str(marks[0])
+            elif node.name.startswith("test_"):
+                quick.add(node.name)
+    assert len(proofs) > 20
+    assert {proof: name for proof, name in proofs.items() if name not in quick} == {}

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.firmware.toolchain import proof
 from typer.testing import CliRunner
 
 from miburi.card.bench import LEVER, STEPS, WEIGHT, peek
@@ -81,7 +80,7 @@ def test_what_is_measured_is_kept_and_what_is_skipped_is_not(
     assert Card(lambda: emulation, real).settings == CardSettings.of(real)
 
 
-@proof
+@pytest.mark.proof("test_what_is_measured_is_kept_and_what_is_skipped_is_not")
 def test_the_seven_measurements_find_what_is_true(
     emulation: EmulatedRobot, real: Robot, tmp_path: Path
 ) -> None:

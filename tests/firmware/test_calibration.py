@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.firmware.rig import Rig
-from tests.firmware.toolchain import proof
 
 from miburi.calibration.file import Calibration, read_calibration, write_calibration
 from miburi.calibration.identify import Identified
@@ -76,6 +75,7 @@ def not_slowest(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(calibration, "gestures", lambda _: [])
 
 
+@pytest.mark.proof("test_a_servo_that_needs_more_than_the_card_grants_is_named")
 @pytest.mark.usefixtures("some")
 def test_a_robot_that_differs_is_identified_tested_and_stored(
     firmware: Path, real: Robot, tmp_path: Path
@@ -132,7 +132,7 @@ def weaken(servo: Servo, share: float) -> None:
     servo.drive = weak  # type: ignore[method-assign]
 
 
-@proof
+@pytest.mark.proof("test_a_servo_that_needs_more_than_the_card_grants_is_named")
 @pytest.mark.usefixtures("not_slowest")
 def test_servos_with_more_friction_or_less_torque_are_named_in_words(
     emulation: EmulatedRobot, real: Robot

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 from tests.firmware.rig import Rig
-from tests.firmware.toolchain import changed_card, proof
+from tests.firmware.toolchain import changed_card
 
 from miburi.safety.move import plan_move
 from miburi.safety.stop import Phase
@@ -178,7 +178,7 @@ MUTANTS = {
 }
 
 
-@proof
+@pytest.mark.proof("test_free_moves_on_a_bus_that_loses_bytes")
 @pytest.mark.parametrize("name", MUTANTS)
 def test_a_card_that_orders_otherwise_is_noticed(firmware: Path, tmp_path: Path, name: str) -> None:
     rig = Rig(changed_card(tmp_path, "body.h", *MUTANTS[name]), twin=False)

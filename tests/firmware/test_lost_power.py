@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from tests.firmware.endings import raise_arms, recovers
 from tests.firmware.rig import Rig
-from tests.firmware.toolchain import changed_card, proof
+from tests.firmware.toolchain import changed_card
 
 from miburi.card.link import Reason, Report
 from miburi.robot import JOINTS
@@ -246,7 +246,7 @@ MUTANTS = {
 }  # fmt: skip
 
 
-@proof
+@pytest.mark.proof("test_a_stopped_body_of_which_a_servo_restarts_is_named")
 @pytest.mark.parametrize("name", MUTANTS)
 def test_a_card_that_misses_a_loss_is_noticed(firmware: Path, tmp_path: Path, name: str) -> None:
     rig = Rig(changed_card(tmp_path, *MUTANTS[name]), twin=False)

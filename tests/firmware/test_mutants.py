@@ -154,6 +154,7 @@ def judged() -> tuple[Records, Records]:
     return traces, decide(traces)
 
 
+@pytest.mark.proof("test_native_rule_equals_the_reference")
 @pytest.mark.parametrize("name", ["contact.h", "free.h", "profile.h"])
 def test_no_changed_rule_passes_for_the_rule(
     native: Path, tmp_path: Path, judged: tuple[Records, Records], name: str

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.firmware.rig import Rig, calibrated
-from tests.firmware.toolchain import HERE, NATIVE, SANITIZED, changed_card, proof, run
+from tests.firmware.toolchain import HERE, NATIVE, SANITIZED, changed_card, run
 
 from miburi.card.settings import CardSettings, FreeMotor
 from miburi.robot import JOINTS, iphonoid
@@ -81,7 +81,7 @@ MUTANTS = {
 }
 
 
-@proof
+@pytest.mark.proof("test_the_card_tells_of_readings_what_the_reference_does")
 @pytest.mark.parametrize("name", MUTANTS)
 def test_a_changed_card_is_noticed(firmware: Path, tmp_path: Path, name: str) -> None:
     built = changed_card(tmp_path, "controller.h", *MUTANTS[name])

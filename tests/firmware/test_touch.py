@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.firmware.rig import Rig
-from tests.firmware.toolchain import changed_card, proof
+from tests.firmware.toolchain import changed_card
 
 from miburi.robot import JOINTS
 from miburi.safety.controller import YIELDS
@@ -173,7 +173,7 @@ MUTANTS = {
 }  # fmt: skip
 
 
-@proof
+@pytest.mark.proof("test_a_hand_leads_a_body_at_rest")
 @pytest.mark.parametrize("name", MUTANTS)
 def test_a_changed_card_is_noticed(firmware: Path, tmp_path: Path, name: str) -> None:
     built = changed_card(tmp_path, "controller.h", *MUTANTS[name])

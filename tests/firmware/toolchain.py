@@ -18,10 +18,6 @@ NATIVE = ["g++", "-std=gnu++11", f"-I{SKETCH}", f"-I{HERE}", "-Wall", "-Wextra",
 SANITIZED = ["-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 
 
-#: Marks a test that takes half a minute; only `make firmware-proof` runs it.
-proof = pytest.mark.skipif("MIBURI_MOVES" not in os.environ, reason="make firmware-proof runs it")
-
-
 def need(tool: str, package: str) -> None:
     """Skip, or fail in CI, when a tool is missing."""
     if shutil.which(tool) or Path(tool).exists():

@@ -173,6 +173,7 @@ def test_the_descriptions_solids_load_the_motors_as_the_parts_do() -> None:
         assert np.abs(torques - loads(ROBOT, pose).gravity).max() < 0.01
 
 
+@pytest.mark.proof("test_the_buildable_robot_passes_every_check")
 def test_each_arm_has_the_stops_of_its_own_range() -> None:
     robot = with_range("right_elbow", max=1.2, neutral=1.1)
     found = {one.check: one for one in check(robot, {"a motion": still(robot)}, 4 * PERIOD)}

@@ -221,6 +221,10 @@ def test_the_rule_is_the_same_after_every_request(client: httpx.Client, live: Ru
     assert by_motor(rule.guards) == by_motor(fresh.guards)
 
 
+#: What uvicorn says, before the interface is asked, to a header that HTTP does not allow.
+NO_HTTP = b"Invalid HTTP request received."
+
+
 def test_the_description_is_kept_whatever_is_sent(server: Server) -> None:
     """Schemathesis: no server error, and only the answers that the description promises."""
     schema = schemathesis.openapi.from_url(server.url + "/api/openapi.json")
@@ -238,7 +242,9 @@ def test_the_description_is_kept_whatever_is_sent(server: Server) -> None:
         @settings(max_examples=10, suppress_health_check=list(HealthCheck))
         @given(case=operation.as_strategy())
         def keeps(case: schemathesis.Case) -> None:
-            case.call_and_validate(checks=promises)
+            answer = case.call()
+            if answer.content != NO_HTTP:
+                case.validate_response(answer, checks=promises)
 
         keeps()
 

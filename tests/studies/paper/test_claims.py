@@ -204,6 +204,7 @@ BREAKS: dict[str, list[Break]] = {
 }
 
 
+@pytest.mark.proof("test_the_page_in_the_documents_has_the_numbers_of_today")
 @pytest.mark.parametrize(
     ("name", "broken"),
     [pytest.param(name, broken, id=f"{name}-{k}") for name, breaks in BREAKS.items()

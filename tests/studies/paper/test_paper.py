@@ -56,6 +56,7 @@ def page(robot: Robot, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_paper(robot, folder, targets=5, seeds=1, trials=25)
 
 
+@pytest.mark.proof("test_the_page_in_the_documents_has_the_numbers_of_today")
 def test_every_claim_has_a_verdict_and_a_number(page: Path) -> None:
     rows = [line.split("|")[1:-1] for line in page.read_text(encoding="utf-8").splitlines()
             if re.match(r"\| \d", line)]  # fmt: skip
@@ -79,6 +80,7 @@ def test_every_claim_has_a_verdict_and_a_number(page: Path) -> None:
         assert (page.parent / picture).read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.proof("test_the_page_in_the_documents_has_the_numbers_of_today")
 def test_the_promise_is_kept_in_centimetres_with_the_search_of_reference_9(page: Path) -> None:
     """Table 2 has no unit, and its γ and τ are absolute: 9.7 % of the targets in metres."""
     row = re.search(

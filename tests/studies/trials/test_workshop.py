@@ -131,6 +131,7 @@ def test_the_rule_of_a_calibrated_robot_lets_its_own_moves_pass(
             assert watch.look(positions, time) is None
 
 
+@pytest.mark.proof("test_the_rule_of_a_calibrated_robot_lets_its_own_moves_pass")
 def test_worn_servos_pass_freely_when_they_are_cold_and_the_supply_is_low(robot: Robot) -> None:
     """Gears take half of the motors' torque; each of these trials brings a fifth more friction."""
     rubbing = robot.with_servo(robot.servo.model.varied(friction=1.9))
@@ -165,6 +166,7 @@ def test_gears_that_play_are_calibrated_named_and_still_notice_somebody(robot: R
     assert max(missed, default=0.0) < 2.0  # N: lighter ones may pass
 
 
+@pytest.mark.proof("test_a_servo_like_its_description_is_found_to_be_so")
 def test_coarse_encoders_are_not_taken_for_play(robot: Robot) -> None:
     servo = robot.servo.model
     encoder = servo.encoder.model_copy(update={"steps_per_turn": 1024})
@@ -173,6 +175,7 @@ def test_coarse_encoders_are_not_taken_for_play(robot: Robot) -> None:
     assert not play(coarse, found).any()
 
 
+@pytest.mark.proof("test_gears_that_play_are_calibrated_named_and_still_notice_somebody")
 def test_play_is_told_where_it_stops_the_calibration(
     robot: Robot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -194,6 +197,7 @@ def test_play_is_told_where_it_stops_the_calibration(
         calibrate_servos(robot, 1, one.robot)
 
 
+@pytest.mark.proof("test_gears_that_play_are_calibrated_named_and_still_notice_somebody")
 def test_shoulders_are_granted_what_joints_without_a_load_need(robot: Robot) -> None:
     """A load presses their teeth together while they are calibrated, and not in each gesture."""
     (one,) = specimens(robot, 1, 1, play=radians(0.5))
@@ -204,12 +208,14 @@ def test_shoulders_are_granted_what_joints_without_a_load_need(robot: Robot) -> 
     assert np.all(guards.slack[shoulders] >= 2 * floors.slack[shoulders])
 
 
+@pytest.mark.proof("test_guards_are_the_missed_times_a_margin_and_never_under_the_floors")
 def test_longer_arms_shake_a_waist_and_its_guards_know_it(tall_file: Path) -> None:
     """Without moves in which arms swing against each other, a gesture that tests it is stopped."""
     waist = calibrate_servos(load_robot(tall_file), 0).rule.guards
     assert waist.ahead[0] > 12
 
 
+@pytest.mark.proof("test_guards_are_the_missed_times_a_margin_and_never_under_the_floors")
 def test_guards_hold_in_another_state_than_the_calibrations(
     robot: Robot, found: Identified, traces: list[Trace]
 ) -> None:
