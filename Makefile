@@ -102,7 +102,8 @@ test-lessons: .venv/test.stamp ## the lessons in a new environment, with any Pyt
 	$(PYTHON) -m venv .venv-lessons
 	.venv-lessons/bin/python -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir dist .
 	.venv-lessons/bin/python -m pip install --quiet --disable-pip-version-check "$$(ls dist/*.whl)[studies]"
-	MIBURI_LESSONS=$(CURDIR)/.venv-lessons/bin $(BIN)/python -m pytest -n 2 tests/test_tutorials.py
+	MIBURI_LESSONS=$(CURDIR)/.venv-lessons/bin $(BIN)/python -m pytest -n 2 \
+		-m "proof or not proof" tests/test_tutorials.py
 
 clean: ## remove what was built
 	rm -rf .venv .venv-bench .venv-lessons .venv-lowest .venv-wheel build dist out .mypy_cache .pytest_cache .ruff_cache .hypothesis

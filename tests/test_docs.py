@@ -146,6 +146,7 @@ def test_nothing_in_the_reference_is_without_words() -> None:
     assert silent == []
 
 
+@pytest.mark.proof("test_links_and_pictures_are_there")
 def test_the_site_is_whole_and_asks_for_nothing_from_elsewhere(tmp_path: Path) -> None:
     done = subprocess.run(
         [sys.executable, "-m", "mkdocs", "build", "--quiet", "--site-dir", tmp_path],

@@ -10,7 +10,15 @@ from tests.fixtures.tutorial import Command, Reader, matches, steps
 PAGES = sorted((Path(__file__).parents[1] / "docs" / "learn").glob("*.md"))
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+#: The first; `make test-lessons` types all in an environment of their own, too.
+LONG = pytest.mark.proof("test_a_page_shows_what_its_reader_sees")
+
+
+@pytest.mark.parametrize(
+    "page",
+    [PAGES[0], *(pytest.param(page, marks=LONG) for page in PAGES[1:])],
+    ids=lambda page: page.stem,
+)
 def test_a_page_shows_what_its_reader_sees(page: Path, tmp_path: Path) -> None:
     with Reader(tmp_path) as reader:
         for step in steps(page):

@@ -25,7 +25,10 @@ class RealBody(Simulated):
         return None
 
 
-@pytest.fixture(scope="module", params=[1, 2])
+SECOND = pytest.param(2, marks=pytest.mark.proof("test_it_stops_when_and_only_when_blocked"))
+
+
+@pytest.fixture(scope="module", params=[1, SECOND])
 def result(request: pytest.FixtureRequest, robot: Robot) -> experiment.Experiment:
     return experiment.conduct(Simulated(robot), experiment.Setup(seed=request.param))
 

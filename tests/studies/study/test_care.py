@@ -111,6 +111,7 @@ def report(lab: Lab) -> dict:
     return json.loads((page.parent / "findings.json").read_text(encoding="utf-8"))
 
 
+@pytest.mark.proof("test_an_honest_none_of_these_is_no_carelessness")
 def test_careless_participants_are_left_out_and_named(tmp_path: Path) -> None:
     now = 0.0
 

@@ -12,6 +12,7 @@ from miburi.studies.study.films import FILMS, draw_missing, find_films
 from miburi.studies.study.plan import FILE, load_study
 
 
+@pytest.mark.proof("test_a_film_of_ones_own_must_be_there")
 def test_only_what_is_missing_is_drawn(robot: Robot, tmp_path: Path) -> None:
     lab = Lab(tmp_path)
     there = find_films(lab.study, tmp_path)

@@ -92,10 +92,12 @@ def found(out: Path) -> dict:
     return json.loads((out / "findings.json").read_text(encoding="utf-8"))
 
 
+@pytest.mark.proof("test_a_report_in_the_middle_counts_what_is_there")
 def test_everybody_is_counted(found: dict) -> None:
     assert found["counts"] == {"began": 20, "finished": 20, "withdrawn": 0}
 
 
+@pytest.mark.proof("test_a_report_in_the_middle_counts_what_is_there")
 def test_the_confusion_is_the_one_that_was_put_in(found: dict) -> None:
     (choice,) = found["choices"]
     assert choice["labels"] == ["happiness", "fright", "fear", "anger", "none"]
@@ -122,12 +124,14 @@ def test_the_confusion_is_the_one_that_was_put_in(found: dict) -> None:
     assert choice["by_feeling"]["fear"]["hits"] == 0
 
 
+@pytest.mark.proof("test_a_report_in_the_middle_counts_what_is_there")
 def test_kappas_are_those_of_the_confusion(found: dict) -> None:
     (choice,) = found["choices"]
     assert choice["kappa"] == pytest.approx((0.75 - 0.25) / (1 - 0.25))
     assert choice["fleiss"] == pytest.approx(1)  # all saw the same in each film
 
 
+@pytest.mark.proof("test_a_report_in_the_middle_counts_what_is_there")
 def test_the_order_of_intensities(found: dict) -> None:
     strength = found["ratings"][0]
     assert (strength["order"]["right"], strength["order"]["pairs"]) == (240 - 30, 240)
@@ -143,6 +147,7 @@ def test_the_order_of_intensities(found: dict) -> None:
     assert strength["alpha"] is None  # one item
 
 
+@pytest.mark.proof("test_a_report_in_the_middle_counts_what_is_there")
 def test_alpha_with_a_reversed_item(found: dict) -> None:
     service = found["ratings"][1]
     assert service["alpha"] == pytest.approx(0.7734375)
@@ -151,6 +156,7 @@ def test_alpha_with_a_reversed_item(found: dict) -> None:
     assert service["means"] == {}
 
 
+@pytest.mark.proof("test_a_report_in_the_middle_counts_what_is_there")
 def test_csv_and_parquet_hold_every_answer_and_no_code(lab: Lab, out: Path) -> None:
     with (out / "answers.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
@@ -167,17 +173,20 @@ def test_csv_and_parquet_hold_every_answer_and_no_code(lab: Lab, out: Path) -> N
     }  # fmt: skip
 
 
+@pytest.mark.proof("test_a_report_in_the_middle_counts_what_is_there")
 def test_orders_are_counterbalanced(lab: Lab) -> None:
     first = {a.participant: a.film for a in lab.store.answers() if a.step == 0}
     assert len({first[number] for number in range(1, 13)}) == 12  # each film once
 
 
+@pytest.mark.proof("test_a_report_in_the_middle_counts_what_is_there")
 def test_the_same_answers_give_the_same_report(lab: Lab, out: Path, tmp_path: Path) -> None:
     write_report(lab.study, lab.folder, tmp_path)
     for name in ("index.html", "findings.json", "answers.csv", "feeling.png", "strength.png"):
         assert (tmp_path / name).read_bytes() == (out / name).read_bytes(), name
 
 
+@pytest.mark.proof("test_a_report_in_the_middle_counts_what_is_there")
 def test_the_page_says_how_many_and_shows_the_figures(out: Path) -> None:
     page = (out / "index.html").read_text(encoding="utf-8")
     for words in (

@@ -175,7 +175,7 @@ def test_coarse_encoders_are_not_taken_for_play(robot: Robot) -> None:
     assert not play(coarse, found).any()
 
 
-@pytest.mark.proof("test_gears_that_play_are_calibrated_named_and_still_notice_somebody")
+@pytest.mark.proof("test_a_servo_like_its_description_is_found_to_be_so")
 def test_play_is_told_where_it_stops_the_calibration(
     robot: Robot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -197,7 +197,7 @@ def test_play_is_told_where_it_stops_the_calibration(
         calibrate_servos(robot, 1, one.robot)
 
 
-@pytest.mark.proof("test_gears_that_play_are_calibrated_named_and_still_notice_somebody")
+@pytest.mark.proof("test_a_servo_like_its_description_is_found_to_be_so")
 def test_shoulders_are_granted_what_joints_without_a_load_need(robot: Robot) -> None:
     """A load presses their teeth together while they are calibrated, and not in each gesture."""
     (one,) = specimens(robot, 1, 1, play=radians(0.5))

@@ -28,6 +28,7 @@ from miburi.studio.words import LANGUAGES
 pytestmark = needs_browser
 
 
+@pytest.mark.proof("test_pages_to_read_have_no_violation")
 def test_the_studio_has_no_violation_whatever_is_open(studio: Page) -> None:
     studio.locator(".senses summary").click()
     found: list[str] = []
@@ -46,6 +47,7 @@ def test_the_studio_has_no_violation_whatever_is_open(studio: Page) -> None:
     assert "\n".join(found) == ""
 
 
+@pytest.mark.proof("test_pages_to_read_have_no_violation")
 @pytest.mark.parametrize("where", ["/face", "/"])
 def test_push_to_talk_and_the_face_have_no_violation(page: Page, url: str, where: str) -> None:
     """Before somebody speaks, meanwhile, and with an answer; awake and stopped."""
@@ -86,6 +88,7 @@ def test_pages_to_read_have_no_violation(browser: Browser, url: str) -> None:
     assert "\n".join(found) == ""
 
 
+@pytest.mark.proof("test_pages_to_read_have_no_violation")
 def test_the_fleet_has_no_violation(page: Page, broker: Mosquitto, listener: Listener) -> None:
     """One partner is well, one is stopped, one is lost; then the broker is lost, too."""
     for name, stopped in (("hall", None), ("kitchen", StopReason.CONTACT), ("attic", None)):

@@ -24,6 +24,7 @@ def seen(page: Page) -> float:
     )
 
 
+@pytest.mark.proof("test_a_first_visit_brings_a_hint_and_a_second_does_not")
 @pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="needs ffmpeg")
 def test_the_last_seconds_are_saved_as_a_film(scene: Page, tmp_path: Path) -> None:
     # A recorder may begin late, as on a busy machine: nothing of the film is lost by that.
@@ -58,6 +59,7 @@ def test_a_first_visit_brings_a_hint_and_a_second_does_not(studio: Page) -> None
     expect(hint).to_be_hidden()
 
 
+@pytest.mark.proof("test_a_press_is_felt_shown_and_remembered")
 def test_every_gesture_of_ones_own_can_be_chosen(studio: Page) -> None:
     studio.get_by_role("tab", name="Gestures").click()
     studio.get_by_label("Gesture", exact=True).select_option("surprise")

@@ -4,6 +4,7 @@ import base64
 from pathlib import Path
 
 import numpy as np
+import pytest
 from playwright.sync_api import Browser, Page, expect
 from tests.fixtures.browser import fake_media, needs_browser, posts, switch
 from tests.fixtures.sounds import KINDS, RATE, claps, write_sound
@@ -28,6 +29,7 @@ HEAR = """async ([data, rate]) => {
 }"""
 
 
+@pytest.mark.proof("test_nothing_of_ears_and_eyes_is_loaded_or_remembered_unless_it_is_on")
 def test_what_startles_is_told_from_what_does_not_in_28_of_30(workbench: Page) -> None:
     wrong: list[tuple[str, int, list[float]]] = []
     for kind, startles in KINDS.items():
@@ -53,6 +55,7 @@ OVERHEAR = """
 """
 
 
+@pytest.mark.proof("test_nothing_of_ears_and_eyes_is_loaded_or_remembered_unless_it_is_on")
 def test_a_clap_frightens_it_but_not_while_it_speaks_itself(
     browser: Browser, url: str, tmp_path: Path
 ) -> None:

@@ -50,6 +50,7 @@ def seeing(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterat
         yield page
 
 
+@pytest.mark.proof("test_what_a_face_shows_in_time")
 def test_a_smile_makes_it_happy_its_arms_rise_and_it_looks_there(seeing: Page, url: str) -> None:
     asked: list[str] = []
     sent = posts(seeing, "")

@@ -2,6 +2,7 @@
 
 import json
 
+import pytest
 from playwright.sync_api import Page, expect
 from tests.fixtures.broker import Listener, Mosquitto
 from tests.fixtures.live import serving
@@ -22,6 +23,7 @@ def be(listener: Listener, name: str, available: str = "online", **more: object)
     listener.say(Topics(name).available, available, retain=True)
 
 
+@pytest.mark.proof("test_the_table_in_the_terminal")
 def test_the_page_of_a_fleet(page: Page, broker: Mosquitto, listener: Listener) -> None:
     be(listener, "bath", studio="https://192.168.1.4:8081")
     be(listener, "attic", "offline")

@@ -55,6 +55,7 @@ def phone(browser: Browser, safely: tuple[Path, str, str]) -> Iterator[Page]:
     trusting.close()
 
 
+@pytest.mark.proof("test_by_plain_http_a_phone_is_led_to_https")
 def test_a_phone_that_scans_the_code_gets_camera_microphone_motion_and_studio(
     phone: Page, safely: tuple[Path, str, str]
 ) -> None:
@@ -103,6 +104,7 @@ def test_by_plain_http_a_phone_is_led_to_https(
         assert saved.value.path().read_bytes() == (folder / "https" / "ca.pem").read_bytes()
 
 
+@pytest.mark.proof("test_by_plain_http_a_phone_is_led_to_https")
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_the_pages_that_lead_to_https_have_no_violation(
     browser: Browser, safely: tuple[Path, str, str], language: str

@@ -233,6 +233,7 @@ def test_language_and_light_are_remembered(studio: Page) -> None:
     assert studio.locator("html").get_attribute("lang") == "ja"
 
 
+@pytest.mark.proof("test_a_press_is_felt_shown_and_remembered")
 def test_two_pages_agree_and_a_reload_keeps_all(
     studio: Page, context: BrowserContext, url: str
 ) -> None:
@@ -274,6 +275,7 @@ def test_two_pages_agree_and_a_reload_keeps_all(
     expect(other.locator(".on-air")).to_be_hidden()
 
 
+@pytest.mark.proof("test_panels_do_what_they_say")
 def test_another_body_is_connected_from_the_page(studio: Page, firmware: Path) -> None:
     studio.get_by_role("tab", name="Body").click()
     expect(studio.locator(".motors")).to_contain_text("right elbow")

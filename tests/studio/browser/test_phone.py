@@ -69,6 +69,7 @@ def swipe(page: Page, x: float, y: float, way: float) -> None:
     touch("touchEnd")
 
 
+@pytest.mark.proof("test_a_dragged_hand_stops_the_robot_and_release_lets_it_go_on")
 def test_a_finger_scrolls_past_the_robot_and_still_drags_the_hand(phone: Page) -> None:
     phone.get_by_role("button", name="Got it").tap()  # else the hint moves the scene down
     box = phone.locator(".robot-view canvas").bounding_box()
@@ -132,6 +133,7 @@ FONTS = """<?xml version="1.0"?><!DOCTYPE fontconfig SYSTEM "fonts.dtd"><fontcon
 <dir>{}/fonts/ttf</dir><cachedir>{}</cachedir></fontconfig>"""
 
 
+@pytest.mark.proof("test_stop_is_large_in_a_single_row_and_the_rest_is_behind_a_button")
 def test_stop_is_no_boxes_where_the_system_has_no_japanese_font(
     browser: Browser, url: str, tmp_path: Path
 ) -> None:

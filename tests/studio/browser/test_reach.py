@@ -62,6 +62,7 @@ def take_hold(page: Page, place: list[float]) -> None:
     page.wait_for_function(HELD)
 
 
+@pytest.mark.proof("test_a_dragged_hand_stops_the_robot_and_release_lets_it_go_on")
 @pytest.mark.parametrize("side", SIDES)
 def test_the_hand_is_dragged_to_the_arm_that_is_pointed_at(scene: Page, side: str) -> None:
     ask(scene, "/pause", paused=True)  # the arm stays where it is
@@ -90,6 +91,7 @@ def test_the_hand_is_dragged_to_the_arm_that_is_pointed_at(scene: Page, side: st
     assert scene.evaluate("document.querySelector('.robot-view').view.marks.shadow.visible")
 
 
+@pytest.mark.proof("test_a_dragged_hand_stops_the_robot_and_release_lets_it_go_on")
 def test_a_hand_that_was_there_before_the_arm_meets_it(scene: Page) -> None:
     """It is dragged over the arm's way in the picture while the robot rests: how deep is that?"""
     ask(scene, "/pause", paused=True)
@@ -115,6 +117,7 @@ def test_a_hand_that_was_there_before_the_arm_meets_it(scene: Page) -> None:
     assert met(now)
 
 
+@pytest.mark.proof("test_a_dragged_hand_stops_the_robot_and_release_lets_it_go_on")
 def test_a_hand_whose_way_was_lost_on_the_wire_goes_there_all_the_same(scene: Page) -> None:
     ask(scene, "/pause", paused=True)
     out = reach_in(scene)

@@ -99,6 +99,7 @@ SAY = """(sentence) => {
 }"""
 
 
+@pytest.mark.proof("test_what_is_said_into_a_held_button_is_said_to_it")
 def test_a_raised_voice_weighs_what_the_words_say(page: Page, url: str) -> None:
     listen(page, url, RECOGNISER % ("available", "true") + MICROPHONE)
     page.locator(".senses summary").click()

@@ -148,6 +148,7 @@ def page(browser: Browser) -> Iterator[Page]:
         yield context.new_page()
 
 
+@pytest.mark.proof("test_one_question_a_page_to_the_end")
 @pytest.mark.parametrize("language", WORDS)
 def test_a_whole_study_by_keyboard_has_no_violation(
     page: Page, language: str, robot: Robot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -177,6 +177,7 @@ def sensors(devtools: CDPSession, name: str, x: float, y: float, z: float) -> No
     devtools.send("Emulation.setSensorOverrideReadings", reading)
 
 
+@pytest.mark.proof("test_what_the_sensors_say_gets_its_name")
 def test_a_phone_that_is_lifted_tells_its_partner(face: Page) -> None:
     """Chromium's own sensors: they are turned, and the partner is surprised."""
     ask(face, "/pause", paused=True)  # or its own gestures would be ignored

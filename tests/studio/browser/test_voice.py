@@ -105,6 +105,7 @@ def test_it_is_silent_until_it_is_switched_on_and_what_was_said_before_is_past(f
     assert [one["text"] for one in face.evaluate("window.spoken")] == ["Now."]
 
 
+@pytest.mark.proof("test_it_speaks_with_a_voice_of_the_device_and_moves_its_mouth")
 def test_its_mouth_shuts_though_the_device_never_says_that_it_has_ended(face: Page) -> None:
     """Some phones do not; its ears would be closed for ever."""
     face.evaluate(

@@ -49,6 +49,7 @@ def speak(page: Page, text: str) -> None:
     assert answer.value.status == 200
 
 
+@pytest.mark.proof("test_without_its_sound_the_device_speaks")
 def test_a_page_plays_it_with_its_mouth_and_shuts_it_when_somebody_talks_or_mutes_it(
     face: Page,
 ) -> None:
