@@ -111,6 +111,7 @@ def test_make_help_lists_every_target() -> None:
     assert re.findall(r"^make ([a-z-]+) +\S", printed, re.MULTILINE) == targets
 
 
+@pytest.mark.proof("test_links_and_pictures_are_there")
 def test_pictures_are_those_that_their_commands_make() -> None:
     """Those that are quickly made; `tools/renew-images --check` looks at all."""
     done = subprocess.run(
@@ -175,6 +176,7 @@ def test_the_page_of_measured_robots_has_every_report(tmp_path: Path) -> None:
     assert page.read_bytes() == (ROOT / "docs" / "builders.md").read_bytes()
 
 
+@pytest.mark.proof("test_the_page_of_measured_robots_has_every_report")
 def test_a_builders_report_stands_beside_the_simulation(tmp_path: Path) -> None:
     page = tmp_path / "builders.md"
     page.write_bytes((ROOT / "docs" / "builders.md").read_bytes())

@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from tests.fixtures.live import own_environment
 
 STUDIES = ["pyarrow", "scipy"]
@@ -53,6 +55,7 @@ print(json.dumps([loaded, codes]))
 """
 
 
+@pytest.mark.proof("test_a_small_installation_has_the_library")
 def test_without_extras_commands_work_or_say_in_a_line_what_they_need(tmp_path: Path) -> None:
     cases = [(STUDIES, words) for words in WORKS] + [([one], words) for one, _, words in REFUSED]
     folders = [tmp_path / str(number) for number in range(len(cases))]
@@ -81,6 +84,7 @@ def test_without_extras_commands_work_or_say_in_a_line_what_they_need(tmp_path: 
     assert [list(folder.iterdir()) for folder in folders[len(WORKS) :]] == [[]] * len(REFUSED)
 
 
+@pytest.mark.proof("test_a_small_installation_has_the_library")
 def test_the_live_partner_needs_no_extra(tmp_path: Path) -> None:
     program = (
         f"import sys; sys.modules.update(dict.fromkeys({STUDIES + DOORS + EARS})); "

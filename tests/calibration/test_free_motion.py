@@ -88,6 +88,7 @@ def test_calibrated_guards_let_their_own_traces_pass_and_notice_a_block() -> Non
     assert any(watch.look(blocked.positions[r], r * 10_000) for r in range(10, 60, 10))
 
 
+@pytest.mark.proof("test_guards_are_the_missed_times_a_margin_and_never_under_the_floors")
 @given(seed=st.integers(0, 1 << 30), period=st.sampled_from([40_000, 100_000, 130_000]))
 def test_a_watch_stops_for_less_than_the_measured_need(seed: int, period: int) -> None:
     """With exactly these guards it lets the move pass, with one step less it stops."""

@@ -1,6 +1,7 @@
 """The moves of a card's calibration, on the physical body."""
 
 import numpy as np
+import pytest
 
 from miburi.bodies.simulated import Simulated
 from miburi.card.free_moves import free_moves, gestures, swings
@@ -12,6 +13,7 @@ from miburi.safety.stop import Phase
 from miburi.studies.trials.plant import TrialPlant, Variation
 
 
+@pytest.mark.proof("test_free_moves_are_never_stopped")
 def test_a_calibrations_moves_meet_nothing_and_end_where_they_began(robot: Robot) -> None:
     """The rule, with the generous guards of a card that is not calibrated, must not stop them."""
     plant = TrialPlant(robot)

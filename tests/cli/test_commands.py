@@ -96,6 +96,7 @@ def test_many_lines_in_many_lines_out(robot: Robot) -> None:
         assert max(answer["error_m"]) < 1e-4
 
 
+@pytest.mark.proof("test_many_lines_in_many_lines_out")
 def test_each_command_reads_what_the_other_prints() -> None:
     places = miburi_apart("forward", "--json", *NEUTRAL).stdout
     turned = json.dumps(dict(reversed(json.loads(places).items())))  # the names say which is which
@@ -188,6 +189,7 @@ def test_another_robot_file(tmp_path: Path) -> None:
     assert "lengths is missing" in out.stderr
 
 
+@pytest.mark.proof("test_the_readmes_experiment_is_what_the_command_prints")
 def test_experiment_writes_whole_files(tmp_path: Path) -> None:
     outs = []
     for name, run in (("a", miburi), ("b", miburi_apart)):

@@ -55,6 +55,7 @@ def test_the_schema_is_that_of_a_gesture_file():
     assert {"name", "feeling", "duration", "effort", "pose"} == set(schema["required"])
 
 
+@pytest.mark.proof("test_it_goes_where_it_was_led")
 def test_what_a_hand_shows_is_kept_as_a_gesture(
     server: Server, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -167,6 +167,7 @@ def test_an_unknown_servo_is_refused_with_those_that_there_are() -> None:
     assert "xl330-m288-t" in done.stderr
 
 
+@pytest.mark.proof("test_gears_play_where_servos_are_drawn_and_by_two_degrees_at_most")
 def test_a_calibration_of_a_robot_of_ones_own_is_used(tall_file: Path, tmp_path: Path) -> None:
     file = tmp_path / "calibration.toml"
     out = miburi("calibrate", "--robot", tall_file, "--out", file)

@@ -77,6 +77,7 @@ def test_whoever_runs_a_study_can_delete_for_a_participant(tmp_path: Path) -> No
     assert (lab.store.counts(4).began, lab.store.counts(4).withdrawn) == (2, 1)
 
 
+@pytest.mark.proof("test_a_study_must_say_who_runs_it_but_can_be_tried_out")
 def test_a_study_is_served_until_somebody_ends_it(tmp_path: Path) -> None:
     lab = Lab(tmp_path)
     with served(tmp_path) as (home, said), httpx.Client(follow_redirects=True) as browser:
@@ -99,6 +100,7 @@ def served(*options: str | Path) -> Iterator[tuple[str, list[str]]]:
     assert (code, errors) == (0, "")
 
 
+@pytest.mark.proof("test_a_study_must_say_who_runs_it_but_can_be_tried_out")
 def test_a_robot_makes_the_gestures_of_a_study(server: Server, tmp_path: Path) -> None:
     lab = Lab(tmp_path, TWO_GESTURES)
     with httpx.Client(timeout=90) as browser, ExitStack() as stack:

@@ -325,6 +325,7 @@ def test_too_many_wishes_are_refused_in_words_and_none_waits(door: Server, clock
     run(over_http(door.url), work)
 
 
+@pytest.mark.proof("test_every_tool_does_what_it_says")
 def test_hundreds_of_calls_in_a_row_are_answered(door: Server) -> None:
     async def work(agent: Agent) -> None:
         for number in range(2 * int(GATE_BURST)):
@@ -334,6 +335,7 @@ def test_hundreds_of_calls_in_a_row_are_answered(door: Server) -> None:
     run(over_http(door.url), work)
 
 
+@pytest.mark.proof("test_every_tool_does_what_it_says")
 def test_a_partner_that_cannot_be_reached_is_an_error_in_words() -> None:
     """The bridge starts without a partner: the assistant itself says what to start."""
 

@@ -356,6 +356,7 @@ def test_partners_in_one_network_have_names_of_their_own(live: Runner, peer: Pee
             until(lambda: partner.state.stop)
 
 
+@pytest.mark.proof("test_a_wish_is_felt_said_and_shown")
 def test_the_command_opens_the_door(
     start: Callable[..., Any], peer: Peer, monkeypatch: pytest.MonkeyPatch
 ) -> None:

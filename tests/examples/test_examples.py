@@ -82,6 +82,7 @@ def run_script(name: str, *arguments: str, said: str = "") -> str:
     return done.stdout
 
 
+@pytest.mark.proof("test_a_contact_is_heard")
 def test_a_timer_makes_it_happy_and_knows_when_that_is_over(server: Server) -> None:
     said = run_script("tea_timer", server.url, "0.1")
     assert said.splitlines() == ["performance begun", "performance ended"]
@@ -89,6 +90,7 @@ def test_a_timer_makes_it_happy_and_knows_when_that_is_over(server: Server) -> N
     assert server.runner.snapshot.state.spoken.text == "Your tea is ready!"
 
 
+@pytest.mark.proof("test_a_contact_is_heard")
 def test_a_game_is_played_to_its_end(server: Server) -> None:
     said = run_script("guessing_game", server.url, said="fear\nfear\nfear\n")
     assert re.search(r"[0-3] of 3\.$", said.strip())
@@ -97,6 +99,7 @@ def test_a_game_is_played_to_its_end(server: Server) -> None:
     assert sources == {"program"}
 
 
+@pytest.mark.proof("test_a_contact_is_heard")
 def test_a_logger_that_was_killed_begins_where_it_was(server: Server, tmp_path: Path) -> None:
     path, command = tmp_path / "events.db", [sys.executable, FOLDER / "log_to_sqlite.py"]
     for _ in range(2):

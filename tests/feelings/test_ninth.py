@@ -101,6 +101,7 @@ def test_a_state_of_the_eight_is_refused(report: dict[str, Any]) -> None:
     assert "must be of the feelings happiness" in report["old state"]
 
 
+@pytest.mark.proof("test_it_is_felt")
 def test_the_command_reads_it_from_its_option(mine: Path) -> None:
     def miburi(*words: str) -> subprocess.CompletedProcess[str]:
         own = {key: value for key, value in os.environ.items() if key != "MIBURI_FEELINGS"}

@@ -194,6 +194,7 @@ def test_a_servo_that_seems_far_too_stiff_is_refused_in_words(
         measure(Card(lambda: emulation, real))
 
 
+@pytest.mark.proof("test_a_servo_that_needs_more_than_the_card_grants_is_named")
 @pytest.mark.usefixtures("few")
 def test_a_gesture_that_is_stopped_refuses_the_calibration(
     emulation: EmulatedRobot, real: Robot, monkeypatch: pytest.MonkeyPatch
@@ -212,6 +213,7 @@ def test_a_gesture_that_is_stopped_refuses_the_calibration(
     assert card.settings == CardSettings.of(real)
 
 
+@pytest.mark.proof("test_a_servo_that_needs_more_than_the_card_grants_is_named")
 def test_a_calibration_that_is_broken_off_leaves_the_guards_as_they_were(rig: Rig) -> None:
     rig.body.stop()
     rig.body.save()

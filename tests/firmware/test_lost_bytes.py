@@ -160,6 +160,7 @@ def test_a_stop_whose_limit_of_the_duty_a_servo_missed_says_it_again(rig: Rig) -
         rig.body.wake()
 
 
+@pytest.mark.proof("test_an_order_damaged_once_makes_no_move_a_contact")
 def test_no_packet_of_a_release_is_so_dear_that_its_damage_fails_it(rig: Rig) -> None:
     """Every 25th packet is damaged: each in its turn."""
     for first in range(25):

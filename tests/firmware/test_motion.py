@@ -33,6 +33,7 @@ def test_free_moves_are_never_stopped(firmware: Path, seed: int) -> None:
     rig.close()
 
 
+@pytest.mark.proof("test_free_moves_are_never_stopped")
 @pytest.mark.parametrize("duration", [12.0, 30.0])
 def test_slow_moves_of_perfect_servos_are_never_stopped(firmware: Path, duration: float) -> None:
     """Rule and servo count the same speed: half a minute does not carry them apart."""

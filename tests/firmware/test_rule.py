@@ -106,6 +106,7 @@ def test_square_root_equals_the_reference(native: Path) -> None:
     assert np.frombuffer(said, "<u8").tolist() == [isqrt(int(value)) for value in values]
 
 
+@pytest.mark.proof("test_native_rule_equals_the_reference")
 def test_every_line_of_the_rule_is_run(
     native: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
+import pytest
 from tests.firmware.toolchain import NATIVE, SKETCH, need, run
 
 from miburi.card.settings import ALLOWED, CardSettings, FreeMotor, JointSettings
@@ -101,6 +102,7 @@ def test_the_cards_guards_are_those_of_the_table(tmp_path: Path) -> None:
     assert disagreements(SKETCH, tmp_path) == []
 
 
+@pytest.mark.proof("test_native_rule_equals_the_reference")
 def test_no_other_guards_pass_for_those_of_the_table(tmp_path: Path) -> None:
     need("g++", "g++")
     headers = tmp_path / "headers"

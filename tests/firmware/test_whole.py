@@ -43,6 +43,7 @@ def test_the_papers_experiment_with_the_real_firmware_in_the_loop(firmware: Path
         assert stop["mood_after"] == pytest.approx(0.8 * stop["mood_before"], abs=0.01)
 
 
+@pytest.mark.proof("test_the_papers_experiment_with_the_real_firmware_in_the_loop")
 @pytest.mark.parametrize("seed", [2, 3] if "MIBURI_MOVES" in os.environ else [2])
 def test_the_experiment_with_the_identified_servo_on_the_card(firmware: Path, seed: int) -> None:
     """The servo's own gains, its ceiling for each move, and the rule against the free servo."""
@@ -153,6 +154,7 @@ def test_a_body_on_a_pseudo_terminal(firmware: Path, monkeypatch: pytest.MonkeyP
     emulation.close()
 
 
+@pytest.mark.proof("test_a_specimen_moves_as_it_is_and_the_card_as_it_is_described")
 def test_an_emulated_card_stands_as_the_robot_of_a_file(firmware: Path, tall_file: Path) -> None:
     command = [sys.executable, "-m", "miburi", "card"]
     robot = ["--robot", str(tall_file)]
@@ -192,6 +194,7 @@ def test_no_card_is_said_in_words(monkeypatch: pytest.MonkeyPatch) -> None:
             Card("/dev/ttyACM0", iphonoid())
 
 
+@pytest.mark.proof("test_servos_that_sit_wrongly_are_found_before_torque")
 def test_zeros_and_directions_are_found_by_hand(
     rig: Rig, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

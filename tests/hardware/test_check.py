@@ -70,6 +70,7 @@ def thrown() -> np.ndarray:
     return poses
 
 
+@pytest.mark.proof("test_a_check_fails_on_a_size_that_breaks_it")
 @pytest.mark.parametrize(
     ("robot", "poses", "name", "words"),
     [
@@ -132,6 +133,7 @@ def test_a_check_fails_on_a_size_that_breaks_it(
     assert words in found.words
 
 
+@pytest.mark.proof("test_the_buildable_robot_passes_every_check")
 def test_a_robot_that_a_push_tips_is_to_be_screwed_to_the_table() -> None:
     """It can be built all the same."""
     narrow = finding("push", changed("shape", pedestal_radius=0.063), still(ROBOT))
@@ -141,6 +143,7 @@ def test_a_robot_that_a_push_tips_is_to_be_screwed_to_the_table() -> None:
     assert wide.words.endswith("a contact gives up to 2.4 N")
 
 
+@pytest.mark.proof("test_the_buildable_robot_passes_every_check")
 @pytest.mark.parametrize("robot", [ROBOT, changed("shape", torso_radius=0.045)])
 def test_the_boards_share_no_room_with_parts_and_servos(robot: Robot) -> None:
     table = meetings.by_link(

@@ -72,6 +72,7 @@ def test_each_part_is_closed_for_others_too(ending: str) -> None:
         assert mesh.volume == pytest.approx(solid.volume(), rel=1e-3)
 
 
+@pytest.mark.proof("test_each_part_is_closed_for_others_too")
 def test_the_slicer_reads_each_part_without_repair(tmp_path: Path) -> None:
     command = program()
     for part in [*PARTS.values(), *gauge()]:
@@ -84,6 +85,7 @@ def test_the_slicer_reads_each_part_without_repair(tmp_path: Path) -> None:
         assert not {"repaired", "removed", "degenerate"} & set(said.stdout.split("_")), part.name
 
 
+@pytest.mark.proof("test_each_part_is_closed_for_others_too")
 @pytest.mark.parametrize("name", ["left_upper_arm", "lid", "jaw"])
 def test_a_mass_is_the_slicers(name: str) -> None:
     """Supports are not part of the robot."""

@@ -190,6 +190,7 @@ def devices(*words: str, folder: Path) -> str:
     return CliRunner().invoke(app, ["devices", *words, "--folder", str(folder)]).output
 
 
+@pytest.mark.proof("test_elsewhere_nothing_but_the_pairing_page_answers_without_the_token")
 def test_by_https_a_phone_comes_in_and_by_http_only_this_computer(tmp_path: Path) -> None:
     """The authority of last time is broken, so it is made again, and that is said."""
     authority = tmp_path / "https" / "ca.pem"
@@ -270,6 +271,7 @@ def test_no_address_is_refused_in_words(host: str, port: int, words: str) -> Non
         pass
 
 
+@pytest.mark.proof("test_no_card_is_said_in_words")
 def test_a_card_that_is_not_there_is_said(tmp_path: Path) -> None:
     with running(tmp_path, "--body", "card", "--serial", "/dev/no-such-port") as program:
         code, said, errors = program.end(None)
@@ -277,6 +279,7 @@ def test_a_card_that_is_not_there_is_said(tmp_path: Path) -> None:
     assert "The card cannot be reached" in errors
 
 
+@pytest.mark.proof("test_on_this_computer_it_answers_at_once_and_moves")
 def test_the_emulated_card_lives(tmp_path: Path, firmware: Path) -> None:
     with running(tmp_path, "--body", "emulated-card", "--forget") as program:
         url = address(program.out.next())
@@ -307,6 +310,7 @@ def test_ctrl_c_in_a_terminal_is_a_good_end_of_all_processes(tmp_path: Path) -> 
     assert remembered(path, shipped_temperament("playful")) is not None
 
 
+@pytest.mark.proof("test_ctrl_c_in_a_terminal_is_a_good_end_of_all_processes")
 def test_a_stream_of_events_ends_with_the_partner_and_without_a_word(tmp_path: Path) -> None:
     with running(tmp_path) as program:
         url = address(program.out.next())
@@ -320,6 +324,7 @@ def test_a_stream_of_events_ends_with_the_partner_and_without_a_word(tmp_path: P
         assert program.end(None)[::2] == (0, "")
 
 
+@pytest.mark.proof("test_ctrl_c_in_a_terminal_is_a_good_end_of_all_processes")
 def test_who_asks_it_twice_to_end_leaves_nobody_behind(tmp_path: Path) -> None:
     """The second time falls into the moment in which it ends its helpers, or soon after."""
     with running(tmp_path) as program:

@@ -69,6 +69,7 @@ def test_every_topic_has_a_schema() -> None:
     assert summary.statistics.message_count == 52
 
 
+@pytest.mark.proof("test_every_topic_has_a_schema")
 def test_it_says_what_it_is_of_and_when_and_opens_in_3d(runner: Runner, tmp_path: Path) -> None:
     """Every message fits its schema; Foxglove's frames, put together, end where the hands are."""
     before = datetime.now(UTC).timestamp()

@@ -107,6 +107,7 @@ def test_a_new_emotion_waits_for_no_period(robot: Robot) -> None:
     assert began == [pytest.approx(partner.body.state.time - 0.08, abs=0.021)]
 
 
+@pytest.mark.proof("test_levels_move_it_little_and_differently")
 def test_the_liveliest_acts_meet_nothing_on_longer_arms(tall_file: Path) -> None:
     """A weight shift pressed the arm of a taller robot against its trunk."""
     feelings = at_ease("lively")

@@ -122,6 +122,7 @@ def test_nonsense_is_refused(nonsense: dict[str, Any]) -> None:
         experiment.Setup(**nonsense)
 
 
+@pytest.mark.proof("test_it_stops_when_and_only_when_blocked")
 def test_a_gesture_starts_at_each_period_and_none_is_too_long_for_it(robot: Robot) -> None:
     result = experiment.conduct(
         Simulated(robot), experiment.Setup(seconds=60, hand=False, mood=0.3)

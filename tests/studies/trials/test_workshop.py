@@ -69,6 +69,7 @@ def test_a_servo_like_its_description_is_found_to_be_so(robot: Robot, found: Ide
     assert 4000 <= found.delay <= 8000
 
 
+@pytest.mark.proof("test_a_stiff_elbow_is_named_in_words")
 def test_twice_the_stiffness_is_found_and_half_the_gain_proposed(robot: Robot) -> None:
     """The open factor of two: the manual's divisor of the P gain, or the identified one."""
     traces = record_free_moves(TrialPlant(robot, varied(robot, stiffness=2.0)), 3)
@@ -146,6 +147,7 @@ def test_worn_servos_pass_freely_when_they_are_cold_and_the_supply_is_low(robot:
     assert all(one.stopped and not one.false_stop for one in held)
 
 
+@pytest.mark.proof("test_the_chosen_gain_rests_in_spite_of_play")
 def test_gears_that_play_are_calibrated_named_and_still_notice_somebody(robot: Robot) -> None:
     """The first of the workshop's robots: before, its calibration was refused."""
     (one,) = specimens(robot, 1, 1, play=radians(0.5))
