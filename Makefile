@@ -20,7 +20,7 @@ experiment: .venv/run.stamp ## the paper's experiment, written to out/experiment
 
 # A worker more than there are cores, as some tests wait. Pages come last: a browser beside other
 # tests takes longer than after them.
-TESTS := $(BIN)/python -m pytest -n $$(($$(nproc) + 1))
+TESTS := $(BIN)/python -m pytest -n $$(($$(nproc) + 2))
 PAGES := tests/studio/browser
 test: .venv/test.stamp firmware ## all tests but the proofs (about 6 minutes on two cores)
 	$(TESTS) --ignore $(PAGES)

@@ -189,6 +189,7 @@ def test_refusals_are_told_no_faster_than_a_person_reads(
     assert 0 < told < 30
 
 
+@pytest.mark.proof("test_a_home_finds_it_and_hears_what_it_feels")
 def test_a_name_that_is_taken_is_refused_and_a_free_one_proposed(
     home: RemotePartner,
     broker: Mosquitto,
@@ -262,6 +263,7 @@ def test_a_stop_while_the_broker_was_away_is_told_when_it_is_back(
     assert heard["report"].stops_today == 1
 
 
+@pytest.mark.proof("test_a_home_finds_it_and_hears_what_it_feels")
 def test_a_password_and_tls(live: Runner, tmp_path: Path) -> None:
     ca, key = tmp_path / "ca.pem", tmp_path / "key.pem"
     make_certificate(ca, key)

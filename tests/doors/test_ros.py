@@ -87,6 +87,7 @@ def test_a_message_is_defined_as_ros_defines_it(name: str) -> None:
         assert ours.hash_rihs01(message) == theirs.hash_rihs01(message)
 
 
+@pytest.mark.proof("test_joints_are_told_at_each_step_with_names_and_stamps")
 def test_ros_lists_it_as_a_node_with_its_topics_and_their_types(
     door: RemotePartner, peer: Peer
 ) -> None:
@@ -189,6 +190,7 @@ def test_a_contact_is_told_with_its_motor_and_its_force(door: RemotePartner, pee
     )  # fmt: skip
 
 
+@pytest.mark.proof("test_joints_are_told_at_each_step_with_names_and_stamps")
 def test_a_node_that_was_there_first_hears_it_too(peer: Peer, live: Runner) -> None:
     peer.listen("/joint_states", JOINT_STATE)
     with in_ros(live):
@@ -238,6 +240,7 @@ def test_ros_may_stop_it_and_cannot_release_it(
     assert "disgust" not in {entry.feeling for entry in door.log()}
 
 
+@pytest.mark.proof("test_a_wish_is_felt_said_and_shown")
 def test_neutral_ends_what_it_performs(door: RemotePartner, live: Runner, peer: Peer) -> None:
     def told(kind: str) -> bool:
         events = live.history.after(0)
@@ -284,6 +287,7 @@ def test_wishes_that_make_no_sense_are_refused_in_words(live: Runner, peer: Peer
     }
 
 
+@pytest.mark.proof("test_wishes_that_make_no_sense_are_refused_in_words")
 def test_bytes_that_are_no_message_are_refused_and_change_nothing(
     door: RemotePartner, peer: Peer
 ) -> None:
@@ -320,6 +324,7 @@ def test_of_wishes_that_come_at_once_the_latest_is_taken(door: RemotePartner, pe
     assert len(felt) <= 3
 
 
+@pytest.mark.proof("test_ros_may_stop_it_and_cannot_release_it")
 def test_a_peer_that_takes_nothing_holds_up_nobody(live: Runner, peer: Peer) -> None:
     """With room for few messages, a write would wait for its reader; none may."""
     marks = "<WhcLow>1 kB</WhcLow><WhcHigh>2 kB</WhcHigh><WhcHighInit>2 kB</WhcHighInit>"
@@ -340,6 +345,7 @@ def test_a_peer_that_takes_nothing_holds_up_nobody(live: Runner, peer: Peer) -> 
                 break
 
 
+@pytest.mark.proof("test_joints_are_told_at_each_step_with_names_and_stamps")
 def test_partners_in_one_network_have_names_of_their_own(live: Runner, peer: Peer) -> None:
     with in_ros(live, RosNetwork(DOMAIN, name="kitchen_1", more=TAG)) as server:
         peer.listen("/kitchen_1/joint_states", JOINT_STATE)

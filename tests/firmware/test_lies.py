@@ -34,6 +34,7 @@ def lies(rig: Rig, motor: int) -> dict[str, Callable[[int], int]]:
     }
 
 
+@pytest.mark.proof("test_a_held_joint_that_jumped_is_astray_until_it_is_limp")
 @pytest.mark.parametrize("motor", range(8))
 def test_a_lying_reading_throws_no_arm_and_is_named(firmware: Path, motor: int) -> None:
     """Kinds of lies, at every phase."""

@@ -179,7 +179,7 @@ MUTANTS = {
 }
 
 
-@pytest.mark.proof("test_free_moves_on_a_bus_that_loses_bytes")
+@pytest.mark.proof("test_an_order_damaged_once_makes_no_move_a_contact")
 @pytest.mark.parametrize("name", MUTANTS)
 def test_a_card_that_orders_otherwise_is_noticed(firmware: Path, tmp_path: Path, name: str) -> None:
     rig = Rig(changed_card(tmp_path, "body.h", *MUTANTS[name]), twin=False)
@@ -189,6 +189,7 @@ def test_a_card_that_orders_otherwise_is_noticed(firmware: Path, tmp_path: Path,
     rig.close()
 
 
+@pytest.mark.proof("test_an_order_damaged_once_makes_no_move_a_contact")
 @pytest.mark.parametrize("rate", [1e-4, 1e-5])
 def test_free_moves_on_a_bus_that_loses_bytes(firmware: Path, rate: float) -> None:
     """At 1e-5 none is stopped, at 1e-4 at most one of a thousand."""

@@ -100,6 +100,7 @@ def test_stop_takes_the_place_of_a_touch(firmware: Path) -> None:
     rig.close()
 
 
+@pytest.mark.proof("test_a_hand_leads_a_body_at_rest")
 def test_a_led_card_whose_host_has_gone_waits_for_a_person(firmware: Path) -> None:
     rig = at_rest(firmware)
     push(rig, slack(rig) + 4)

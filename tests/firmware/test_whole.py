@@ -33,6 +33,7 @@ from miburi.servos import load_servo
 from miburi.studies import experiment
 
 
+@pytest.mark.proof("test_each_move_has_a_ceiling_and_a_stop_a_soft_one")
 def test_the_papers_experiment_with_the_real_firmware_in_the_loop(firmware: Path) -> None:
     result = experiment.conduct(EmulatedBody(iphonoid()), experiment.Setup(seconds=24)).report()
     assert result["false_stops"] == 0
@@ -43,7 +44,7 @@ def test_the_papers_experiment_with_the_real_firmware_in_the_loop(firmware: Path
         assert stop["mood_after"] == pytest.approx(0.8 * stop["mood_before"], abs=0.01)
 
 
-@pytest.mark.proof("test_the_papers_experiment_with_the_real_firmware_in_the_loop")
+@pytest.mark.proof("test_each_move_has_a_ceiling_and_a_stop_a_soft_one")
 @pytest.mark.parametrize("seed", [2, 3] if "MIBURI_MOVES" in os.environ else [2])
 def test_the_experiment_with_the_identified_servo_on_the_card(firmware: Path, seed: int) -> None:
     """The servo's own gains, its ceiling for each move, and the rule against the free servo."""

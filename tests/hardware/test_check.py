@@ -48,6 +48,7 @@ def with_range(joint: str, **limits: float) -> Robot:
     return ROBOT.model_copy(update={"joints": joints.model_copy(update={joint: one})})
 
 
+@pytest.mark.proof("test_two_things_in_one_place_are_named")
 def test_the_buildable_robot_passes_every_check() -> None:
     motions = {feeling: motion(feeling) for feeling in ("happiness", "anger")}
     found = list(check(ROBOT, motions, 4 * PERIOD))
@@ -70,7 +71,7 @@ def thrown() -> np.ndarray:
     return poses
 
 
-@pytest.mark.proof("test_a_check_fails_on_a_size_that_breaks_it")
+@pytest.mark.proof("test_a_missing_stop_is_named")
 @pytest.mark.parametrize(
     ("robot", "poses", "name", "words"),
     [
@@ -114,6 +115,7 @@ def with_sizes(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., None]]
     dimensions.cache_clear()
 
 
+@pytest.mark.proof("test_a_missing_stop_is_named")
 @pytest.mark.parametrize(
     ("table", "size", "value", "name", "words"),
     [
@@ -133,7 +135,7 @@ def test_a_check_fails_on_a_size_that_breaks_it(
     assert words in found.words
 
 
-@pytest.mark.proof("test_the_buildable_robot_passes_every_check")
+@pytest.mark.proof("test_two_things_in_one_place_are_named")
 def test_a_robot_that_a_push_tips_is_to_be_screwed_to_the_table() -> None:
     """It can be built all the same."""
     narrow = finding("push", changed("shape", pedestal_radius=0.063), still(ROBOT))
@@ -143,7 +145,7 @@ def test_a_robot_that_a_push_tips_is_to_be_screwed_to_the_table() -> None:
     assert wide.words.endswith("a contact gives up to 2.4 N")
 
 
-@pytest.mark.proof("test_the_buildable_robot_passes_every_check")
+@pytest.mark.proof("test_two_things_in_one_place_are_named")
 @pytest.mark.parametrize("robot", [ROBOT, changed("shape", torso_radius=0.045)])
 def test_the_boards_share_no_room_with_parts_and_servos(robot: Robot) -> None:
     table = meetings.by_link(
@@ -176,7 +178,7 @@ def test_the_descriptions_solids_load_the_motors_as_the_parts_do() -> None:
         assert np.abs(torques - loads(ROBOT, pose).gravity).max() < 0.01
 
 
-@pytest.mark.proof("test_the_buildable_robot_passes_every_check")
+@pytest.mark.proof("test_two_things_in_one_place_are_named")
 def test_each_arm_has_the_stops_of_its_own_range() -> None:
     robot = with_range("right_elbow", max=1.2, neutral=1.1)
     found = {one.check: one for one in check(robot, {"a motion": still(robot)}, 4 * PERIOD)}

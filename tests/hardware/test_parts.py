@@ -94,7 +94,7 @@ def test_a_mass_is_the_slicers(name: str) -> None:
     assert sliced.time
 
 
-@pytest.mark.proof("test_the_buildable_robot_passes_every_check")
+@pytest.mark.proof("test_two_things_in_one_place_are_named")
 def test_the_same_robot_gives_the_same_bytes() -> None:
     again = {part.name: part for part in printed_parts(buildable())}
     for name in ("left_yoke", "torso"):
@@ -130,7 +130,7 @@ def build(robot: Robot) -> list[PrintedPart] | str:
         return str(error)
 
 
-@pytest.mark.proof("test_a_check_fails_on_a_size_that_breaks_it")
+@pytest.mark.proof("test_a_missing_stop_is_named")
 def test_of_drawn_robots_each_is_built_or_told_which_length() -> None:
     results = [(robot, build(robot)) for robot in drawn(20)]
     refused = [result for _, result in results if isinstance(result, str)]

@@ -1,4 +1,5 @@
 import asyncio
+import ssl
 import threading
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -10,6 +11,8 @@ from fastapi import FastAPI
 from tests.fixtures.keys import keys
 from tests.fixtures.live import Server, interface, serving
 from tests.fixtures.waiting import get, until
+from websockets.exceptions import ConnectionClosedError
+from websockets.sync.client import connect as open_socket
 
 import miburi
 from miburi.errors import BodyError, InputError, OutputError
@@ -198,3 +201,21 @@ def test_a_file_that_is_no_authority_is_said(tmp_path: Path, content: str | None
         path.write_text(content)
     with pytest.raises(InputError, match="ca.pem: this is no certificate of an authority"):
         miburi.connect("https://127.0.0.1:8081", authority=path)
+
+
+def test_two_threads_that_meet_in_a_socket_by_tls_are_no_lost_partner(
+    live: Runner, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As seen once: the first connection ended with "[SSL] internal error", and the program too."""
+    failed = list[str]()
+
+    def fails_once(*where: Any, **how: Any) -> Any:
+        if failed:
+            return open_socket(*where, **how)
+        failed.append("once")
+        raise ConnectionClosedError(None, None) from ssl.SSLError("internal error")
+
+    monkeypatch.setattr("miburi.interface.client.open_socket", fails_once)
+    with serving(interface(live)) as url, miburi.connect(url) as friend:
+        assert next(iter(friend.watch())).body == "simulated"
+    assert failed == ["once"]

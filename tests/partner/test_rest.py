@@ -28,6 +28,7 @@ def rested(partner: Partner, seconds: float) -> tuple[float, Array]:
     return moved / steps, np.array(angles)
 
 
+@pytest.mark.proof("test_a_sad_mood_lowers_the_head_and_a_happy_one_lifts_it")
 def test_levels_move_it_little_and_differently(robot: Robot) -> None:
     shares = [
         rested(Partner(PaperBody(robot), at_ease(level), life=2, period=0.5), 240)[0]
@@ -38,6 +39,7 @@ def test_levels_move_it_little_and_differently(robot: Robot) -> None:
     assert shares[1] < shares[2] < 0.45
 
 
+@pytest.mark.proof("test_a_sad_mood_lowers_the_head_and_a_happy_one_lifts_it")
 def test_what_moves_can_be_seen_and_no_two_windows_are_alike(robot: Robot) -> None:
     partner = Partner(Simulated(robot), EmotionalModel(), life=3, period=0.5)
     _, angles = rested(partner, 120)
@@ -107,7 +109,7 @@ def test_a_new_emotion_waits_for_no_period(robot: Robot) -> None:
     assert began == [pytest.approx(partner.body.state.time - 0.08, abs=0.021)]
 
 
-@pytest.mark.proof("test_levels_move_it_little_and_differently")
+@pytest.mark.proof("test_a_sad_mood_lowers_the_head_and_a_happy_one_lifts_it")
 def test_the_liveliest_acts_meet_nothing_on_longer_arms(tall_file: Path) -> None:
     """A weight shift pressed the arm of a taller robot against its trunk."""
     feelings = at_ease("lively")

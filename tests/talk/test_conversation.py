@@ -173,6 +173,7 @@ SILLY: dict[str, tuple[Callable[[Handler], None], str]] = {
 }  # fmt: skip
 
 
+@pytest.mark.proof("test_a_dead_endpoint_is_answered_for")
 @pytest.mark.parametrize(("answer", "why"), SILLY.values(), ids=SILLY)
 def test_a_silly_endpoint_is_answered_for(
     live: Runner, mind: Mind, answer: Callable[[Handler], None], why: str

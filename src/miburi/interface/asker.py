@@ -14,7 +14,8 @@ import httpx
 from fastapi import FastAPI
 from pydantic import BaseModel, TypeAdapter
 
-from miburi.interface.client import PATIENCE, ConnectionLostError, accepted, distrust, trust
+from miburi.interface.client import PATIENCE, ConnectionLostError, accepted
+from miburi.interface.trusting import distrust, trust
 from miburi.interface.wire import GestureOut, SayIn, WishOut
 from miburi.live.events.model import LiveEvent
 from miburi.live.state import MotorsOut, State

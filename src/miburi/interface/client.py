@@ -19,7 +19,6 @@ from contextlib import closing, suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
-from urllib.parse import urlsplit
 
 import httpx
 from pydantic import TypeAdapter, ValidationError
@@ -30,6 +29,7 @@ from miburi.errors import BodyError, InputError, MiburiError, OutputError
 from miburi.feelings import Expression, Stimulus
 from miburi.feelings.temperament import RestLevel
 from miburi.gestures.effort import Effort
+from miburi.interface.trusting import distrust, trust
 from miburi.interface.wire import (
     AnyAct,
     BodyOut,
@@ -53,8 +53,6 @@ __all__ = [
     "RemotePartner",
     "accepted",
     "connect",
-    "distrust",
-    "trust",
 ]
 
 #: s to wait for an answer.
@@ -169,6 +167,10 @@ class RemotePartner:
                         yield self._state(text)
             except (OSError, ConnectionClosed, InvalidHandshake) as error:
                 failure = error
+                # websockets reads and writes a TLS socket in two threads, which Python's ssl does
+                # not always bear (python/cpython#76714): somebody trusted was there.
+                if isinstance(error.__cause__, ssl.SSLError):
+                    heard = heard or time.monotonic()
             self._wait_to_connect(heard, patience, failure)
 
     def _wait_to_connect(self, heard: float | None, patience: float, failure: Exception) -> None:
@@ -434,41 +436,6 @@ class RemotePartner:
             words = f"{self._url} does not answer ({error}); is `miburi run` running there?"
             raise ConnectionLostError(distrust(self._url, error) or words) from error
         return accepted(self._url, response)
-
-
-def trust(url: str, authority: Path | str | None) -> ssl.SSLContext | None:
-    """Return whom to trust at ``url``; None by plain http.
-
-    Raises
-    ------
-    InputError
-        See :func:`connect`.
-    """
-    scheme = urlsplit(url).scheme
-    if scheme not in ("http", "https"):
-        raise InputError(f"a partner's address starts with http:// or https://, got {url!r}.")
-    if scheme == "http":
-        return None
-    try:
-        return ssl.create_default_context(cafile=authority)
-    except OSError as error:
-        raise InputError(
-            f"{authority}: this is no certificate of an authority (PEM): {error}."
-        ) from error
-
-
-def distrust(url: str, error: BaseException) -> str | None:
-    """Return what to do if a connection failed as its certificate is not trusted; else None."""
-    cause: BaseException | None = error
-    while cause is not None and not isinstance(cause, ssl.SSLCertVerificationError):
-        cause = cause.__cause__ or cause.__context__
-    if cause is None:
-        return None
-    return (
-        f"{url}: its certificate is not trusted here ({cause.verify_message}). Take the "
-        f"certificate of its home authority, {url}/ca.pem, or https/ca.pem in its folder, and name "
-        "that file: connect(url, token, authority=FILE), or MIBURI_AUTHORITY=FILE for commands."
-    )
 
 
 def accepted(url: str, response: httpx.Response) -> httpx.Response:

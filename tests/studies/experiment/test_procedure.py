@@ -135,6 +135,7 @@ def test_a_gesture_starts_at_each_period_and_none_is_too_long_for_it(robot: Robo
     assert long["too_long_for_the_period"] == len(long["gestures"]) == 3
 
 
+@pytest.mark.proof("test_it_stops_when_and_only_when_blocked")
 def test_the_mood_heals_beside_its_untouched_twin(robot: Robot) -> None:
     """Each contact of the run is there at the end of it, and gone after twice the time constant."""
     result = experiment.conduct(Simulated(robot), experiment.Setup(heal=True))
@@ -149,6 +150,7 @@ def test_the_mood_heals_beside_its_untouched_twin(robot: Robot) -> None:
     np.testing.assert_allclose(lost, lost[0] * np.exp(-np.array(healing.times) / 3600), atol=1e-5)
 
 
+@pytest.mark.proof("test_it_stops_when_and_only_when_blocked")
 def test_other_conditions_are_kept(robot: Robot) -> None:
     paper = experiment.Setup(
         seconds=12, feeling="surprise", mood=0.6, period=4.0, settings=Settings.paper(), hand=False

@@ -1,0 +1,44 @@
+"""By https: whose certificate a client trusts, and what to do where it does not."""
+
+import ssl
+from pathlib import Path
+from urllib.parse import urlsplit
+
+from miburi.errors import InputError
+
+__all__ = ["distrust", "trust"]
+
+
+def trust(url: str, authority: Path | str | None) -> ssl.SSLContext | None:
+    """Return whom to trust at ``url``; None by plain http.
+
+    Raises
+    ------
+    InputError
+        See :func:`miburi.interface.client.connect`.
+    """
+    scheme = urlsplit(url).scheme
+    if scheme not in ("http", "https"):
+        raise InputError(f"a partner's address starts with http:// or https://, got {url!r}.")
+    if scheme == "http":
+        return None
+    try:
+        return ssl.create_default_context(cafile=authority)
+    except OSError as error:
+        raise InputError(
+            f"{authority}: this is no certificate of an authority (PEM): {error}."
+        ) from error
+
+
+def distrust(url: str, error: BaseException) -> str | None:
+    """Return what to do if a connection failed as its certificate is not trusted; else None."""
+    cause: BaseException | None = error
+    while cause is not None and not isinstance(cause, ssl.SSLCertVerificationError):
+        cause = cause.__cause__ or cause.__context__
+    if cause is None:
+        return None
+    return (
+        f"{url}: its certificate is not trusted here ({cause.verify_message}). Take the "
+        f"certificate of its home authority, {url}/ca.pem, or https/ca.pem in its folder, and name "
+        "that file: connect(url, token, authority=FILE), or MIBURI_AUTHORITY=FILE for commands."
+    )
