@@ -18,7 +18,7 @@ run: .venv/run.stamp ## the main job: the live partner and its studio (Ctrl-C en
 experiment: .venv/run.stamp ## the paper's experiment, written to out/experiment
 	$(BIN)/miburi experiment --seed 1 --seconds 30 --out out/experiment
 
-# A worker more than there are cores, as some tests wait. Pages come last: a browser beside other
+# Two workers more than there are cores, as some tests wait. Pages come last: a browser beside other
 # tests takes longer than after them.
 TESTS := $(BIN)/python -m pytest -n $$(($$(nproc) + 2))
 PAGES := tests/studio/browser
@@ -42,9 +42,10 @@ test-firmware: .venv/test.stamp firmware ## the tests of the card
 test-pages: .venv/test.stamp ## the tests in a browser
 	$(TESTS) $(PAGES)
 
-# Of each, `make test` has a quicker one, which its mark names.
+# For each proof `make test` runs a quicker test, which its mark names. All targets but these two and
+# `test-lowest` leave the proofs out.
 .PHONY: proof
-proof: .venv/test.stamp firmware ## what takes long: mutants, studies, rare pages (about 15 minutes)
+proof: .venv/test.stamp firmware ## the long tests: mutants, studies, pages (about 15 minutes)
 	$(TESTS) -m proof --ignore $(PAGES)
 	$(TESTS) -m proof $(PAGES)
 
@@ -82,7 +83,7 @@ test-lowest: .venv-lowest/bin/uv ## the tests with the lowest versions that pypr
 	@# Old versions use what the newest of their own dependencies call deprecated, and another
 	@# Matplotlib draws other pictures than those that are kept.
 	.venv-lowest/bin/python -m pytest -n auto -W default::DeprecationWarning \
-		--ignore $(PAGES) --ignore tests/firmware \
+		-m "proof or not proof" --ignore $(PAGES) --ignore tests/firmware \
 		--deselect tests/test_docs.py::test_pictures_are_those_that_their_commands_make
 
 .PHONY: test-wheel

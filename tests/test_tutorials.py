@@ -10,7 +10,7 @@ from tests.fixtures.tutorial import Command, Reader, matches, steps
 PAGES = sorted((Path(__file__).parents[1] / "docs" / "learn").glob("*.md"))
 
 
-#: The first; `make test-lessons` types all in an environment of their own, too.
+#: `make test` types the first page alone; `make test-lessons` types all in their own environment.
 LONG = pytest.mark.proof("test_a_page_shows_what_its_reader_sees")
 
 

@@ -6,7 +6,7 @@ Miburi is timed before the peer, after it, and each few milliseconds between its
 what else the machine does meets both. Leave the machine alone meanwhile: with a load of 20 a peer
 with much code loses more than Miburi does, and its ratio doubles.
 
-It writes ``comparison.md`` and ``comparison.png`` beside itself, and what each process measured to
+It writes ``comparison.md`` beside itself, and what each process measured to
 ``out/bench-ik``; ``spread.py`` compares such runs.
 """
 
@@ -21,7 +21,6 @@ from importlib.metadata import version
 from itertools import cycle
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import numpy as np
 from compiled_peers import closed_form as compiled_closed_form
 from compiled_peers import waist_search
@@ -263,25 +262,6 @@ def table(processes):
     return lines
 
 
-def draw(processes):
-    """A bar for each solver, the quickest on top, with the share that it solves where not all."""
-    bars = []
-    for name in processes[0]["results"]:
-        every = [process["results"][name] for process in processes]
-        median = np.median(np.concatenate([result["near"] for result in every])) * 1e6
-        bars.append((median, name.replace("*", "").replace("`", ""), np.mean(every[0]["solved"])))
-    bars.sort(reverse=True)
-    medians, names, solved = zip(*bars, strict=True)
-    colours = ["C3" if name.startswith("Miburi") else "C0" for name in names]
-    figure, axis = plt.subplots(figsize=(7, 6), layout="constrained")
-    drawn = axis.barh(names, medians, color=colours, log=True)
-    words = ["" if share == 1 else f"solves {share:.1%}" for share in solved]
-    axis.bar_label(drawn, words, padding=3, fontsize=8)
-    axis.set(xlabel="median time for a target in reach [µs]", xlim=(1, 12 * max(medians)))
-    axis.grid(axis="x", alpha=0.3)
-    figure.savefig(HERE / "comparison.png", dpi=150)
-
-
 def explanation(processes):
     loads = "; ".join(f"{a:.1f} to {b:.1f}" for a, b in (p["load"] for p in processes))
     return [
@@ -334,7 +314,6 @@ def main():
     ]
     (HERE / "comparison.md").write_text("\n".join(text) + "\n")
     print("\n".join(text))
-    draw(processes)
 
 
 if __name__ == "__main__":

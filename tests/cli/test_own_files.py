@@ -79,7 +79,7 @@ def test_experiment_with_a_robot_and_a_gesture_of_ones_own(
     assert report["ik"]["max_error_m"] < 1e-3
 
 
-@pytest.mark.proof("test_gears_play_where_servos_are_drawn_and_by_two_degrees_at_most")
+@pytest.mark.proof("test_a_calibration_of_a_robot_of_ones_own_is_used")
 def test_without_a_rule_the_motors_limit_alone_keeps_the_push_low() -> None:
     options = ("--free", "2", "--blocked", "25", "--rule", "off")
     done = miburi(*TRIALS, *options)
@@ -143,7 +143,7 @@ def test_a_robot_that_cannot_be_calibrated_makes_no_trials_and_the_others_do(
     assert calibrated == pytest.approx([radians(0.25)] * 3)
 
 
-@pytest.mark.proof("test_gears_play_where_servos_are_drawn_and_by_two_degrees_at_most")
+@pytest.mark.proof("test_a_calibration_of_a_robot_of_ones_own_is_used")
 def test_in_a_state_and_without_a_part_trials_still_notice() -> None:
     few = ("--free", "3", "--blocked", "3")
     for options in (("--state", "warmed-up"), ("--without", "ceiling", "--rule", "weightless")):
@@ -167,7 +167,6 @@ def test_an_unknown_servo_is_refused_with_those_that_there_are() -> None:
     assert "xl330-m288-t" in done.stderr
 
 
-@pytest.mark.proof("test_gears_play_where_servos_are_drawn_and_by_two_degrees_at_most")
 def test_a_calibration_of_a_robot_of_ones_own_is_used(tall_file: Path, tmp_path: Path) -> None:
     file = tmp_path / "calibration.toml"
     out = miburi("calibrate", "--robot", tall_file, "--out", file)

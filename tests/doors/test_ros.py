@@ -3,6 +3,7 @@
 import itertools
 import json
 import math
+import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -11,7 +12,7 @@ import pytest
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 from tests.fixtures.live import address, block_the_right_arm, stays_stopped
-from tests.fixtures.ros import DOMAIN, TAG, Peer, Told, in_ros
+from tests.fixtures.ros import DOMAIN, PATIENCE, TAG, Peer, Told, in_ros
 from tests.fixtures.ros_peer import EXPRESSION
 from tests.fixtures.waiting import until
 
@@ -135,7 +136,9 @@ def test_who_comes_late_hears_the_description_and_can_work_out_where_the_hands_a
     door.stimulate(Stimulus("happiness", 1.0, "speech"))
     # On a busy computer either topic may lose messages: take any moment of which both tell.
     places, frames = dict[int, Told](), dict[int, Told]()
+    end = time.monotonic() + PATIENCE
     while not (both := places.keys() & frames.keys()):
+        assert time.monotonic() < end, f"{len(places)} and {len(frames)} with no time in common"
         topic, message = peer.next()
         if topic == "/tf":
             frames[stamp(message["transforms"][0]["header"])] = message

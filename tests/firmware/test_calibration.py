@@ -213,7 +213,6 @@ def test_a_gesture_that_is_stopped_refuses_the_calibration(
     assert card.settings == CardSettings.of(real)
 
 
-@pytest.mark.proof("test_a_servo_that_needs_more_than_the_card_grants_is_named")
 def test_a_calibration_that_is_broken_off_leaves_the_guards_as_they_were(rig: Rig) -> None:
     rig.body.stop()
     rig.body.save()

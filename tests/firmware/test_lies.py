@@ -34,8 +34,15 @@ def lies(rig: Rig, motor: int) -> dict[str, Callable[[int], int]]:
     }
 
 
-@pytest.mark.proof("test_a_held_joint_that_jumped_is_astray_until_it_is_limp")
-@pytest.mark.parametrize("motor", range(8))
+#: With the others, every lie meets every phase.
+OTHERS = [
+    pytest.param(motor, marks=pytest.mark.proof("test_a_lying_reading_throws_no_arm_and_is_named"))
+    for motor in range(8)
+    if motor not in (0, 3)
+]
+
+
+@pytest.mark.parametrize("motor", [0, 3, *OTHERS])
 def test_a_lying_reading_throws_no_arm_and_is_named(firmware: Path, motor: int) -> None:
     """Kinds of lies, at every phase."""
     rig = Rig(firmware, twin=False)

@@ -102,7 +102,7 @@ def test_the_cards_guards_are_those_of_the_table(tmp_path: Path) -> None:
     assert disagreements(SKETCH, tmp_path) == []
 
 
-@pytest.mark.proof("test_native_rule_equals_the_reference")
+@pytest.mark.proof("test_the_cards_guards_are_those_of_the_table")
 def test_no_other_guards_pass_for_those_of_the_table(tmp_path: Path) -> None:
     need("g++", "g++")
     headers = tmp_path / "headers"

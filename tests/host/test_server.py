@@ -348,14 +348,7 @@ def test_who_asks_it_twice_to_end_leaves_nobody_behind(tmp_path: Path) -> None:
     ("which", "how", "words"),
     [
         (SERVER, signal.SIGTERM, "the server has ended"),
-        pytest.param(
-            RECEPTION,
-            signal.SIGKILL,
-            "the process that receives Stop has ended",
-            marks=pytest.mark.proof(
-                "test_if_a_helper_ends_the_body_is_stopped_and_the_program_says_which"
-            ),
-        ),
+        (RECEPTION, signal.SIGKILL, "the process that receives Stop has ended"),
     ],
 )
 def test_if_a_helper_ends_the_body_is_stopped_and_the_program_says_which(

@@ -204,18 +204,25 @@ def test_a_file_that_is_no_authority_is_said(tmp_path: Path, content: str | None
 
 
 def test_two_threads_that_meet_in_a_socket_by_tls_are_no_lost_partner(
-    live: Runner, monkeypatch: pytest.MonkeyPatch
+    live: Runner, certificates: Certificates, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """As seen once: the first connection ended with "[SSL] internal error", and the program too."""
-    failed = list[str]()
+    left = [1]
 
-    def fails_once(*where: Any, **how: Any) -> Any:
-        if failed:
-            return open_socket(*where, **how)
-        failed.append("once")
-        raise ConnectionClosedError(None, None) from ssl.SSLError("internal error")
+    def fails(*where: Any, **how: Any) -> Any:
+        if left[0]:
+            left[0] -= 1
+            raise ConnectionClosedError(None, None) from ssl.SSLError("internal error")
+        return open_socket(*where, **how)
 
-    monkeypatch.setattr("miburi.interface.client.open_socket", fails_once)
-    with serving(interface(live)) as url, miburi.connect(url) as friend:
+    monkeypatch.setattr("miburi.interface.client.open_socket", fails)
+    gate = Gate(interface(live), keys("t" * 40), https=True)
+    with (
+        serving(gate, certificate=certificates.server) as url,
+        miburi.connect(url, "t" * 40, certificates.authority) as friend,
+    ):
         assert next(iter(friend.watch())).body == "simulated"
-    assert failed == ["once"]
+        left[0] = 1_000
+        with pytest.raises(ConnectionLostError, match="does not answer"):
+            next(iter(friend.watch(patience=0.0)))
+    assert left == [999]

@@ -232,7 +232,7 @@ def shipped_temperament(name: str = "default") -> Temperament:
             f"there is no temperament {name!r}; take one of {', '.join(TEMPERAMENTS)}, "
             "or a file (….toml)."
         )
-    return _shipped(name)
+    return _shipped(name).model_copy(deep=True)  # its tables can be changed
 
 
 @cache

@@ -11,7 +11,6 @@ Expressed(feeling='happiness', mood=0.41)
 
 import logging
 import queue
-import ssl
 import threading
 import time
 from collections.abc import Callable, Generator, Mapping
@@ -29,7 +28,7 @@ from miburi.errors import BodyError, InputError, MiburiError, OutputError
 from miburi.feelings import Expression, Stimulus
 from miburi.feelings.temperament import RestLevel
 from miburi.gestures.effort import Effort
-from miburi.interface.trusting import distrust, trust
+from miburi.interface.trusting import distrust, has_collided, trust
 from miburi.interface.wire import (
     AnyAct,
     BodyOut,
@@ -167,9 +166,7 @@ class RemotePartner:
                         yield self._state(text)
             except (OSError, ConnectionClosed, InvalidHandshake) as error:
                 failure = error
-                # websockets reads and writes a TLS socket in two threads, which Python's ssl does
-                # not always bear (python/cpython#76714): somebody trusted was there.
-                if isinstance(error.__cause__, ssl.SSLError):
+                if has_collided(error):
                     heard = heard or time.monotonic()
             self._wait_to_connect(heard, patience, failure)
 

@@ -1,12 +1,14 @@
-"""By https: whose certificate a client trusts, and what to do where it does not."""
+"""Whose certificate a client trusts by https, and what it says and does where TLS fails."""
 
 import ssl
 from pathlib import Path
 from urllib.parse import urlsplit
 
+from websockets.exceptions import ConnectionClosed, InvalidMessage
+
 from miburi.errors import InputError
 
-__all__ = ["distrust", "trust"]
+__all__ = ["distrust", "has_collided", "trust"]
 
 
 def trust(url: str, authority: Path | str | None) -> ssl.SSLContext | None:
@@ -42,3 +44,17 @@ def distrust(url: str, error: BaseException) -> str | None:
         f"certificate of its home authority, {url}/ca.pem, or https/ca.pem in its folder, and name "
         "that file: connect(url, token, authority=FILE), or MIBURI_AUTHORITY=FILE for commands."
     )
+
+
+def has_collided(error: BaseException) -> bool:
+    """Whether a WebSocket has failed in TLS after its handshake.
+
+    The threads of ``websockets`` read and write one socket, for which Python's ssl is not safe
+    (python/cpython#76714). The handshake was over, so a trusted partner is there.
+    """
+    if not isinstance(error, ConnectionClosed | InvalidMessage):
+        return False
+    cause: BaseException | None = error
+    while cause is not None and not isinstance(cause, ssl.SSLError):
+        cause = cause.__cause__
+    return cause is not None

@@ -3,7 +3,6 @@
 import re
 from pathlib import Path
 
-import pytest
 from playwright.sync_api import Browser, Page, expect
 from tests.fixtures.browser import needs_browser, open_studio, partner, until, visiting
 from tests.fixtures.live import address
@@ -31,7 +30,6 @@ def shown(page: Page) -> str:
     return text
 
 
-@pytest.mark.proof("test_a_connection_that_hangs_as_it_opens_is_begun_anew")
 def test_the_pages_say_once_that_stop_reaches_nobody_and_send_it_later(
     browser: Browser, tmp_path: Path
 ) -> None:
