@@ -76,7 +76,7 @@ def test_the_card_tells_of_readings_what_the_reference_does(tmp_path: Path) -> N
 MUTANTS = {
     "stands": ("loading.velocity = static_cast<int32_t>(fast);", "loading.velocity = 0;"),
     "reads at once": ("static_cast<int32_t>(fast * age / SECOND);", "0;"),
-    "goes the other way": ("c.moved[motor] * c.watch.direction[motor];", "c.moved[motor];"),
+    "goes the other way": ("(c.moved[motor]) * c.watch.direction[motor];", "(c.moved[motor]);"),
     "never reads": ("  note(c, positions, time);\n", ""),
 }
 
