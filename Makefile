@@ -18,13 +18,15 @@ run: .venv/run.stamp ## the main job: the live partner and its studio (Ctrl-C en
 experiment: .venv/run.stamp ## the paper's experiment, written to out/experiment
 	$(BIN)/miburi experiment --seed 1 --seconds 30 --out out/experiment
 
-# Two workers more than there are cores, as some tests wait. Pages come last: a browser beside other
-# tests takes longer than after them.
-TESTS := $(BIN)/python -m pytest -n $$(($$(nproc) + 2))
+# Some tests wait, so there are two workers more than cores; pages compute, so they have one more.
+# Pages come last: a browser beside other tests takes longer than after them.
+PYTEST := $(BIN)/python -m pytest
+TESTS := $(PYTEST) -n $$(($$(nproc) + 2))
 PAGES := tests/studio/browser
-test: .venv/test.stamp firmware ## all tests but the proofs (about 6 minutes on two cores)
+BROWSE := $(PYTEST) -n $$(($$(nproc) + 1)) $(PAGES)
+test: .venv/test.stamp firmware ## all tests but the proofs (8 to 15 minutes on two cores)
 	$(TESTS) --ignore $(PAGES)
-	$(TESTS) $(PAGES)
+	$(BROWSE)
 
 # What a developer runs every few minutes; and the three parts of `make test`, for machines that
 # work side by side.
@@ -40,14 +42,14 @@ test-rest: .venv/test.stamp firmware ## all tests but those of the card and thos
 test-firmware: .venv/test.stamp firmware ## the tests of the card
 	$(TESTS) tests/firmware
 test-pages: .venv/test.stamp ## the tests in a browser
-	$(TESTS) $(PAGES)
+	$(BROWSE)
 
 # For each proof `make test` runs a quicker test, which its mark names. All targets but these two and
 # `test-lowest` leave the proofs out.
 .PHONY: proof
 proof: .venv/test.stamp firmware ## the long tests: mutants, studies, pages (about 15 minutes)
 	$(TESTS) -m proof --ignore $(PAGES)
-	$(TESTS) -m proof $(PAGES)
+	$(BROWSE) -m proof
 
 screenshots: .venv/test.stamp ## pictures of the studio and the face, in out/screenshots
 	tools/debian-packages fonts-noto-cjk
