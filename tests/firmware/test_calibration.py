@@ -131,12 +131,12 @@ def weaken(servo: Servo, share: float) -> None:
     servo.drive = weak  # type: ignore[method-assign]
 
 
-#: Known faults of the search, which goes too far where three constants hardly alter the motion: it
-#: finds play that is not there, and blames another joint of the arm.
-GOES_TOO_FAR = pytest.mark.xfail(strict=True, reason="the search for the constants goes too far")
+#: Known faults. The search drifts along directions that hardly change the motion, so it reports play
+#: that is not there and blames another joint of the arm.
+SEARCH_DRIFTS = pytest.mark.xfail(strict=True, reason="the search drifts where constants hardly matter")
 
 
-@GOES_TOO_FAR
+@SEARCH_DRIFTS
 @pytest.mark.proof("test_a_servo_that_needs_more_than_the_card_grants_is_named")
 @pytest.mark.usefixtures("not_slowest")
 def test_a_servo_with_more_friction_is_named_in_words(
@@ -147,7 +147,7 @@ def test_a_servo_with_more_friction_is_named_in_words(
     assert words == ("left elbow: twice the friction of the right",)
 
 
-@GOES_TOO_FAR
+@SEARCH_DRIFTS
 @pytest.mark.proof("test_a_servo_that_gives_hardly_any_torque_is_refused_by_name")
 @pytest.mark.usefixtures("not_slowest")
 def test_a_servo_with_a_third_of_the_torque_is_refused_by_name(

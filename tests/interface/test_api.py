@@ -221,7 +221,7 @@ def test_the_rule_is_the_same_after_every_request(client: httpx.Client, live: Ru
     assert by_motor(rule.guards) == by_motor(fresh.guards)
 
 
-#: What uvicorn says, before the interface is asked, to a header that HTTP does not allow.
+#: uvicorn's own answer to a header that HTTP does not allow; it never reaches the interface.
 NO_HTTP = b"Invalid HTTP request received."
 
 

@@ -1,4 +1,4 @@
-"""Whose certificate a client trusts by https, and what it says and does where TLS fails."""
+"""Trust and failures in a client's TLS connections."""
 
 import ssl
 from pathlib import Path
