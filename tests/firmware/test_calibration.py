@@ -131,9 +131,9 @@ def weaken(servo: Servo, share: float) -> None:
     servo.drive = weak  # type: ignore[method-assign]
 
 
-#: Known faults. The search drifts along directions that hardly change the motion, so it reports play
-#: that is not there and blames another joint of the arm.
-SEARCH_DRIFTS = pytest.mark.xfail(strict=True, reason="the search drifts where constants hardly matter")
+#: Known faults. The search drifts along directions that hardly change the motion, so it reports
+#: play that is not there and blames another joint of the arm.
+SEARCH_DRIFTS = pytest.mark.xfail(strict=True, reason="the search for constants drifts")
 
 
 @SEARCH_DRIFTS
