@@ -136,7 +136,6 @@ def weaken(servo: Servo, share: float) -> None:
 SEARCH_DRIFTS = pytest.mark.xfail(strict=True, reason="the search for constants drifts")
 
 
-@SEARCH_DRIFTS
 @pytest.mark.proof("test_a_servo_that_needs_more_than_the_card_grants_is_named")
 @pytest.mark.usefixtures("not_slowest")
 def test_a_servo_with_more_friction_is_named_in_words(
@@ -147,7 +146,6 @@ def test_a_servo_with_more_friction_is_named_in_words(
     assert words == ("left elbow: twice the friction of the right",)
 
 
-@SEARCH_DRIFTS
 @pytest.mark.proof("test_a_servo_that_gives_hardly_any_torque_is_refused_by_name")
 @pytest.mark.usefixtures("not_slowest")
 def test_a_servo_with_a_third_of_the_torque_is_refused_by_name(
