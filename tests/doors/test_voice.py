@@ -6,7 +6,7 @@ import os
 import shutil
 import wave
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -21,8 +21,9 @@ from miburi.doors.doors import Doors
 from miburi.errors import InputError
 from miburi.feelings import Stimulus
 from miburi.feelings.catalogue import CATALOGUE, Voice
+from miburi.languages.rhythm import Rhythm
 from miburi.live.runner import Runner
-from miburi.talk.synthesizer import Synthesizer, find_synthesizer
+from miburi.talk.synthesizer import Sound, Synthesizer, find_synthesizer
 
 SENTENCE = "I am glad that you came to see me today, my friend."
 needs_flite = pytest.mark.skipif(
@@ -53,7 +54,7 @@ def test_a_feeling_is_heard_in_its_voice() -> None:
     def say(voice: Voice) -> tuple[float, float]:
         sound = asyncio.run(synthesizer.sound(SENTENCE, voice))
         assert sound is not None
-        return measured(sound)
+        return measured(sound.wave)
 
     glad, sad = (say(CATALOGUE.voice(name)) for name in ("happiness", "sadness"))
     assert sad[0] / glad[0] == pytest.approx(1.1 / 0.8, rel=0.1), "sadness is slow"
@@ -66,7 +67,27 @@ def test_any_sentence_has_a_sound_of_its_own(text: str) -> None:
     synthesizer = replace(find_synthesizer("flite"), patience=60)
     sound = asyncio.run(synthesizer.sound(text, Voice()))
     assert sound is not None
-    assert sound.startswith(b"RIFF")
+    assert sound.wave.startswith(b"RIFF")
+    assert 0.2 < sound.rhythm.seconds < 5.0
+
+
+@needs_flite
+def test_what_stands_out_is_known_from_the_sound() -> None:
+    synthesizer = replace(find_synthesizer("flite"), patience=60)
+
+    def sound(voice: Voice) -> Sound:
+        made = asyncio.run(synthesizer.sound("I forgot. The garden is about to bloom.", voice))
+        assert made is not None
+        with wave.open(io.BytesIO(made.wave)) as file:
+            seconds = file.getnframes() / file.getframerate()
+        assert made.rhythm.seconds == pytest.approx(seconds, abs=0.1)
+        return made
+
+    usual, slow = sound(Voice()), sound(Voice(rate=0.5))
+    first, *others = usual.rhythm.prominent
+    assert len(others) == 2, "garden, bloom"
+    assert others[0] - first > 0.5, "a pause stands between the sentences"
+    assert np.array(slow.rhythm.prominent) == pytest.approx(2 * np.array([first, *others]), rel=0.1)
 
 
 def made(folder: Path, script: str) -> Synthesizer:
@@ -163,6 +184,27 @@ def test_pages_get_the_latest_sentence_made_into_sound_once(
             assert answer.content == b"RIFFsound"
         assert ask(number - 1).status_code == 404
     assert (folder / "runs").read_text().count("1") == 2
+
+
+def test_the_sound_tells_the_partner_when_to_beat_once(
+    live: Runner, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    told: list[tuple[int, Rhythm]] = []
+
+    def keep_time(number: int, rhythm: Rhythm) -> Future[None]:
+        told.append((number, rhythm))
+        return Runner.keep_time(live, number, rhythm)
+
+    monkeypatch.setattr(live, "keep_time", keep_time)
+    phones = "pau:0.2 g:0.3 uh:0.5 d:0.6 n:0.7 ay:1.1 t:1.2 pau:1.5"
+    script = f'for last; do :; done\nprintf "RIFFsound" > "$last"\necho "{phones}"'
+    app = interface(live)
+    Doors(voice=made(tmp_path, script)).open(app, live)
+    number = said(live, "Good night!")
+    with serving(app) as url:
+        for _ in range(2):
+            assert get(f"{url}/api/v1/voice/{number}").status_code == 200
+    assert told == [(number, Rhythm((0.4, 0.9), 1.5))]
 
 
 def test_a_synthesizer_that_hangs_holds_up_nothing_and_ends_with_the_server(

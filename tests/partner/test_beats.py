@@ -22,6 +22,11 @@ def raised(robot: Robot, partner: Partner) -> float:
     return max(now[2] - rest[2], now[5] - rest[5])
 
 
+def every(pause: float, seconds: float) -> list[float]:
+    """Strokes at equal distances."""
+    return np.arange(1.0, seconds, pause).tolist()
+
+
 def highest(robot: Robot, partner: Partner, seconds: float) -> float:
     heights = []
     for _ in range(round(seconds / 0.02)):
@@ -34,16 +39,33 @@ def highest(robot: Robot, partner: Partner, seconds: float) -> float:
 def test_it_beats_while_it_speaks_and_then_rests_on(robot: Robot, seed: int) -> None:
     partner = Partner(Simulated(robot), at_ease("still"), life=seed)
     breathing = highest(robot, partner, 8.0)
-    partner.gesticulate(6.0)
+    partner.gesticulate(every(0.5, 6.0))
     assert highest(robot, partner, 6.0) > breathing + 0.008
     run(partner, 3.0)
     assert highest(robot, partner, 8.0) < breathing + 0.003
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_a_hand_is_farthest_when_a_syllable_stands_out(robot: Robot, seed: int) -> None:
+    partner = Partner(Simulated(robot), at_ease("still"), life=seed)
+    run(partner, 3.0)
+    strokes = [1.5, 1.7, 2.9, 4.6, 6.0, 7.9]
+    partner.gesticulate(strokes)
+    times = 0.02 * np.arange(1, 451)
+    heights = np.array([highest(robot, partner, 0.02) for _ in times])
+    tops = [
+        times[k]
+        for k in range(12, len(times) - 12)
+        if heights[k] == heights[k - 12 : k + 13].max() > 0.005
+    ]
+    assert len(tops) >= 2
+    assert max(np.abs(np.subtract.outer(tops, strokes)).min(axis=1)) < 0.08
+
+
 def test_a_feeling_comes_before_a_beat(robot: Robot) -> None:
     partner = Partner(PaperBody(robot), EmotionalModel(), life=1)
     run(partner, 3.0)
-    partner.gesticulate(20.0)
+    partner.gesticulate(every(0.5, 20.0))
     run(partner, 2.0)
     partner.feelings.stimulate(Stimulus("happiness", 1.0, "speech"))
     assert of(GestureStarted, run(partner, 4.0))
@@ -52,7 +74,7 @@ def test_a_feeling_comes_before_a_beat(robot: Robot) -> None:
 def test_a_gesture_is_the_same_with_words_and_without(robot: Robot) -> None:
     def moves(seconds: float) -> list[np.ndarray]:
         partner = Partner(PaperBody(robot), happy(), life=2)
-        partner.gesticulate(seconds)
+        partner.gesticulate(every(0.5, seconds))
         return [sent.move.angles for sent in of(MoveSent, run(partner, 8.0))]
 
     # After its gestures it beats on, or rests.
@@ -66,13 +88,13 @@ def test_without_life_paused_or_stopped_it_does_not(robot: Robot) -> None:
     stopped = Partner(PaperBody(robot), EmotionalModel(), life=1)
     stopped.stop()
     for partner in (plain, paused, stopped):
-        partner.gesticulate(5.0)
+        partner.gesticulate(every(0.5, 5.0))
         assert not of(MoveSent, run(partner, 5.0))
 
 
 def test_it_stays_turned_to_whom_it_speaks(robot: Robot) -> None:
-    turned = [pose.head for pose in beat(robot, variation=1, turn=0.3)]
-    straight = [pose.head for pose in beat(robot, variation=1)]
+    turned = [pose.head for pose in beat(robot, np.ones(2), turn=0.3)]
+    straight = [pose.head for pose in beat(robot, np.ones(2))]
     for one, other in zip(turned, straight, strict=True):
         bearing = np.arctan2(one[1], one[0]) - np.arctan2(other[1], other[0])
         assert bearing == pytest.approx(0.3, abs=1e-6)

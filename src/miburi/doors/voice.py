@@ -5,14 +5,17 @@ meanwhile, and its mouth moves with what is heard.
 """
 
 import asyncio
+from contextlib import suppress
 
 from fastapi import APIRouter, HTTPException, Response
 
+from miburi.errors import MiburiError
 from miburi.feelings.catalogue import CATALOGUE
 from miburi.interface.wire import Refusal
+from miburi.live.settle import done
 from miburi.live.state import Spoken
 from miburi.live.view import LivePartner
-from miburi.talk.synthesizer import LANGUAGES, Synthesizer
+from miburi.talk.synthesizer import LANGUAGES, Sound, Synthesizer
 
 __all__ = ["voice_router"]
 
@@ -24,7 +27,7 @@ def voice_router(partner: LivePartner, synthesizer: Synthesizer) -> APIRouter:
     """
     router = APIRouter()
     turn = asyncio.Lock()
-    latest: tuple[int, bytes | None] | None = None
+    latest: tuple[int, Sound | None] | None = None
 
     def spoken(number: int) -> Spoken:
         said = partner.snapshot.state.spoken
@@ -47,9 +50,13 @@ def voice_router(partner: LivePartner, synthesizer: Synthesizer) -> APIRouter:
         async with turn:
             said = spoken(number)  # another may have come while others had their turn
             if latest is None or latest[0] != number:
-                latest = number, await synthesizer.sound(said.text, CATALOGUE.voice(said.feeling))
+                sound = await synthesizer.sound(said.text, CATALOGUE.voice(said.feeling))
+                latest = number, sound
+                if sound is not None:
+                    with suppress(MiburiError):  # a sound is heard whether or not hands follow it
+                        await done(partner.keep_time(number, sound.rhythm))
         if latest[1] is None:
             raise HTTPException(404, "this sentence has no sound.")
-        return Response(latest[1], media_type="audio/wav")
+        return Response(latest[1].wave, media_type="audio/wav")
 
     return router

@@ -2,6 +2,7 @@
 
 from miburi.gestures.movement import MovementFunction, load, load_for, misfits
 from miburi.gestures.performance import (
+    BEAT_LEAD,
     Direction,
     KeyPose,
     beat,
@@ -14,6 +15,7 @@ from miburi.gestures.performance import (
 from miburi.gestures.repertoire import Repertoire, read_repertoire, shipped_repertoire
 
 __all__ = [
+    "BEAT_LEAD",
     "Direction",
     "KeyPose",
     "MovementFunction",

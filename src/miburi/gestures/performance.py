@@ -19,6 +19,7 @@ from miburi.gestures.movement import MovementFunction
 from miburi.robot import Array, Robot, forward
 
 __all__ = [
+    "BEAT_LEAD",
     "REACH_VARIES",
     "TIME_VARIES",
     "WIDE",
@@ -37,10 +38,11 @@ __all__ = [
 WIDE = 0.5
 #: Variation: how much less far than written a coordinate may go, and how much durations may differ.
 REACH_VARIES, TIME_VARIES = 0.15, 0.12
-#: A beat of the arms, as people make while they speak: the offsets at its height for the arm that
-#: leads to the right (ours), and s up and down.
-_BEAT = np.array([-0.03, 0.0, 0.32, -0.015, 0.0, 0.16, 0.0, 0.0])
-_BEAT_TIMES = (0.45, 0.4)
+#: A beat of an arm, as people make while they speak: its offset when the hand is farthest, s there
+#: and back, and s from the beginning to that moment, which servos reach later (all ours).
+_BEAT = np.array([-0.03, 0.0, 0.3])
+_BEAT_TIMES = (0.4, 0.4)
+BEAT_LEAD = 0.44
 #: Where the partner can look. It does not know where people are: ``user`` is ahead.
 Direction = Literal["user", "left", "right", "up", "down", "aside"]
 #: The head's turn to its left and its rise from neutral, rad (ours).
@@ -173,25 +175,22 @@ def blend(
     return performance
 
 
-def beat(robot: Robot, *, variation: int, turn: float = 0.0) -> list[KeyPose]:
-    """Return a beat of both arms, one of which leads, and the way back to rest.
+def beat(robot: Robot, hands: Array, turn: float = 0.0) -> list[KeyPose]:
+    """Return a beat of the arms, and the way back to rest.
 
     Parameters
     ----------
     robot
         Gives lengths, limits and neutral.
-    variation
-        A seed; it chooses the arm that leads, and how far it goes.
+    hands
+        How large the beat of the right and of the left hand is, (2,); 1 is usual.
     turn
         rad to its left, as far as the body is turned, and stays so.
     """
-    rng = np.random.default_rng(variation)
-    offset = rng.uniform(0.7, 1.0) * _BEAT
-    if rng.random() < 0.5:
-        offset = offset[[3, 4, 5, 0, 1, 2, 6, 7]]
     turned = np.array([*[0.0] * 6, turn, 0.0])
-    up, down = _BEAT_TIMES
-    return [key_pose(robot, offset + turned, up, 0.0), key_pose(robot, turned, down, 0.1)]
+    offset = np.array([*np.outer(hands, _BEAT).ravel(), 0.0, 0.0])
+    there, back = _BEAT_TIMES
+    return [key_pose(robot, offset + turned, there, 0.0), key_pose(robot, turned, back, 0.0)]
 
 
 def look(robot: Robot, at: Direction, seconds: float) -> list[KeyPose]:

@@ -3,6 +3,7 @@
     language.toml   how its text is told from others and written plainly
     talk.toml       what people say to a partner, and what it answers
     care.toml       what it says to somebody in distress, and what it never says
+    rhythm.toml     how fast it is spoken, and what stands out (if there is none, as English)
     distress.toml   the words of distress (if there is none, no distress is heard)
 
 A new language is a new folder. Its name is the code of the language, such as ``fr``.
@@ -30,7 +31,6 @@ __all__ = [
     "is_elsewhere",
     "is_spaced",
     "language_of",
-    "letters_a_second",
     "plain",
     "read",
     "same_words",
@@ -72,7 +72,6 @@ class _Rules(Table):
     spaced: bool = True
     apostrophes: Annotated[str, Field(pattern="^(join|split)$")] = "join"
     accents: bool = True
-    letters: Annotated[float, Field(gt=0)]
     spellings: dict[str, str] = Field(default_factory=dict)
     denied: str | None = None
     same: list[str] = Field(default_factory=list)
@@ -197,11 +196,6 @@ def is_elsewhere(sentence: str, language: Language) -> bool:
 def _elsewhere(language: Language) -> re.Pattern[str] | None:
     rules = _rules(language)
     return compile_phrases(rules.elsewhere, language, rules.parts) if rules.elsewhere else None
-
-
-def letters_a_second(language: Language) -> float:
-    """Return how fast a language is spoken, letters/s (ours)."""
-    return _rules(language).letters
 
 
 def plain(text: str, language: Language) -> str:

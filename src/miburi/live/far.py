@@ -14,6 +14,7 @@ from typing import Any
 from miburi.feelings import Expression, Stimulus
 from miburi.feelings.temperament import RestLevel
 from miburi.gestures import KeyPose
+from miburi.languages.rhythm import Rhythm
 from miburi.live.archive import Kept
 from miburi.live.commands import Result
 from miburi.live.crossing import LONG, Answer, Ask, Cancel, Hello, Lanes, Latest, Look, Post, Ready
@@ -149,6 +150,10 @@ class FarPartner:
     ) -> Future[str]:
         """Let the partner say something aloud, or play a tune."""
         return self.ask("speak", text, by, tune, why)
+
+    def keep_time(self, number: int, rhythm: Rhythm) -> Future[None]:
+        """Beat to the sound of a sentence."""
+        return self.ask("keep_time", number, rhythm)
 
     def perform(
         self,

@@ -17,6 +17,7 @@ from miburi.feelings import TEMPERAMENTS, Expression, FeelingModel, Stimulus, sh
 from miburi.feelings.temperament import RestLevel
 from miburi.gestures import KeyPose, Repertoire, shipped_repertoire
 from miburi.ground.log import log_once
+from miburi.languages.rhythm import Rhythm
 from miburi.live.archive import Archive
 from miburi.live.bodies import check_port, make_body
 from miburi.live.commands import STOP_SINCE, Commands
@@ -223,6 +224,10 @@ class Runner:
             lambda: self._wishes.say(self._partner, text, felt(), by, tune, why)
         )
 
+    def keep_time(self, number: int, rhythm: Rhythm) -> Future[None]:
+        """Beat to the sound of a sentence, by its number, which is known now and soon heard."""
+        return self._commands.ask(lambda: self._wishes.keep_time(self._partner, number, rhythm))
+
     def perform(
         self,
         expression: Expression | None,
@@ -291,15 +296,7 @@ class Runner:
         return self._commands.ask(run)
 
     def hand(self, position: Array | None, along: Array) -> Future[None]:
-        """Let the simulated human hand go somewhere, or away (None).
-
-        Raises
-        ------
-        BodyError
-            The body is no simulation.
-        InputError
-            The direction has no length.
-        """
+        """Let the simulated human hand go somewhere, or away (None)."""
         guide = self._hand.guide
         return self._commands.ask(lambda: guide(self._partner.body.touchable, position, along))
 

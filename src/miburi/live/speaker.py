@@ -3,8 +3,12 @@
 It also knows for how long it stays calm for somebody in distress.
 """
 
+from itertools import accumulate
+
 from miburi.feelings import Expression
-from miburi.languages import language_of, letters_a_second
+from miburi.feelings.catalogue import CATALOGUE
+from miburi.languages import language_of
+from miburi.languages.rhythm import Rhythm, rhythm_of
 from miburi.live.events.model import LiveEvent
 from miburi.live.state import DistressOut, Spoken, Tune
 
@@ -27,6 +31,7 @@ class Speaker:
         self.distress: DistressOut | None = None
         self._calm = 0.0  # s left
         self._left: float | None = None  # s until the latest sentence has ended
+        self._rhythm, self._chirp = Rhythm((), 0.0), 0.0
         #: The wish that the sentence which is being said belongs to.
         self.wish: str | None = None
 
@@ -50,10 +55,26 @@ class Speaker:
             self.distress = None
         return ended
 
-    def beats(self) -> float:
-        """Return for how long its arms go with the latest sentence, s; 0 if short, or in calm."""
-        seconds = self._left or 0.0
-        return seconds if seconds >= _SHORT and self.distress is None else 0.0
+    def sounds(self, number: int, rhythm: Rhythm) -> bool:
+        """Take the rhythm of a sentence's sound; return whether that sentence is being said.
+
+        The sound is heard when the chirp before it has ended, or now if that has ended already.
+        """
+        if self._left is None or self.spoken is None or self.spoken.number != number:
+            return False
+        said = self._rhythm.seconds - self._left
+        begins = max(self._chirp - said, 0.0)
+        self._rhythm = _later(rhythm, begins)
+        self._left = self._rhythm.seconds
+        return True
+
+    def beats(self) -> tuple[float, ...]:
+        """Return when arms may beat to the latest sentence, s from now, ascending.
+
+        Its prominent syllables, or a tune's notes; none if it is short, and none in calm.
+        """
+        short = self._rhythm.seconds < _SHORT
+        return () if short or self.distress is not None else self._rhythm.prominent
 
     def say(
         self,
@@ -69,7 +90,18 @@ class Speaker:
         self.spoken = Spoken(
             number=number, text=text, language=language, feeling=feeling, tune=tune
         )
-        spoken_for = len(text) / letters_a_second(language)
-        self._left = sum(seconds for _, seconds in tune) if tune else spoken_for
-        self.wish = wish
+        voice = CATALOGUE.voice(feeling)
+        self._chirp = sum(seconds for _, seconds in voice.chirp)
+        said = rhythm_of(text, language, voice.rate)
+        self._rhythm = _of_tune(tune) if tune else _later(said, self._chirp)
+        self._left, self.wish = self._rhythm.seconds, wish
         return self.spoken
+
+
+def _of_tune(tune: Tune) -> Rhythm:
+    ends = tuple(accumulate(seconds for _, seconds in tune))
+    return Rhythm((0.0, *ends[:-1]), ends[-1])
+
+
+def _later(rhythm: Rhythm, by: float) -> Rhythm:
+    return Rhythm(tuple(by + at for at in rhythm.prominent), by + rhythm.seconds)

@@ -13,6 +13,7 @@ from miburi.errors import MiburiError
 from miburi.feelings import Expression, Stimulus, Temperament
 from miburi.feelings.temperament import RestLevel
 from miburi.gestures import KeyPose, Repertoire
+from miburi.languages.rhythm import Rhythm
 from miburi.live.archive import Kept
 from miburi.live.events.log import History
 from miburi.live.events.model import LiveEvent
@@ -148,6 +149,9 @@ class LivePartner(Protocol):
         A ``tune`` of [Hz, s] notes is played instead of the words. ``why`` is for the log.
         This and what follows return the wish's id, which later events carry.
         """
+
+    def keep_time(self, number: int, rhythm: Rhythm) -> Future[None]:
+        """Beat to the sound of a sentence, by its number, which is known now and soon heard."""
 
     def perform(
         self,

@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 
 from miburi.feelings import Expression
 from miburi.gestures import KeyPose
+from miburi.languages.rhythm import Rhythm
 from miburi.live.events.model import LiveEvent
 from miburi.live.speaker import Speaker
 from miburi.live.stage import Act, Play, Stage
@@ -89,6 +90,11 @@ class Wishes:
         wish = self._ask("speech", by)
         self.tell(partner, lambda: self._speaker.say(text, felt, wish, tune), why)
         return wish
+
+    def keep_time(self, partner: Partner, number: int, rhythm: Rhythm) -> None:
+        """Let the arms follow the sound of the latest sentence, if it is still that one."""
+        if self._speaker.sounds(number, rhythm):
+            partner.gesticulate(self._speaker.beats())
 
     def tell(
         self, partner: Partner, say: Callable[[], Spoken], why: str | None = None

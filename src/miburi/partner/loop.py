@@ -11,6 +11,7 @@ lowers the mood by 20 %, waits, and lets the body go back to neutral (Section 4)
 :mod:`miburi.partner.recovery` decides when a stop may end.
 """
 
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
@@ -46,6 +47,8 @@ HOMECOMING = 1.5
 #: A wish is dropped after waiting this long, s, for a stopped body: a person who releases the body
 #: later no longer expects it. The pause after a contact is shorter (ours).
 LAPSES = 8.0
+#: How much later than it should a beat may begin, s (ours).
+_LATE = 0.05
 #: The choice among gestures draws from its own stream of random numbers.
 _CHOICES = 1
 _WAIST = JOINTS.index("waist")
@@ -112,7 +115,7 @@ class Partner:
         self.gaze = 0.0
         #: While somebody is in distress it shows no feeling, and rests.
         self.calm = False
-        self._speaks_until = 0.0
+        self._strokes: deque[float] = deque()  # of what it says, s on the body's clock
 
     @property
     def expression(self) -> Expression | None:
@@ -154,12 +157,15 @@ class Partner:
         """End a pause: gestures start again."""
         self._paused = False
 
-    def gesticulate(self, seconds: float) -> None:
-        """Beat with the arms for so many seconds, as who speaks does; gestures come before.
+    def gesticulate(self, strokes: Sequence[float]) -> None:
+        """Beat with the arms to speech: a hand is farthest at some of these times, s from now.
 
-        A partner without life, one that shows a feeling, rests or is stopped, does not.
+        Gestures come before. A partner without life, one that shows a feeling, rests or is stopped,
+        does not beat. The times must ascend.
         """
-        self._speaks_until = self.body.state.time + seconds
+        now = self.body.state.time
+        chosen = [] if self._rest is None else self._rest.choose(strokes)
+        self._strokes = deque(now + at for at in chosen)
 
     def perform(
         self,
@@ -318,13 +324,14 @@ class Partner:
     def _while_idle(self, state: BodyState, *, due: bool) -> Iterator[Event]:
         self._recovery.forget_stop()
         due = due or self._asked is not None or self._is_new(self._felt())
+        while self._strokes and self._strokes[0] < state.time + gestures.BEAT_LEAD - _LATE:
+            self._strokes.popleft()
+        due = due or self._beats(state.time)
         if self._performance is None and due and not self._quiet:
             yield from self._begin(state.time)
         performance = self._performance
         if performance is not None and (
-            performance.is_due(state.time)
-            or self._quiet
-            or self._gives_way(performance, state.time)
+            performance.is_due(state.time) or self._quiet or self._gives_way(performance)
         ):
             yield from self._go_on(performance, state.time)
         if self._performance is None and self._quiet:
@@ -343,10 +350,13 @@ class Partner:
                 self._performance = Performance.of_gesture(robot, function, expression, variation)
                 if self._emotion is not None:
                     self._emotion.shown += 1
-            elif variation is not None and time < self._speaks_until:
-                self._performance = Performance.of_beat(robot, variation, turned)
-            elif self._rest is not None:
-                self._performance = self._rest.act(time, self.feelings, turned, self.gaze)
+            elif self._rest is not None and self._beats(time):
+                self._strokes.popleft()
+                self._performance = self._rest.beat(self.feelings, turned)
+            elif self._rest is not None and not self._strokes:
+                self._performance = self._rest.act(
+                    time, self.feelings, turned, self.gaze, calm=self.calm
+                )
         begun = self._performance
         if begun is not None and begun.tells:
             yield GestureStarted(time, begun.expression, begun.gesture, begun.wish)
@@ -356,13 +366,17 @@ class Partner:
         felt = None if self.calm else self.feelings.express()
         return felt if self._emotion is None else self._emotion.left(felt, self.feelings.emotion)
 
+    def _beats(self, time: float) -> bool:
+        """Whether a beat must begin now for a hand to be farthest at the next stroke."""
+        return bool(self._strokes) and self._strokes[0] <= time + gestures.BEAT_LEAD
+
     def _is_new(self, felt: Expression | None) -> bool:
         return felt is not None and self._emotion is not None and self._emotion.shown == 0
 
     def _go_on(self, performance: Performance, time: float) -> Iterator[Event]:
         """Send the next key pose at the present mood, or end the performance."""
         robot, shown = self.body.robot, performance.expression
-        if self._gives_way(performance, time):
+        if self._gives_way(performance):
             yield from self._end(time, complete=False)
             return
         if not self._quiet:
@@ -378,7 +392,7 @@ class Partner:
                 return
         yield from self._end(time, complete=performance.complete)
 
-    def _gives_way(self, performance: Performance, time: float) -> bool:
+    def _gives_way(self, performance: Performance) -> bool:
         """Whether it is broken off: for calm, for what somebody asks, for a feeling, or a beat."""
         shows = performance.expression is not None
         if self._asked is not None and (not shows or self._interrupts):
@@ -386,7 +400,7 @@ class Partner:
         if shows:
             return self.calm and not performance.asked
         felt = not performance.asked and self._felt() is not None
-        return felt or (bool(performance.rests) and time < self._speaks_until)
+        return felt or (bool(performance.rests) and bool(self._strokes))
 
     def _end(self, time: float, *, complete: bool) -> Iterator[Event]:
         ended, self._performance = self._performance, None

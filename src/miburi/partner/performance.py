@@ -67,12 +67,6 @@ class Performance:
 
         return cls(poses, expression, function.name)
 
-    @classmethod
-    def of_beat(cls, robot: Robot, variation: int, turn: float) -> "Performance":
-        """Beat once with the arms, turned as the body is."""
-        poses = gestures.beat(robot, variation=variation, turn=turn)
-        return cls(lambda _mood: poses)
-
     def is_due(self, time: float) -> bool:
         """Whether a body at rest at ``time`` s has held its key pose long enough."""
         if self._hold_until is None:

@@ -5,6 +5,7 @@ time nothing moves. Mood shows in them: a sad partner holds its head low, and it
 and slow. ``rest.toml`` has the acts and all numbers.
 """
 
+from collections.abc import Sequence
 from functools import cache
 from importlib import resources
 from typing import Annotated
@@ -29,6 +30,11 @@ _TURNING, _FACED = 1.4, 0.02
 _LIVELIEST = 0.3
 #: Shares by which size and tempo of an act vary (ours).
 _SIZES, _TEMPOS = (0.8, 1.2), (0.85, 1.1)
+#: The smallest and the largest beat, how much of it the other hand makes, and the share of strokes
+#: that are tried: nobody beats to all (all ours).
+_BEATS, _OTHERS, _TRIED = (0.5, 1.5), (0.0, 0.5, 0.9), 0.8
+#: The one act while somebody is in distress.
+_CALM = "breath"
 #: The head's turn and rise, as in ``gestures.coordinates.COORDINATES``; and the arms, mirrored.
 _TURN, _RISE, _MIRRORED = 6, 7, [3, 4, 5, 0, 1, 2, 6, 7]
 
@@ -83,11 +89,18 @@ class Rest:
     def __init__(self, robot: Robot, seed: int) -> None:
         self._robot = robot
         self._rng = np.random.default_rng([seed, 2])
+        self._hands = np.random.default_rng([seed, 3])  # of beats
         self._due = self._called = float("-inf")
         self._last = ""
 
     def act(
-        self, time: float, feelings: FeelingModel, turned: float, gaze: float
+        self,
+        time: float,
+        feelings: FeelingModel,
+        turned: float,
+        gaze: float,
+        *,
+        calm: bool = False,
     ) -> Performance | None:
         """Return the act that begins at ``time`` s, if one is due: first of all a turn to a face.
 
@@ -100,6 +113,8 @@ class Rest:
             comes.
         turned, gaze
             rad to its left: how far the body is turned, and where somebody is.
+        calm
+            Whether somebody is in distress: then it only breathes.
         """
         allowed = feelings.temperament.gaze
         turn = float(np.clip(gaze, -allowed.turn, allowed.turn))
@@ -115,6 +130,8 @@ class Rest:
         if time < self._due:
             return None
         acts = [act for act in _shipped().act if act.name != self._last]
+        if calm:
+            acts = [act for act in _shipped().act if act.name == _CALM]
         weights = np.array([act.weight for act in acts])
         act = acts[int(self._rng.choice(len(acts), p=weights / weights.sum()))]
         self._last = act.name
@@ -138,6 +155,17 @@ class Rest:
             self._pose(turn, lift, np.zeros(8), times[2], 0.0),
         ]
         return Performance(lambda _mood: poses, rests=act.name)
+
+    def choose(self, strokes: Sequence[float]) -> list[float]:
+        """Return the strokes, in their order, that the arms are to make; the first is one."""
+        return [at for k, at in enumerate(strokes) if self._hands.random() < _TRIED or k == 0]
+
+    def beat(self, feelings: FeelingModel, turned: float) -> Performance:
+        """Return one beat of the arms to speech, turned as the body is; mood shows in its size."""
+        size = np.exp(self._tone(feelings)[1]) * self._hands.uniform(*_SIZES)
+        hands = self._hands.permutation([1.0, self._hands.choice(_OTHERS)])
+        poses = gestures.beat(self._robot, float(np.clip(size, *_BEATS)) * hands, turned)
+        return Performance(lambda _mood: poses)
 
     def _pause(self, temperament: Temperament) -> float:
         level = _shipped().level[temperament.at_rest]

@@ -6,6 +6,7 @@ its licence stays its own. No web library is loaded here, so that a partner wake
 
 import asyncio
 import os
+import re
 import shutil
 import tempfile
 import unicodedata
@@ -15,15 +16,56 @@ from pathlib import Path
 
 from miburi.errors import InputError
 from miburi.feelings.catalogue import Voice
+from miburi.languages.rhythm import Rhythm, rhythm_of_sound
 
-__all__ = ["LANGUAGES", "Synthesizer", "find_synthesizer"]
+__all__ = ["LANGUAGES", "Sound", "Synthesizer", "find_synthesizer"]
 
 #: What flite speaks.
 LANGUAGES = ("en",)
+#: Its vowels and its silence; a vowel's neighbours have other names.
+_VOWELS = frozenset(
+    [
+        "aa",
+        "ae",
+        "ah",
+        "ao",
+        "aw",
+        "ax",
+        "axr",
+        "ay",
+        "eh",
+        "er",
+        "ey",
+        "ih",
+        "iy",
+        "ow",
+        "oy",
+        "uh",
+        "uw",
+    ]
+)
+_SILENCE = "pau"
 #: Which of flite's voices, its pitch, Hz, which a feeling raises or lowers, and the lowest (ours).
 _VOICE, _PITCH, _LOWEST = "slt", 172.0, 60.0
+_PHONE = re.compile(r"([a-z]+):(\d+\.\d+)")
 #: Signs that others than typewriters have, for which it has no word.
 _PLAIN = str.maketrans({"‘": "'", "’": "'", "“": '"', "”": '"', "–": ",", "—": ",", "…": "..."})
+
+
+@dataclass(frozen=True)
+class Sound:
+    """A sentence as it sounds.
+
+    Attributes
+    ----------
+    wave
+        A WAV file.
+    rhythm
+        When its prominent syllables are heard.
+    """
+
+    wave: bytes
+    rhythm: Rhythm
 
 
 @dataclass(frozen=True)
@@ -41,8 +83,8 @@ class Synthesizer:
     program: str
     patience: float = 5.0
 
-    async def sound(self, text: str, voice: Voice) -> bytes | None:
-        """Return a sentence as a WAV file; None if it took too long, or has nothing to say.
+    async def sound(self, text: str, voice: Voice) -> Sound | None:
+        """Return how a sentence sounds; None if it took too long, or has nothing to say.
 
         Parameters
         ----------
@@ -63,17 +105,19 @@ class Synthesizer:
                 "-voice", _VOICE,
                 "--setf", f"duration_stretch={1 / voice.rate:.3f}",
                 "--setf", f"int_f0_target_mean={max(_LOWEST, _PITCH * voice.pitch):.1f}",
-                "-f", str(said), "-o", str(heard),
+                "-psdur", "-f", str(said), "-o", str(heard),
                 stdin=asyncio.subprocess.DEVNULL,
-                stdout=asyncio.subprocess.DEVNULL,
+                stdout=asyncio.subprocess.PIPE,
                 stderr=asyncio.subprocess.DEVNULL,
             )  # fmt: skip
             try:
                 with suppress(OSError, AttributeError):  # it has ended already; not a Unix
                     os.setpriority(os.PRIO_PROCESS, process.pid, 0)  # it does not come first
                 async with asyncio.timeout(self.patience):
-                    failed = await process.wait()
-                return None if failed else heard.read_bytes()
+                    phones, _ = await process.communicate()
+                if process.returncode:
+                    return None
+                return Sound(heard.read_bytes(), _rhythm(words, phones.decode(errors="replace")))
             except (TimeoutError, OSError):
                 return None
             finally:
@@ -83,6 +127,25 @@ class Synthesizer:
                 while process.returncode is None:
                     with suppress(asyncio.CancelledError):
                         await process.wait()
+
+
+def _rhythm(words: str, phones: str) -> Rhythm:
+    """Return the rhythm of a sound, of which each phone's name and end are known, as ``ay:0.392``.
+
+    Each line is a sentence, and its times are from its own beginning.
+    """
+    vowels: list[list[float]] = []
+    at = 0.0
+    for line in phones.splitlines():
+        begin, silent = 0.0, True
+        for name, end in _PHONE.findall(line):
+            if name in _VOWELS and silent:
+                vowels.append([])
+            if name in _VOWELS:
+                vowels[-1].append(at + (begin + float(end)) / 2)
+            begin, silent = float(end), name == _SILENCE or (silent and name not in _VOWELS)
+        at += begin
+    return rhythm_of_sound(words, LANGUAGES[0], vowels, at)
 
 
 def find_synthesizer(name: str) -> Synthesizer:
