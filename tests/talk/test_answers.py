@@ -202,6 +202,23 @@ def test_remember_that_takes_the_clause_before_it_in_the_same_breath() -> None:
 
 
 @pytest.mark.parametrize(
+    ("language", "said", "kept"),
+    [
+        ("en", "My wife's name is Maureen, remember that.", "My wife's name is Maureen"),
+        ("en", "My sister comes on Sunday, don't forget that.", "My sister comes on Sunday"),
+        ("en", "Remember that my wife's name is Maureen.", "my wife's name is Maureen"),
+        ("fr", "Ma sœur vient dimanche, retenez cela.", "Ma sœur vient dimanche"),
+        ("en", "I know, I will remember that.", None),
+        ("en", "It is sad, but nobody here can remember that.", None),
+    ],
+)
+def test_what_is_to_be_remembered_keeps_its_spelling(
+    language: Language, said: str, kept: str | None
+) -> None:
+    assert answer(said, language).words == kept
+
+
+@pytest.mark.parametrize(
     "asks",
     [
         "And is there another one about now?",

@@ -80,7 +80,7 @@ def rhythm_of(text: str, language: Language, rate: float = 1.0) -> Rhythm:
 
     >>> said = rhythm_of("Anna is coming.", "en")
     >>> [round(at, 1) for at in said.prominent], round(said.seconds, 1)
-    ([0.3, 0.8], 1.1)
+    ([0.2, 0.8], 1.1)
     """
     phrases, seconds = _phrases(text, _table(language))
     prominent = (one.at / rate for phrase in phrases for one in phrase if one.stands_out)

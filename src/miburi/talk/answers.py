@@ -105,11 +105,14 @@ class Answerer:
         """
         words = script(language)
         slots = _time(words, now) | dict(known or {}) | {"last": self._last}
-        before = _told_before(said, words) or self._heard
+        told_before, asks = _told_before(said, words)
+        before = told_before or self._heard
         self._heard = said.strip(_SIGNS)
         if before:
             slots["before"] = before
         match = next(_sayable(words.intents_of(said), slots), None)
+        if match is None and told_before:
+            match = next(_sayable(words.intents_of(asks), slots), None)
         topic = next(_sayable(words.topics_of(said), slots), None)
         told = topic is not None and not said.rstrip().endswith(("?", "？"))
         if heard.topic != "asked":
@@ -198,14 +201,17 @@ class Answerer:
         return max((n for n, one in enumerate(self._recent) if one == line), default=-1)
 
 
-def _told_before(said: str, words: Script) -> str:
-    """Return what stands before the clause that asks to remember it, if it can tell something."""
+def _told_before(said: str, words: Script) -> tuple[str, str]:
+    """Return what stands before the clause that asks to remember it, and that clause.
+
+    Both are empty where nothing that can tell something stands before.
+    """
     clauses = _CLAUSE.findall(said)
-    asks = (n for n, clause in enumerate(clauses) if _asks_to_remember(clause, words))
-    before = "".join(clauses[: next(asks, 0)]).strip(_SIGNS)
+    place = next((n for n, clause in enumerate(clauses) if _asks_to_remember(clause, words)), 0)
+    before = "".join(clauses[:place]).strip(_SIGNS)
     spaced = is_spaced(words.language)
     length, least = (len(before.split()), 4) if spaced else (len(before), 6)
-    return before if length >= least else ""
+    return (before, clauses[place]) if length >= least else ("", "")
 
 
 def _asks_to_remember(said: str, words: Script) -> bool:
