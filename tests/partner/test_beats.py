@@ -92,6 +92,26 @@ def test_without_life_paused_or_stopped_it_does_not(robot: Robot) -> None:
         assert not of(MoveSent, run(partner, 5.0))
 
 
+def test_it_stops_beating_when_somebody_needs_calm(robot: Robot) -> None:
+    partner = Partner(PaperBody(robot), at_ease("still"), life=1)
+    run(partner, 1.0)
+    partner.gesticulate(every(0.5, 20.0))
+    assert of(MoveSent, run(partner, 3.0))
+    partner.calm = True
+    run(partner, 1.5)  # the beat that has begun
+    assert not of(MoveSent, run(partner, 3.0))
+
+
+def test_nothing_at_rest_stands_still_until_a_late_stroke(robot: Robot) -> None:
+    partner = Partner(PaperBody(robot), at_ease("lively"), life=1, period=0.5)
+    while not of(MoveSent, partner.step(0.02)):
+        pass
+    partner.gesticulate([12.0])
+    run(partner, 8.0)
+    places = forward(robot, partner.body.state.angles) - forward(robot, robot.neutral)
+    assert np.abs(places).max() < 0.004, "it went back to rest"
+
+
 def test_it_stays_turned_to_whom_it_speaks(robot: Robot) -> None:
     turned = [pose.head for pose in beat(robot, np.ones(2), turn=0.3)]
     straight = [pose.head for pose in beat(robot, np.ones(2))]

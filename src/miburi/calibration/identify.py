@@ -71,6 +71,9 @@ _WEARS, _SEEN = 3, 0.92
 #: steps of 0.088° without play; joints that carry little 1.0 to 1.6 with 0.25°, 1.6 to 3.7 with
 #: 0.5°.
 _FIRM, _LOOSE, _IN_STEPS, _PLAYS = radians(0.057), radians(0.092), (0.65, 1.05), 3.3
+#: How many times the others' friction is held to explain what the model misses, instead of play
+#: (ours): with more, half a degree of play at a joint that rubs would not be named.
+_RUBS = 2.0
 _MIRROR = {"left": "right", "right": "left"}
 _NAMES = ("stiffness", "damping", "friction", "gravity")
 #: Constants that the search changes together: each alone, then those whose joint change hardly
@@ -119,9 +122,9 @@ class Identified(Shares):
 def identify(robot: Robot, traces: Sequence[Trace], wear: float = 1.0) -> Identified:
     """Identify the servos of a robot from free moves, slow and fast, of every joint.
 
-    A coordinate search over four constants of each servo, one by one and three together, and over
-    one delay; the squares of what the model misses are least. ``wear`` is that of the robot's own
-    servos.
+    A coordinate search over four constants of each servo, one by one and some together, and over
+    one delay. What the model misses of each servo is least, and for the delay its mean logarithm.
+    ``wear`` is that of the robot's own servos.
 
     Raises
     ------
@@ -137,7 +140,7 @@ def identify(robot: Robot, traces: Sequence[Trace], wear: float = 1.0) -> Identi
     errors = _errors(rule, moves, shares)
     for factor, wait in zip(_FACTORS, _DELAYS, strict=True):
         for _ in range(_PASSES):
-            before = _unlikely(errors)
+            before = _missed_by_all(errors)
             for names in _TOGETHER:
                 for times in (factor, 1 / factor):
                     tried = {name: np.clip(shares[name] * times, *_BOX) for name in names}
@@ -149,9 +152,9 @@ def identify(robot: Robot, traces: Sequence[Trace], wear: float = 1.0) -> Identi
             for other in (delay - wait, delay + wait):
                 later = _moves(traces, max(other, 0))
                 found = _errors(rule, later, shares)
-                if _unlikely(found) < _unlikely(errors):
+                if _missed_by_all(found) < _missed_by_all(errors):
                     delay, moves, errors = max(other, 0), later, found
-            if _unlikely(errors) > before - _LITTLE:
+            if _missed_by_all(errors) > before - _LITTLE:
                 break
     count = sum(len(trace.times) for trace in traces)
     return Identified(
@@ -165,11 +168,11 @@ def identify(robot: Robot, traces: Sequence[Trace], wear: float = 1.0) -> Identi
     )
 
 
-def _unlikely(errors: Array) -> float:
-    """Return how unlikely the servos' readings are, up to a constant, where each errs in its way.
+def _missed_by_all(errors: Array) -> float:
+    """Return by how much the model misses all servos: the mean logarithm of their errors.
 
-    The mean logarithm of their errors: one servo that the model misses by much says no more about
-    the delay of all than each of the others. One step² more, for servos that it does not miss.
+    With the sum of the errors one bad servo alone would decide the delay of all. 1 step² is added,
+    so that a servo that is hardly missed does not decide it either.
     """
     return float(np.log1p(errors).mean())
 
@@ -340,8 +343,8 @@ def play(robot: Robot, found: Identified) -> Array:
     step = robot.servo.step
     firm, loose = (max(a, n * step) for a, n in zip((_FIRM, _LOOSE), _IN_STEPS, strict=True))
     missed = found.missed * step
-    # The model misses more where gears rub more than the others'.
-    rubs = np.sqrt(np.maximum(found.friction / np.median(found.friction), 1.0))
+    # The model misses more at a joint whose gears rub more than those of the others.
+    rubs = np.sqrt(np.clip(found.friction / np.median(found.friction), 1.0, _RUBS))
     about: Array = np.where(missed > loose * rubs, _PLAYS * (missed - firm * rubs), 0.0)
     return about
 
@@ -383,6 +386,6 @@ def in_words(robot: Robot, found: Identified) -> list[str]:
 
 
 def _often(times: float) -> str:
-    # No more exact than free moves are: a servo with twice the friction is found at 2.0 to 2.4.
+    # Free moves tell friction roughly: twice as much is found to be 2.0 to 2.4 times.
     words = {"half": (0.42, 0.58), "twice": (1.75, 2.5)}
     return next((word for word, (a, b) in words.items() if a <= times < b), f"{times:.1f} times")

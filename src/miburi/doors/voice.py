@@ -31,7 +31,8 @@ def voice_router(partner: LivePartner, synthesizer: Synthesizer) -> APIRouter:
 
     def spoken(number: int) -> Spoken:
         said = partner.snapshot.state.spoken
-        if said is None or said.number != number or said.language not in LANGUAGES:
+        sounds = said is not None and said.language in LANGUAGES and not said.tune
+        if said is None or said.number != number or not sounds:
             raise HTTPException(404, "this is not its latest sentence, or none that it can sound.")
         return said
 

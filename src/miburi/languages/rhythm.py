@@ -47,21 +47,25 @@ class _Table(Table):
     stop: _Seconds
     word: str
     vowel: str
-    unstressed: str = "(?!)"
+    second: str = ""
+    third: str = ""
     last: bool = False
     light: str = ""
 
     @cached_property
     def tokens(self) -> re.Pattern[str]:
-        return re.compile(rf"(?P<word>{self.word})|(?P<stop>[.!?…。！？]+)|(?P<comma>[,;:—–、]+)")
+        return re.compile(
+            rf"(?P<word>{self.word})|(?P<stop>[.!?…。！？]+(?!\w))|(?P<comma>[,;:—–、]+)"
+        )
 
     @cached_property
     def vowels(self) -> re.Pattern[str]:
         return re.compile(self.vowel)
 
     @cached_property
-    def beginning(self) -> re.Pattern[str]:
-        return re.compile(self.unstressed)
+    def later(self) -> list[tuple[str, int]]:
+        """Beginnings of words, and which of their syllables is stressed."""
+        return [(one, 2) for one in self.third.split()] + [(one, 1) for one in self.second.split()]
 
     @cached_property
     def weak(self) -> re.Pattern[str]:
@@ -124,7 +128,7 @@ def _phrases(text: str, table: _Table) -> tuple[list[list[_Syllable]], float]:
     """Return the syllables of each stretch between two signs, and how long all takes, s."""
     at, pause = table.begins, 0.0
     phrases: list[list[_Syllable]] = []
-    for token in table.tokens.finditer(text.lower()):
+    for token in table.tokens.finditer(text.lower().replace("’", "'")):
         word = token["word"]
         if word is None:
             pause = max(pause, table.stop if token["stop"] else table.comma)
@@ -144,9 +148,8 @@ def _phrases(text: str, table: _Table) -> tuple[list[list[_Syllable]], float]:
 
 
 def _stressed(word: str, middles: list[float], table: _Table) -> int:
-    """Return which syllable of a word is stressed."""
+    """Return which syllable of a word is stressed: the first, but for words that are listed."""
     if table.last:
         return len(middles) - 1
-    begins = table.beginning.match(word)
-    after = begins.end() if begins else 0
-    return next((k for k, middle in enumerate(middles) if middle >= after), 0)
+    later = (k for stem, k in table.later if word.startswith(stem))
+    return min(next(later, 0), len(middles) - 1)

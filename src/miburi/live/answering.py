@@ -86,6 +86,7 @@ class _Answering:
             "lean": runner.lean,
             "note_talk": runner.note_talk,
             "speak": runner.speak,
+            "keep_time": runner.keep_time,
             "perform": runner.perform,
             "act": runner.act,
             "pause": runner.pause,

@@ -296,7 +296,10 @@ class Runner:
         return self._commands.ask(run)
 
     def hand(self, position: Array | None, along: Array) -> Future[None]:
-        """Let the simulated human hand go somewhere, or away (None)."""
+        """Let the simulated human hand go somewhere, or away (None).
+
+        BodyError: the body is no simulation. InputError: the direction has no length.
+        """
         guide = self._hand.guide
         return self._commands.ask(lambda: guide(self._partner.body.touchable, position, along))
 

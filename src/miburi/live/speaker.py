@@ -31,7 +31,7 @@ class Speaker:
         self.distress: DistressOut | None = None
         self._calm = 0.0  # s left
         self._left: float | None = None  # s until the latest sentence has ended
-        self._rhythm, self._chirp = Rhythm((), 0.0), 0.0
+        self._rhythm, self._chirp, self._long = Rhythm((), 0.0), 0.0, False
         #: The wish that the sentence which is being said belongs to.
         self.wish: str | None = None
 
@@ -60,11 +60,12 @@ class Speaker:
 
         The sound is heard when the chirp before it has ended, or now if that has ended already.
         """
-        if self._left is None or self.spoken is None or self.spoken.number != number:
+        spoken = self.spoken
+        if self._left is None or spoken is None or spoken.number != number or spoken.tune:
             return False
         said = self._rhythm.seconds - self._left
         begins = max(self._chirp - said, 0.0)
-        self._rhythm = _later(rhythm, begins)
+        self._rhythm, self._long = _later(rhythm, begins), rhythm.seconds >= _SHORT
         self._left = self._rhythm.seconds
         return True
 
@@ -73,8 +74,7 @@ class Speaker:
 
         Its prominent syllables, or a tune's notes; none if it is short, and none in calm.
         """
-        short = self._rhythm.seconds < _SHORT
-        return () if short or self.distress is not None else self._rhythm.prominent
+        return self._rhythm.prominent if self._long and self.distress is None else ()
 
     def say(
         self,
@@ -92,8 +92,9 @@ class Speaker:
         )
         voice = CATALOGUE.voice(feeling)
         self._chirp = sum(seconds for _, seconds in voice.chirp)
-        said = rhythm_of(text, language, voice.rate)
-        self._rhythm = _of_tune(tune) if tune else _later(said, self._chirp)
+        said = _of_tune(tune) if tune else rhythm_of(text, language, voice.rate)
+        self._rhythm = said if tune else _later(said, self._chirp)
+        self._long = said.seconds >= _SHORT
         self._left, self.wish = self._rhythm.seconds, wish
         return self.spoken
 

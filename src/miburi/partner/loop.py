@@ -164,7 +164,8 @@ class Partner:
         does not beat. The times must ascend.
         """
         now = self.body.state.time
-        chosen = [] if self._rest is None else self._rest.choose(strokes)
+        within = [at for at in strokes if at >= gestures.BEAT_LEAD]
+        chosen = [] if self._rest is None else self._rest.choose(within)
         self._strokes = deque(now + at for at in chosen)
 
     def perform(
@@ -324,6 +325,8 @@ class Partner:
     def _while_idle(self, state: BodyState, *, due: bool) -> Iterator[Event]:
         self._recovery.forget_stop()
         due = due or self._asked is not None or self._is_new(self._felt())
+        if self.calm:
+            self._strokes.clear()
         while self._strokes and self._strokes[0] < state.time + gestures.BEAT_LEAD - _LATE:
             self._strokes.popleft()
         due = due or self._beats(state.time)
@@ -331,7 +334,9 @@ class Partner:
             yield from self._begin(state.time)
         performance = self._performance
         if performance is not None and (
-            performance.is_due(state.time) or self._quiet or self._gives_way(performance)
+            performance.is_due(state.time)
+            or self._quiet
+            or self._gives_way(performance, state.time)
         ):
             yield from self._go_on(performance, state.time)
         if self._performance is None and self._quiet:
@@ -376,7 +381,7 @@ class Partner:
     def _go_on(self, performance: Performance, time: float) -> Iterator[Event]:
         """Send the next key pose at the present mood, or end the performance."""
         robot, shown = self.body.robot, performance.expression
-        if self._gives_way(performance):
+        if self._gives_way(performance, time):
             yield from self._end(time, complete=False)
             return
         if not self._quiet:
@@ -392,7 +397,7 @@ class Partner:
                 return
         yield from self._end(time, complete=performance.complete)
 
-    def _gives_way(self, performance: Performance) -> bool:
+    def _gives_way(self, performance: Performance, time: float) -> bool:
         """Whether it is broken off: for calm, for what somebody asks, for a feeling, or a beat."""
         shows = performance.expression is not None
         if self._asked is not None and (not shows or self._interrupts):
@@ -400,7 +405,7 @@ class Partner:
         if shows:
             return self.calm and not performance.asked
         felt = not performance.asked and self._felt() is not None
-        return felt or (bool(performance.rests) and bool(self._strokes))
+        return felt or (bool(performance.rests) and self._beats(time))
 
     def _end(self, time: float, *, complete: bool) -> Iterator[Event]:
         ended, self._performance = self._performance, None
