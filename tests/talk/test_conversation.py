@@ -15,7 +15,7 @@ from tests.fixtures.command import miburi as command
 from tests.fixtures.live import block, interface, run, serving
 from tests.fixtures.mind import LOVELY, Handler, Mind, answers, raw, says, send, thinking
 from tests.fixtures.program import address, running
-from tests.fixtures.waiting import post
+from tests.fixtures.waiting import post, until
 
 import miburi
 from miburi.doors.report import Topics
@@ -442,6 +442,30 @@ def test_while_it_thinks_it_looks_aside_and_then_back(live: Runner, mind: Mind) 
         assert said.result().json()["answer"] == "How lovely!"
         looks = [e.kind for e in partner.log() if e.name == "look" or e.kind == "wish_replaced"]
     assert len(looks) >= 2, "aside, and then ahead"
+
+
+def test_stopped_it_looks_aside_when_it_goes_on_and_still_thinks(live: Runner, mind: Mind) -> None:
+    free = threading.Event()
+
+    def slow(handler: Handler) -> None:
+        free.wait(60)
+        answers(LOVELY)(handler)
+
+    mind.answer = slow
+    with (
+        talking(live, mind.endpoint) as url,
+        miburi.connect(url) as partner,
+        ThreadPoolExecutor() as threads,
+    ):
+        partner.stop()
+        said = threads.submit(httpx.post, f"{url}/api/v1/say", json={"text": "Well."}, timeout=60)
+        until(lambda: mind.asked)
+        asked = partner.state.time
+        until(lambda: partner.state.time > asked + 1.0)
+        partner.release()
+        until(lambda: partner.state.asked)
+        free.set()
+        assert said.result().json()["answer"] == "How lovely!"
 
 
 def test_what_a_model_cannot_do_it_does_itself(live: Runner, mind: Mind) -> None:

@@ -298,10 +298,14 @@ class Speech:
         return reply.text
 
     async def _look_thoughtful(self) -> bool:
-        """Look aside once an answer takes longer than people wait; return whether it does."""
+        """Look aside once an answer takes longer than people wait; return whether it does.
+
+        A stopped body looks aside when it goes on, if the answer has not come by then.
+        """
         await asyncio.sleep(_THOUGHTFUL)
-        state = self._partner.snapshot.state
-        if state.asked or state.stop is not None:
+        while self._partner.snapshot.state.stop is not None:
+            await asyncio.sleep(_THOUGHTFUL)
+        if self._partner.snapshot.state.asked:
             return False
         aside = look(self._partner.robot, "aside", _LONGEST_THOUGHT)
         await done(self._partner.perform(None, aside, "look", "partner"))
