@@ -36,7 +36,7 @@ SHUFFLES = 200
 
 @dataclass(frozen=True)
 class Sentence:
-    """What is said, the middles of the vowels that stand out by the stranger, and the end, s."""
+    """A text, the middles of the vowels that the stranger marked, s, and its length, s."""
 
     text: str
     prominent: np.ndarray

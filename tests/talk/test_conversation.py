@@ -421,7 +421,8 @@ def test_the_program_opens_the_doors_that_it_is_asked_for(
     assert b"sad" not in kept.replace(b"sadness", b""), "what was said is kept nowhere"
 
 
-def test_while_it_thinks_it_looks_aside_and_then_back(live: Runner, mind: Mind) -> None:
+def held(mind: Mind) -> threading.Event:
+    """Let the mind answer only when the event is set, or after a minute."""
     free = threading.Event()
 
     def slow(handler: Handler) -> None:
@@ -429,6 +430,11 @@ def test_while_it_thinks_it_looks_aside_and_then_back(live: Runner, mind: Mind) 
         answers(LOVELY)(handler)
 
     mind.answer = slow
+    return free
+
+
+def test_while_it_thinks_it_looks_aside_and_then_back(live: Runner, mind: Mind) -> None:
+    free = held(mind)
     with (
         talking(live, mind.endpoint) as url,
         miburi.connect(url) as partner,
@@ -445,13 +451,7 @@ def test_while_it_thinks_it_looks_aside_and_then_back(live: Runner, mind: Mind) 
 
 
 def test_stopped_it_looks_aside_when_it_goes_on_and_still_thinks(live: Runner, mind: Mind) -> None:
-    free = threading.Event()
-
-    def slow(handler: Handler) -> None:
-        free.wait(60)
-        answers(LOVELY)(handler)
-
-    mind.answer = slow
+    free = held(mind)
     with (
         talking(live, mind.endpoint) as url,
         miburi.connect(url) as partner,

@@ -123,7 +123,8 @@ def identify(robot: Robot, traces: Sequence[Trace], wear: float = 1.0) -> Identi
     """Identify the servos of a robot from free moves, slow and fast, of every joint.
 
     A coordinate search over four constants of each servo, one by one and some together, and over
-    one delay. What the model misses of each servo is least, and for the delay its mean logarithm.
+    one delay. It minimises the squared error of each servo, and for the delay the mean logarithm of
+    these errors.
     ``wear`` is that of the robot's own servos.
 
     Raises

@@ -23,7 +23,7 @@ _Seconds = Annotated[float, Field(ge=0, le=2)]
 
 @dataclass(frozen=True)
 class Rhythm:
-    """When a text is said.
+    """The timing of a spoken text.
 
     Attributes
     ----------
@@ -99,7 +99,7 @@ def rhythm_of_sound(
     Parameters
     ----------
     text, language
-        What is said.
+        The text, and its language.
     vowels
         The middles of the vowels, s from the beginning, for each stretch between two silences.
     seconds

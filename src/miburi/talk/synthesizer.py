@@ -22,28 +22,8 @@ __all__ = ["LANGUAGES", "Sound", "Synthesizer", "find_synthesizer"]
 
 #: What flite speaks.
 LANGUAGES = ("en",)
-#: Its vowels and its silence; a vowel's neighbours have other names.
-_VOWELS = frozenset(
-    [
-        "aa",
-        "ae",
-        "ah",
-        "ao",
-        "aw",
-        "ax",
-        "axr",
-        "ay",
-        "eh",
-        "er",
-        "ey",
-        "ih",
-        "iy",
-        "ow",
-        "oy",
-        "uh",
-        "uw",
-    ]
-)
+#: The names of its vowels and of its silence.
+_VOWEL = re.compile(r"a[aehowxy]|axr|e[hry]|i[hy]|o[wy]|u[hw]")
 _SILENCE = "pau"
 #: Which of flite's voices, its pitch, Hz, which a feeling raises or lowers, and the lowest (ours).
 _VOICE, _PITCH, _LOWEST = "slt", 172.0, 60.0
@@ -139,11 +119,12 @@ def _rhythm(words: str, phones: str) -> Rhythm:
     for line in phones.splitlines():
         begin, silent = 0.0, True
         for name, end in _PHONE.findall(line):
-            if name in _VOWELS and silent:
+            vowel = _VOWEL.fullmatch(name) is not None
+            if vowel and silent:
                 vowels.append([])
-            if name in _VOWELS:
+            if vowel:
                 vowels[-1].append(at + (begin + float(end)) / 2)
-            begin, silent = float(end), name == _SILENCE or (silent and name not in _VOWELS)
+            begin, silent = float(end), name == _SILENCE or (silent and not vowel)
         at += begin
     return rhythm_of_sound(words, LANGUAGES[0], vowels, at)
 
