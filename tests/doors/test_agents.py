@@ -31,6 +31,7 @@ from miburi.feelings import FEELINGS, Expression
 from miburi.interface.asker import Asker
 from miburi.interface.client import connect
 from miburi.live.runner import Runner
+from miburi.live.wishes import Granted, Perform, Release, Wish
 from miburi.serving.access import AGENTS, Gate
 from miburi.serving.access import BURST as GATE_BURST
 from miburi.serving.access import RATE as GATE_RATE
@@ -246,7 +247,7 @@ def test_no_agent_can_release_a_body_that_somebody_stopped(door: Server) -> None
         await asyncio.to_thread(stays_stopped, partner)
         assert (await agent.state())["body"] == "stopped"
         assert "release" not in await agent.call("events", since=before["latest_event"])
-        door.runner.release(by_person=True).result(5)
+        door.runner.ask(Release(by_person=True)).result(5)
         await agent.until(lambda state: state["body"] == "idle")
 
     with connect(door.url) as partner:
@@ -285,10 +286,10 @@ def test_of_two_agents_at_once_one_gets_its_gesture_and_the_other_is_told(door: 
 def test_a_stop_drops_a_gesture_that_waits_and_the_agent_is_told(
     runner: Runner, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    perform = runner.perform
+    granted = runner.ask
 
-    def stop_while_it_waits(*wish: Any) -> Future[None]:
-        answer = perform(*wish)
+    def stop_while_it_waits(wish: Wish[Granted]) -> Future[Granted]:
+        answer = granted(wish)
         runner.tick()
         runner.stop()
         runner.tick()
@@ -298,13 +299,13 @@ def test_a_stop_drops_a_gesture_that_waits_and_the_agent_is_told(
         told = await agent.call("gesture", feeling="disgust")
         assert told.endswith("Only a person can release it. Your gesture was dropped.")
         runner.start()
-        runner.release(by_person=True).result(60)
+        granted(Release(by_person=True)).result(60)
         await agent.until(lambda state: state["body"] == "idle")
         assert "gesture_begun: disgust" not in await agent.call("events")
 
-    perform(Expression("thrill", 0.9))  # the agent's gesture has to wait for its end
+    runner.ask(Perform(Expression("thrill", 0.9)))  # the agent's gesture has to wait for its end
     run_until(runner, lambda state: state.asked and state.expressed)
-    monkeypatch.setattr(runner, "perform", stop_while_it_waits)
+    monkeypatch.setattr(runner, "ask", stop_while_it_waits)
     app = interface(runner)
     add_agents(app)
     with serving(app, lifespan=True) as url:

@@ -15,6 +15,7 @@ from miburi.errors import InputError
 from miburi.interface.client import connect
 from miburi.live.runner import Runner
 from miburi.live.view import UnreachableError
+from miburi.live.wishes import Release
 from miburi.safety.stop import StopReason
 
 
@@ -180,7 +181,7 @@ def test_a_group_is_a_fleet_of_its_own_and_all_is_all(
         assert asyncio.run(names(address + "/east")) == ["kitchen"]
         assert asyncio.run(stop_and_look(ward)) == (["kitchen"], [])
         listener.hear(Topics("east/all").stop)
-        live.release(by_person=True).result(60)
+        live.ask(Release(by_person=True)).result(60)
         stopped, others = asyncio.run(stop_and_look(find_broker(address)))
         assert (stopped, others) == (["east/kitchen"], ["hall", "west/bath"])
         assert partner.state.held

@@ -21,6 +21,7 @@ from miburi.errors import InputError
 from miburi.feelings import FEELINGS
 from miburi.interface.client import RemotePartner, connect
 from miburi.live.runner import Runner
+from miburi.live.wishes import Release
 from miburi.robot import JOINTS
 from miburi.safety.stop import StopReason
 from miburi.senses.kinds import KINDS
@@ -124,7 +125,7 @@ def test_a_home_may_say_something_and_stop_it_and_cannot_release_it(
     for topic in ("release", "resume", "stop", "feel", "say"):
         listener.say(f"miburi/kitchen/{topic}", '{"do": "release"}')
     stays_stopped(home)
-    live.release(by_person=True).result(60)
+    live.ask(Release(by_person=True)).result(60)
     hear_report(listener, lambda report: report.stopped is None)
 
 
@@ -208,7 +209,7 @@ def test_a_name_that_is_taken_is_refused_and_a_free_one_proposed(
         for _ in range(10):
             listener.say(TOPICS.stop)
             hear_report(listener, lambda report: report.stopped is StopReason.ASKED)
-            live.release(by_person=True).result(60)
+            live.ask(Release(by_person=True)).result(60)
             hear_report(listener, lambda report: report.stopped is None)
 
 

@@ -25,6 +25,7 @@ from miburi.feelings import FEELINGS, Expression, Stimulus
 from miburi.interface.client import RemotePartner, connect
 from miburi.live.runner import STEP, Runner
 from miburi.live.stamps import LATE, Stamps
+from miburi.live.wishes import Release
 from miburi.robot import JOINTS, Robot, forward
 from miburi.robot.urdf import to_urdf
 
@@ -238,7 +239,7 @@ def test_ros_may_stop_it_and_cannot_release_it(
     peer.say("/robot_face/expression", EXPRESSED, {"expression": "disgusted"})
     assert "until a person releases it" in hear_refusal(peer, "/robot_face/expression")[1]
     stays_stopped(door)
-    live.release(by_person=True).result(60)
+    live.ask(Release(by_person=True)).result(60)
     hear_stop(peer, lambda values: "reason" not in values)
     assert "disgust" not in {entry.feeling for entry in door.log()}
 

@@ -10,6 +10,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import httpx
 import numpy as np
@@ -23,6 +24,7 @@ from miburi.feelings import Stimulus
 from miburi.feelings.catalogue import CATALOGUE, Voice
 from miburi.languages.rhythm import Rhythm
 from miburi.live.runner import Runner
+from miburi.live.wishes import Feel, Granted, KeepTime, Speak, Wish
 from miburi.talk.synthesizer import Sound, Synthesizer, find_synthesizer
 
 SENTENCE = "I am glad that you came to see me today, my friend."
@@ -155,8 +157,8 @@ def voiced(live: Runner, tmp_path: Path) -> Iterator[tuple[str, Runner, Path]]:
 
 def said(live: Runner, text: str) -> int:
     """Let it say something; return the number by which pages know that."""
-    live.speak(text).result(PATIENCE)
-    live.stimulate(Stimulus("happiness", 0.1)).result(PATIENCE)  # a step later pages see it
+    live.ask(Speak(text)).result(PATIENCE)
+    live.ask(Feel(Stimulus("happiness", 0.1))).result(PATIENCE)  # a step later pages see it
     spoken = live.snapshot.state.spoken
     assert spoken is not None
     assert spoken.text == text
@@ -189,22 +191,23 @@ def test_pages_get_the_latest_sentence_made_into_sound_once(
 def test_the_sound_tells_the_partner_when_to_beat_once(
     live: Runner, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    told: list[tuple[int, Rhythm]] = []
+    told: list[Wish[Any]] = []
 
-    def keep_time(number: int, rhythm: Rhythm) -> Future[None]:
-        told.append((number, rhythm))
-        return Runner.keep_time(live, number, rhythm)
+    def heard(wish: Wish[Granted]) -> Future[Granted]:
+        told.append(wish)
+        return Runner.ask(live, wish)
 
-    monkeypatch.setattr(live, "keep_time", keep_time)
+    monkeypatch.setattr(live, "ask", heard)
     phones = "pau:0.2 g:0.3 uh:0.5 d:0.6 n:0.7 ay:1.1 t:1.2 pau:1.5"
     script = f'for last; do :; done\nprintf "RIFFsound" > "$last"\necho "{phones}"'
     app = interface(live)
     Doors(voice=made(tmp_path, script)).open(app, live)
     number = said(live, "Good night!")
+    told.clear()
     with serving(app) as url:
         for _ in range(2):
             assert get(f"{url}/api/v1/voice/{number}").status_code == 200
-    assert told == [(number, Rhythm((0.4, 0.9), 1.5))]
+    assert told == [KeepTime(number, Rhythm((0.4, 0.9), 1.5))]
 
 
 def test_a_synthesizer_that_hangs_holds_up_nothing_and_ends_with_the_server(

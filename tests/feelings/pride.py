@@ -32,6 +32,7 @@ from miburi.interface.api import make_api
 from miburi.interface.wire import StimulusIn
 from miburi.live.archive import Archive
 from miburi.live.runner import Runner
+from miburi.live.wishes import Perform
 from miburi.robot import iphonoid
 from miburi.studies.day import live_day
 from miburi.studies.face import face
@@ -94,7 +95,7 @@ def main(folder: Path) -> dict[str, object]:
     model.stimulate(Stimulus("pride", 1.0))
     repertoire = read_repertoire(folder / "gestures", robot)
     runner = Runner(robot, model, Archive(folder / "recordings"), repertoire=repertoire)
-    runner.perform(Expression("pride", 0.9))
+    runner.ask(Perform(Expression("pride", 0.9)))
     runner.tick()
     state = runner.snapshot.state
     report["felt"] = state.felt and state.felt.feeling

@@ -24,6 +24,7 @@ from miburi.live.archive import Archive
 from miburi.live.events.model import EndOfWish, LiveEvent
 from miburi.live.events.store import kept_events
 from miburi.live.runner import Runner
+from miburi.live.wishes import Release
 from miburi.robot import Robot
 
 LIMIT = 30.0
@@ -120,7 +121,7 @@ def test_over_a_restart_the_clients_come_back_and_miss_nothing(
         next(states)
         partner.stop()
         heard = [next(event.id for event in events if event.kind == "stop")]
-        runner.release(by_person=True).result(LIMIT)
+        runner.ask(Release(by_person=True)).result(LIMIT)
     runner.close(patience=0.0)
     runner = awake(robot, tmp_path, "00000002")
     runner.stop().result(LIMIT)

@@ -20,6 +20,7 @@ from websockets.sync.client import ClientConnection, connect
 from miburi.interface.socket import LARGEST, MISTAKES
 from miburi.live.runner import Runner
 from miburi.live.state import State
+from miburi.live.wishes import Pause
 from miburi.serving.press import By
 
 
@@ -135,7 +136,7 @@ def test_stop_overtakes_the_flood_of_its_own_sender(still: tuple[Server, Event])
             heard += str(flood.recv(timeout=PATIENCE))
         while "too many commands" not in heard:  # it may come after the Stop that overtook it
             heard += str(flood.recv(timeout=PATIENCE))
-        server.runner.pause(True).result(PATIENCE)
+        server.runner.ask(Pause(True)).result(PATIENCE)
         assert server.runner.snapshot.state.phase == "stopped"
 
 

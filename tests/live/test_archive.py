@@ -17,6 +17,7 @@ from miburi.live.events.model import LiveEvent
 from miburi.live.observer import Observer
 from miburi.live.recording import read
 from miburi.live.runner import STEP, Runner
+from miburi.live.wishes import Feel, Release
 
 Choose = Callable[[Callable[[Path], io.RawIOBase]], None]
 
@@ -93,7 +94,7 @@ def ended(runner: Runner) -> LiveEvent:
 def stops_and_is_released_once_it_rests(runner: Runner) -> None:
     runner.stop()
     assert run(runner, STEP)[-1].phase == "stopped"
-    runner.release(by_person=True)
+    runner.ask(Release(by_person=True))
     until(runner, lambda state: state.phase == "returning", 1.0)
 
 
@@ -103,7 +104,7 @@ def test_a_full_disk_ends_the_recording_and_nothing_else(
 ) -> None:
     disk(lambda path: Disk(path, room))
     runner.recordings.start()
-    runner.stimulate(Stimulus("happiness", 0.9))
+    runner.ask(Feel(Stimulus("happiness", 0.9)))
     entry = ended(runner)
     assert (entry.name, entry.reason) == ("miburi-0001.mcap", "full")
     assert entry.detail is not None
@@ -149,10 +150,10 @@ def test_a_slow_disk_holds_up_nothing(runner: Runner, disk: Choose) -> None:
 def test_a_full_disk_does_not_hold_up_stop_at_its_own_pace(live: Runner, disk: Choose) -> None:
     disk(lambda path: Disk(path, 0))
     live.recordings.start()
-    live.stimulate(Stimulus("happiness", 0.9)).result(60)
+    live.ask(Feel(Stimulus("happiness", 0.9))).result(60)
     wait_until(lambda: live.recordings.current is None)
     live.stop().result(60)
-    live.release(by_person=True).result(60)
+    live.ask(Release(by_person=True)).result(60)
     live.close()
     assert live.snapshot.state.phase == "idle"
 
@@ -184,7 +185,7 @@ def test_an_observer_that_fails_hides_no_stop(
     run(runner, 1.0)
     with monkeypatch.context() as patch:
         patch.setattr(Observer, name, fail)
-        runner.stimulate(Stimulus("happiness", 0.9))
+        runner.ask(Feel(Stimulus("happiness", 0.9)))
         until(runner, lambda state: state.phase == "moving")
         run(runner, 0.3)  # to be away from neutral
         stops_and_is_released_once_it_rests(runner)

@@ -9,6 +9,7 @@ from miburi.feelings import Expression, Stimulus
 from miburi.interface.api import make_api
 from miburi.live.runner import Runner
 from miburi.live.speaker import CALM
+from miburi.live.wishes import AllowWords, ChangeBody, Feel, Perform, Sense, Speak
 from miburi.senses import Impression
 from miburi.senses.words import hear
 from miburi.studio.contact_panel import line
@@ -19,10 +20,10 @@ FALL = Impression(None, 0.0, "speech", distress="fall")
 
 
 def test_distress_is_an_event_with_no_words_unless_the_user_allows_them(runner: Runner) -> None:
-    runner.take(FALL, "I fell in the hall")
+    runner.ask(Sense(FALL, "I fell in the hall"))
     run(runner, 0.1)
-    runner.allow_words(True)
-    runner.take(FALL, "I fell in the bath")
+    runner.ask(AllowWords(True))
+    runner.ask(Sense(FALL, "I fell in the bath"))
     run(runner, 0.1)
     told = [(e.name, e.text) for e in runner.history.after(0) if e.kind == "distress"]
     assert told == [("fall", None), ("fall", "I fell in the bath")]
@@ -32,15 +33,15 @@ def test_distress_is_an_event_with_no_words_unless_the_user_allows_them(runner: 
 
 
 def test_a_feeling_that_it_has_is_not_shown_and_none_comes_by_words(runner: Runner) -> None:
-    runner.stimulate(Stimulus("anger", 1.0, "face"))
+    runner.ask(Feel(Stimulus("anger", 1.0, "face")))
     until(runner, lambda state: state.expressed is not None)
-    runner.take(FALL)
+    runner.ask(Sense(FALL))
     until(runner, lambda state: state.expressed is None)
-    felt = runner.take(hear("I am furious with you"))
+    felt = runner.ask(Sense(hear("I am furious with you")))
     states = run(runner, 5.0)
     assert felt.result() == ()
     assert all(state.expressed is None and not any(state.face) for state in states)
-    spoken = runner.speak("I am here.")
+    spoken = runner.ask(Speak("I am here."))
     run(runner, 0.1)
     assert spoken.result()
     assert runner.snapshot.state.spoken is not None
@@ -48,8 +49,8 @@ def test_a_feeling_that_it_has_is_not_shown_and_none_comes_by_words(runner: Runn
 
 
 def test_somebody_may_still_ask_for_a_gesture_and_stop_it(runner: Runner) -> None:
-    runner.take(FALL)
-    runner.perform(Expression("happiness", 0.5))
+    runner.ask(Sense(FALL))
+    runner.ask(Perform(Expression("happiness", 0.5)))
     until(runner, lambda state: state.asked)
     runner.stop()
     assert run(runner, 0.2)[-1].phase == "stopped"
@@ -60,24 +61,24 @@ def test_ten_minutes_later_it_is_itself_again(
 ) -> None:
     assert CALM == 600
     monkeypatch.setattr("miburi.live.speaker.CALM", 2.0)
-    runner.take(FALL)
+    runner.ask(Sense(FALL))
     assert run(runner, 1.9)[-1].distress is not None
     assert run(runner, 0.2)[-1].distress is None
-    runner.stimulate(Stimulus("happiness", 1.0, "face"))
+    runner.ask(Feel(Stimulus("happiness", 1.0, "face")))
     until(runner, lambda state: state.expressed is not None)
 
 
 def test_another_body_is_as_calm(runner: Runner) -> None:
-    runner.take(FALL)
+    runner.ask(Sense(FALL))
     run(runner, 0.1)
-    used = runner.use("simulated")
-    runner.stimulate(Stimulus("anger", 1.0, "face"))
+    used = runner.ask(ChangeBody("simulated"))
+    runner.ask(Feel(Stimulus("anger", 1.0, "face")))
     assert all(state.expressed is None for state in run(runner, 3.0))
     used.result()
 
 
 def test_over_http_help_names_the_number_and_words_are_told_if_allowed(live: Runner) -> None:
-    live.allow_words(True).result(10)
+    live.ask(AllowWords(True)).result(10)
     app = make_api(live, care=Care("GB"))
     with TestClient(app) as client:
         answer = client.post("/api/v1/say", json={"text": "I fell and can't get up"}).json()
@@ -92,7 +93,7 @@ def test_over_http_help_names_the_number_and_words_are_told_if_allowed(live: Run
 
 
 def test_the_socket_tells_it_with_the_state(live: Runner) -> None:
-    live.take(FALL).result(10)
+    live.ask(Sense(FALL)).result(10)
     with serving(interface(live)) as url, miburi.connect(url) as partner:
         states = partner.watch()
         heard = next(states).distress
@@ -105,10 +106,10 @@ def test_the_socket_tells_it_with_the_state(live: Runner) -> None:
     ("language", "told"), [("en", "Distress heard: a fall"), ("ja", "助けが必要な言葉：転倒や転落")]
 )
 def test_the_page_tells_it(runner: Runner, language: str, told: str) -> None:
-    runner.take(FALL)
+    runner.ask(Sense(FALL))
     run(runner, 0.1)
-    runner.allow_words(True)
-    runner.take(FALL, "I fell")
+    runner.ask(AllowWords(True))
+    runner.ask(Sense(FALL, "I fell"))
     run(runner, 0.1)
     said = words(language)
     first, second = (

@@ -13,14 +13,27 @@ from tests.fixtures.waiting import ask, until
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
-from miburi.errors import BodyError, InputError
+from miburi.errors import BodyError, InputError, MiburiError
 from miburi.feelings import Expression, Stimulus
 from miburi.languages.rhythm import Rhythm
+from miburi.live import granting, wishes
 from miburi.live.answering import answer
 from miburi.live.crossing import Answer, Ask, Hello, Lanes, Latest, lanes
 from miburi.live.far import FarPartner
 from miburi.live.runner import Runner
 from miburi.live.view import UnreachableError
+from miburi.live.wishes import (
+    ChangeBody,
+    ChangeTemperament,
+    Feel,
+    KeepTime,
+    MoveHand,
+    Pause,
+    Perform,
+    Release,
+    Speak,
+    Wish,
+)
 from miburi.serving.press import PRESSED, Press, press
 
 
@@ -52,7 +65,7 @@ def pair(runner: Runner) -> Iterator[tuple[FarPartner, Lanes]]:
 
 def test_it_shows_what_the_runner_has(runner: Runner, far: FarPartner) -> None:
     assert (far.robot.name, far.temperaments) == (runner.robot.name, runner.temperaments)
-    done(runner, far.stimulate(Stimulus("happiness", 0.9, "speech")))
+    done(runner, far.ask(Feel(Stimulus("happiness", 0.9, "speech"))))
     run(runner, 3.0)
     until(lambda: far.snapshot.json == runner.snapshot.json)
     assert far.snapshot.state == runner.snapshot.state
@@ -65,26 +78,44 @@ def test_it_shows_what_the_runner_has(runner: Runner, far: FarPartner) -> None:
 
 
 def test_everything_that_can_be_asked_crosses(runner: Runner, far: FarPartner) -> None:
-    done(runner, far.speak("I am glad that you came to see me today."))
+    done(runner, far.ask(Speak("I am glad that you came to see me today.")))
     said = runner.snapshot.state.spoken
     assert said is not None
-    done(runner, far.keep_time(said.number, Rhythm((0.5,), 3.0)))
-    done(runner, far.perform(Expression("happiness", 1.0)))
+    done(runner, far.ask(KeepTime(said.number, Rhythm((0.5,), 3.0))))
+    done(runner, far.ask(Perform(Expression("happiness", 1.0))))
     until(lambda: runner.tick() or runner.snapshot.state.asked)
-    done(runner, far.pause(True))
-    done(runner, far.hand(np.array([0.05, -0.24, 0.16]), np.array([0.0, 1.0, 0.0])))
-    done(runner, far.temperament("calm"))
+    done(runner, far.ask(Pause(True)))
+    done(runner, far.ask(MoveHand(np.array([0.05, -0.24, 0.16]), np.array([0.0, 1.0, 0.0]))))
+    done(runner, far.ask(ChangeTemperament("calm")))
     state = runner.snapshot.state
     assert (state.paused, state.hand_out, state.temperament) == (True, True, "calm")
     done(runner, far.stop())
     assert runner.snapshot.state.phase == "stopped"
     run(runner, 1.0)
     with pytest.raises(BodyError, match="pressed since"):  # it may have come before the Stop
-        done(runner, far.release(by_person=True))
+        done(runner, far.ask(Release(by_person=True)))
     far.beat()
     far.beat()
-    done(runner, far.release(by_person=True))
+    done(runner, far.ask(Release(by_person=True)))
     assert runner.snapshot.state.phase == "returning"
+
+
+class Somersault(Wish[None]):
+    """What no partner is able to do."""
+
+
+def test_a_wish_that_nobody_knows_is_refused_and_the_next_one_granted(
+    runner: Runner, far: FarPartner
+) -> None:
+    with pytest.raises(MiburiError, match="Somersault"):
+        far.ask(Somersault()).result(60)
+    done(runner, far.ask(Pause()))
+    assert runner.snapshot.state.paused
+
+
+def test_each_wish_can_be_granted() -> None:
+    kinds = {kind for name in wishes.__all__ if isinstance(kind := getattr(wishes, name), type)}
+    assert kinds - set(granting.command.registry) == {Wish}
 
 
 def test_recordings_are_started_listed_and_deleted_from_afar(
@@ -108,19 +139,19 @@ def test_recordings_are_started_listed_and_deleted_from_afar(
 
 def test_refusals_keep_their_kind_and_words(runner: Runner, far: FarPartner) -> None:
     with pytest.raises(BodyError, match="only a stopped body"):
-        done(runner, far.release())
+        done(runner, far.ask(Release()))
     with pytest.raises(InputError, match="one of simulated"):
-        done(runner, far.use("marble"))
+        done(runner, far.ask(ChangeBody("marble")))
     with pytest.raises(InputError, match="along"):
-        done(runner, far.hand(np.zeros(3), np.zeros(3)))
+        done(runner, far.ask(MoveHand(np.zeros(3), np.zeros(3))))
 
 
 def test_who_gives_up_waiting_takes_a_command_back_but_no_stop(
     runner: Runner, far: FarPartner
 ) -> None:
-    far.pause(True).cancel()
+    far.ask(Pause(True)).cancel()
     far.recordings.kept()  # answered after what was sent before it, while no time passes
-    done(runner, far.stimulate(Stimulus("fear", 0.1)))  # it came later
+    done(runner, far.ask(Feel(Stimulus("fear", 0.1))))  # it came later
     assert not runner.snapshot.state.paused
     far.stop().cancel()
     until(lambda: runner.tick() or runner.snapshot.state.phase == "stopped")
@@ -133,12 +164,12 @@ def test_a_stop_makes_a_release_void_that_it_has_overtaken(runner: Runner) -> No
     ends.stopping.send((1.0, PRESSED))
     until(lambda: runner.tick() or ends.stopping.poll())
     run(runner, 1.0)
-    ends.asking.send(Ask(1, "release", (True, None), 0.9))  # pressed before the Stop
+    ends.asking.send(Ask(1, Release(by_person=True), 0.9))  # pressed before the Stop
     until(lambda: runner.tick() or ends.asking.poll())
     refused = ends.asking.recv()
     assert isinstance(refused, Answer)
     assert "Stop has been pressed since" in str(refused.error)
-    ends.asking.send(Ask(2, "release", (True, None), 1.1))
+    ends.asking.send(Ask(2, Release(by_person=True), 1.1))
     until(lambda: runner.tick() or ends.asking.poll())
     assert ends.asking.recv().error is None
     ends.close()
@@ -150,16 +181,16 @@ def test_a_page_releases_the_stop_that_it_shows_and_no_later_one(
     done(runner, far.stop())
     run(runner, 1.0)
     shown = runner.snapshot.state.serial
-    done(runner, far.release(by_person=True, seen=shown))  # however early the wish came
+    done(runner, far.ask(Release(by_person=True, seen=shown)))  # however early the wish came
     done(runner, far.stop())
     run(runner, 1.0)
     with pytest.raises(BodyError, match="Stop has been pressed since"):
-        done(runner, far.release(by_person=True, seen=shown))
+        done(runner, far.ask(Release(by_person=True, seen=shown)))
     now = runner.snapshot.state.serial
     with pytest.raises(BodyError, match="Stop has been pressed since"):
-        done(runner, far.release(seen=now + 1000))  # nobody has seen that yet
+        done(runner, far.ask(Release(seen=now + 1000)))  # nobody has seen that yet
     assert runner.snapshot.state.phase == "stopped"
-    done(runner, far.release(by_person=True, seen=now))
+    done(runner, far.ask(Release(by_person=True, seen=now)))
 
 
 def test_the_second_copy_of_a_press_undoes_no_release(runner: Runner, far: FarPartner) -> None:
@@ -167,7 +198,7 @@ def test_the_second_copy_of_a_press_undoes_no_release(runner: Runner, far: FarPa
     first, second = (press("person", name) for name in ("a" * 16, "b" * 16))
     done(runner, far.stop(first))
     run(runner, 1.0)
-    release = runner.release(by_person=True, seen=runner.snapshot.state.serial)
+    release = runner.ask(Release(by_person=True, seen=runner.snapshot.state.serial))
     runner.stop(first)  # while the release waits for its step
     runner.tick()
     release.result(0)
@@ -177,7 +208,7 @@ def test_the_second_copy_of_a_press_undoes_no_release(runner: Runner, far: FarPa
     assert runner.snapshot.state.phase == "stopped"
     run(runner, 1.0)
     for name in ("", "short", "c" * 65):  # what was not drawn for this press names none
-        release = runner.release(by_person=True, seen=runner.snapshot.state.serial)
+        release = runner.ask(Release(by_person=True, seen=runner.snapshot.state.serial))
         runner.stop(press("person", name))
         runner.tick()
         with pytest.raises(BodyError, match="Stop has been pressed since"):
@@ -226,7 +257,7 @@ def test_silence_is_said_and_ends_with_news(
     monkeypatch.setattr("miburi.live.far.SILENCE", 0.2)
     until(lambda: not far.reachable)
     with pytest.raises(UnreachableError):
-        far.stimulate(Stimulus("fear", 0.1))
+        far.ask(Feel(Stimulus("fear", 0.1)))
     with serving(interface(far)) as url:
         for method, path in (("GET", "/state"), ("POST", "/stop"), ("POST", "/release")):
             refused = ask(method, f"{url}/api/v1{path}")
@@ -244,7 +275,7 @@ def test_who_has_been_answered_from_afar_reads_a_state_that_shows_it(live: Runne
     answer(live, near)
     far = FarPartner(ends)
     for paused in (True, False) * 10:
-        far.pause(paused).result(60)
+        far.ask(Pause(paused)).result(60)
         assert far.snapshot.state.paused == paused
     ends.close()
 
@@ -253,7 +284,7 @@ def test_an_answer_waits_for_the_state_that_shows_it(
     runner: Runner, pair: tuple[FarPartner, Lanes]
 ) -> None:
     far, near = pair
-    future = far.pause(True)
+    future = far.ask(Pause(True))
     state, motors = runner.snapshot.json, runner.motors.model_copy(update={"port": "new"})
     near.asking.send(Answer(1, None, None, serial=3))
     near.asking.send(Latest(2, state, [], [], [], motors))  # of the step before
@@ -265,7 +296,7 @@ def test_an_answer_waits_for_the_state_that_shows_it(
 
 def test_nobody_waits_for_a_process_that_has_ended(pair: tuple[FarPartner, Lanes]) -> None:
     far, near = pair
-    waiting: list[Future[None]] = [far.pause(True), far.stop()]
+    waiting: list[Future[None]] = [far.ask(Pause(True)), far.stop()]
     near.close()
     assert far.over.wait(60)
     for future in waiting:
@@ -298,7 +329,7 @@ def test_it_is_ready_when_the_server_and_the_reception_are(runner: Runner, first
     def tell(who: str) -> None:
         if who == "server":
             far.tell_ready()
-            done(runner, far.pause(True))  # which is asked after it, so that it has been heard
+            done(runner, far.ask(Pause(True)))  # which is asked after it, so that it has been heard
         else:
             ours.send(None)
             ours.recv()

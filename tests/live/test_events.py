@@ -19,6 +19,17 @@ from miburi.live.events.model import Cursor, LiveEvent
 from miburi.live.events.store import SURE, EventStore, kept_events
 from miburi.live.runner import STEP, Runner
 from miburi.live.stage import Act
+from miburi.live.wishes import (
+    AllowWords,
+    ChangeBody,
+    Feel,
+    Pause,
+    Perform,
+    PerformActs,
+    Release,
+    Sense,
+    Speak,
+)
 from miburi.robot import Robot
 from miburi.senses.words import hear
 
@@ -158,7 +169,7 @@ def test_no_byte_of_what_was_said_is_kept_unless_allowed_and_none_after(
     robot: Robot, tmp_path: Path
 ) -> None:
     def said(runner: Runner, text: str) -> None:
-        runner.take(hear(text), text)
+        runner.ask(Sense(hear(text), text))
         run(runner, 0.1)
 
     def kept_bytes() -> bytes:
@@ -166,7 +177,7 @@ def test_no_byte_of_what_was_said_is_kept_unless_allowed_and_none_after(
 
     runner = woken(robot, tmp_path)
     said(runner, "I am so sad, my marmalade is mouldy")
-    runner.allow_words(True)
+    runner.ask(AllowWords(True))
     run(runner, 0.1)
     assert b"marmalade" not in kept_bytes()
     assert b"mouldy" not in kept_bytes()
@@ -176,7 +187,7 @@ def test_no_byte_of_what_was_said_is_kept_unless_allowed_and_none_after(
     runner = woken(robot, tmp_path)
     assert runner.snapshot.state.words, "the switch is as it was"
     said(runner, "I fell in the larder")
-    runner.allow_words(False)
+    runner.ask(AllowWords(False))
     run(runner, 0.1)
     runner.close(patience=0.0)
     for word in (b"hyacinth", b"larder"):
@@ -193,17 +204,17 @@ def ends(runner: Runner, wish: str) -> list[LiveEvent]:
 
 
 def test_every_wish_ends_once(runner: Runner) -> None:
-    first = runner.perform(Expression("happiness", 0.5))
-    replaced = runner.perform(Expression("anger", 0.5))
-    said = runner.speak("Hello.")
-    over = runner.speak("Good morning to all of you.")
+    first = runner.ask(Perform(Expression("happiness", 0.5)))
+    replaced = runner.ask(Perform(Expression("anger", 0.5)))
+    said = runner.ask(Speak("Hello."))
+    over = runner.ask(Speak("Good morning to all of you."))
     runner.tick()
-    third = runner.perform(Expression("fear", 0.5))
+    third = runner.ask(Perform(Expression("fear", 0.5)))
     until(runner, lambda state: state.asked)
     run(runner, 0.2)
     runner.stop()
     until(runner, lambda state: state.stop)
-    dropped = runner.perform(Expression("fear", 0.5))
+    dropped = runner.ask(Perform(Expression("fear", 0.5)))
     run(runner, 9.0)
     told = [
         [event.kind for event in ends(runner, wish.result())]
@@ -221,7 +232,7 @@ def test_every_wish_ends_once(runner: Runner) -> None:
 
 
 def test_a_gesture_tells_its_wish_its_beginning_and_its_end(runner: Runner) -> None:
-    wish = runner.perform(Expression("surprise", 0.8), None, "gesture", "agent")
+    wish = runner.ask(Perform(Expression("surprise", 0.8), None, "gesture", "agent"))
     until(runner, lambda state: state.asked)
     until(runner, lambda state: not state.asked)
     events = [event for event in runner.history.after(0) if wish.result() in (event.id, event.wish)]
@@ -230,9 +241,9 @@ def test_a_gesture_tells_its_wish_its_beginning_and_its_end(runner: Runner) -> N
 
 
 def test_another_body_ends_what_was_asked_of_the_last(runner: Runner) -> None:
-    wish = runner.perform(Expression("surprise", 0.8))
+    wish = runner.ask(Perform(Expression("surprise", 0.8)))
     until(runner, lambda state: state.asked)
-    runner.use("simulated")
+    runner.ask(ChangeBody("simulated"))
     run(runner, 0.1)
     assert [event.kind for event in ends(runner, wish.result())] == ["gesture_broken_off"]
 
@@ -243,7 +254,7 @@ def test_a_release_has_an_end_or_is_broken_off(runner: Runner) -> None:
     runner.stop()
     until(runner, lambda state: state.held and state.phase == "stopped")
     run(runner, 1.0)
-    runner.release(by_person=True)
+    runner.ask(Release(by_person=True))
     until(runner, lambda state: state.phase == "idle")
     runner.tick()
     kinds = [e.kind for e in runner.history.after(0) if e.kind.startswith(("stop", "release"))]
@@ -260,7 +271,7 @@ ACTS = [
 
 
 def test_a_performance_does_all_in_order_and_ends_once(runner: Runner) -> None:
-    wish = runner.act(ACTS, True)
+    wish = runner.ask(PerformActs(ACTS, True))
     run(runner, 15.0)
     told = [(e.kind, e.feeling) for e in runner.history.after(0) if e.wish == wish.result()]
     assert [one for one in told if "speech" not in one[0]] == [
@@ -280,7 +291,7 @@ def test_what_belongs_together_begins_together_while_it_breathes(runner: Runner)
     acts = [Act(0.0, words="Hello."), Act(0.0, expression=Expression("surprise", 0.5))]
     for _ in range(3):
         until(runner, lambda state: state.phase == "moving")
-        wish = runner.act(acts, queued=True)
+        wish = runner.ask(PerformActs(acts, queued=True))
         run(runner, 8.0)
         begun = {e.kind: e.time for e in runner.history.after(0) if e.wish == wish.result()}
         assert begun["speech_begun"] == pytest.approx(begun["gesture_begun"], abs=2.5 * STEP)
@@ -291,18 +302,18 @@ def test_a_pause_ends_what_has_not_begun(runner: Runner) -> None:
     """At rest it breathes: the act waits for that, and the pause comes before."""
     until(runner, lambda state: state.phase == "moving")
     acts = [Act(0.0, expression=Expression("surprise", 0.5)), Act(0.5, words="Hello.")]
-    wish = runner.act(acts, queued=True)
+    wish = runner.ask(PerformActs(acts, queued=True))
     run(runner, 3 * STEP)
-    runner.pause(True)
+    runner.ask(Pause(True))
     run(runner, 1.0)
     assert [e.kind for e in ends(runner, wish.result())] == ["performance_broken_off"]
 
 
 def test_what_is_replaced_before_it_begins_is_never_performed(runner: Runner) -> None:
     until(runner, lambda state: state.phase == "moving")
-    first = runner.act([Act(0.0, expression=Expression("sadness", 0.5))], queued=True)
+    first = runner.ask(PerformActs([Act(0.0, expression=Expression("sadness", 0.5))], queued=True))
     run(runner, 3 * STEP)
-    runner.act([Act(0.0, words="No, wait.")], queued=False)
+    runner.ask(PerformActs([Act(0.0, words="No, wait.")], queued=False))
     run(runner, 8.0)
     kinds = [e.kind for e in runner.history.after(0) if e.wish == first.result()]
     assert "gesture_begun" not in kinds
@@ -310,9 +321,9 @@ def test_what_is_replaced_before_it_begins_is_never_performed(runner: Runner) ->
 
 
 def test_performances_wait_for_one_another_and_now_comes_before_all(runner: Runner) -> None:
-    first, second = runner.act(ACTS[:1], True), runner.act(ACTS[2:], True)
+    first, second = runner.ask(PerformActs(ACTS[:1], True)), runner.ask(PerformActs(ACTS[2:], True))
     until(runner, lambda state: state.asked)
-    now = runner.act([Act(0.0, expression=Expression("fear", 0.9))], False)
+    now = runner.ask(PerformActs([Act(0.0, expression=Expression("fear", 0.9))], False))
     until(runner, lambda state: state.expressed and state.expressed.feeling == "fear", seconds=2.0)
     run(runner, 8.0)
     told = [
@@ -323,10 +334,10 @@ def test_performances_wait_for_one_another_and_now_comes_before_all(runner: Runn
 
 
 def test_words_alone_that_come_now_let_a_later_gesture_wait(runner: Runner) -> None:
-    runner.act([Act(0.0, words="Hello.")], False)
+    runner.ask(PerformActs([Act(0.0, words="Hello.")], False))
     run(runner, 2.0)
-    runner.act([Act(0.0, expression=Expression("surprise", 0.6))], True)
-    runner.stimulate(Stimulus("happiness", 1.0))
+    runner.ask(PerformActs([Act(0.0, expression=Expression("surprise", 0.6))], True))
+    runner.ask(Feel(Stimulus("happiness", 1.0)))
     run(runner, 12.0)
     kinds = [event.kind for event in runner.history.after(0)]
     assert "gesture_broken_off" not in kinds
@@ -337,7 +348,7 @@ def test_a_contact_breaks_a_performance_off_and_stop_drops_those_that_wait(runne
     block(runner)
     until(runner, lambda state: state.phase == "idle", seconds=30.0)
     wide = [Act(0.0, expression=Expression("happiness", 1.0)), *ACTS]
-    first, second = runner.act(wide, True), runner.act(wide, True)
+    first, second = runner.ask(PerformActs(wide, True)), runner.ask(PerformActs(wide, True))
     until(runner, lambda state: state.stop)
     run(runner, 0.1)
     assert [e.kind for e in ends(runner, first.result())][-1] == "performance_broken_off"
@@ -348,7 +359,7 @@ def test_a_contact_breaks_a_performance_off_and_stop_drops_those_that_wait(runne
 
 
 def test_the_log_of_a_feeling_names_its_event(runner: Runner) -> None:
-    told = runner.stimulate(Stimulus("happiness", 0.5), "home")
+    told = runner.ask(Feel(Stimulus("happiness", 0.5), "home"))
     runner.tick()
     (event,) = [event for event in runner.history.after(0) if event.kind == "stimulus"]
     assert (event.id, event.by) == (told.result(), "home")

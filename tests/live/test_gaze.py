@@ -8,6 +8,7 @@ from tests.fixtures.live import Server, run
 from miburi.bodies import BodyState
 from miburi.live.gaze import FORGOTTEN, Gaze
 from miburi.live.runner import Runner
+from miburi.live.wishes import See
 from miburi.robot import JOINTS
 from miburi.safety.stop import Phase
 
@@ -47,7 +48,7 @@ def test_who_is_no_longer_told_of_has_gone() -> None:
 
 def test_a_live_partner_turns_to_a_face_and_back(runner: Runner) -> None:
     for _ in range(6):
-        runner.see(0.0)
+        runner.ask(See(0.0))
         states = run(runner, 2.0)
     assert states[-1].angles[WAIST] == pytest.approx(0.5, abs=0.02)  # as far as "playful" goes
     assert all(now.stop is None for now in states)
@@ -56,12 +57,12 @@ def test_a_live_partner_turns_to_a_face_and_back(runner: Runner) -> None:
 
 
 def test_a_face_moves_no_stopped_body(runner: Runner) -> None:
-    runner.see(0.0)
+    runner.ask(See(0.0))
     run(runner, 1.0)
     runner.stop()
     held = run(runner, 1.0)[-1]
     for x in (1.0, 0.0, None, 1.0):
-        runner.see(x)
+        runner.ask(See(x))
         assert run(runner, 2.0)[-1].phase == "stopped"
     assert run(runner, 0.1)[-1].angles[WAIST] == pytest.approx(held.angles[WAIST], abs=0.01)
 

@@ -4,6 +4,7 @@ import numpy as np
 from tests.fixtures.live import run, until
 
 from miburi.live.runner import Runner
+from miburi.live.wishes import MoveHand
 from miburi.robot import forward
 from miburi.safety.stop import StopReason
 
@@ -14,10 +15,10 @@ def test_a_hand_that_is_taken_at_rest_is_felt_and_led(runner: Runner) -> None:
     hand = forward(runner.robot, np.array(state.angles))[:3]
     # From the front, slowly.
     along = np.array([0.0, 1.0, 0.0])
-    runner.hand(hand + np.array([0.06, 0.0, 0.0]), along)
+    runner.ask(MoveHand(hand + np.array([0.06, 0.0, 0.0]), along))
     run(runner, 1.0)
     for way in np.linspace(0.06, 0.0, 30):
-        runner.hand(hand + np.array([way, 0.0, 0.0]), along)
+        runner.ask(MoveHand(hand + np.array([way, 0.0, 0.0]), along))
         run(runner, 0.04)
     stop = runner.snapshot.state.stop
     assert stop is not None
@@ -28,6 +29,6 @@ def test_a_hand_that_is_taken_at_rest_is_felt_and_led(runner: Runner) -> None:
     # It gives way, and does not push.
     pressed = [state.force for state in run(runner, 1.5)]
     assert max(pressed[25:]) <= 0.5
-    runner.hand(None, along)
+    runner.ask(MoveHand(None, along))
     until(runner, lambda state: state.phase == "returning", 4.0)
     until(runner, lambda state: state.phase == "idle", 4.0)

@@ -13,6 +13,7 @@ from miburi.feelings import FEELINGS, EmotionalModel, Stimulus, shipped_temperam
 from miburi.live.archive import Archive
 from miburi.live.observer import Observer
 from miburi.live.runner import Runner
+from miburi.live.wishes import Feel, Release
 from miburi.partner import MoveSent, Stopped
 from miburi.robot import JOINTS, Robot
 from miburi.safety.contact import Window
@@ -77,7 +78,7 @@ def test_a_contact_of_a_card_is_explained(card: Runner) -> None:
 
 
 def test_a_card_that_is_lost_is_said_and_found_again(card: Runner) -> None:
-    card.stimulate(Stimulus("happiness", 0.9))
+    card.ask(Feel(Stimulus("happiness", 0.9)))
     until(card, lambda state: state.phase == "moving")
     line, write = card.body.emulation, card.body.emulation.write
 
@@ -90,14 +91,14 @@ def test_a_card_that_is_lost_is_said_and_found_again(card: Runner) -> None:
     assert state.stop.reason == StopReason.LINE_LOST
     run(card, 2.0)
     assert {motor.answers for motor in card.motors.motors} == {False}
-    refused = card.release()
+    refused = card.ask(Release())
     card.tick()
     with pytest.raises(BodyError):
         refused.result(0)
     line.read, line.write = read, write
     run(card, 2.0)
     assert {motor.answers for motor in card.motors.motors} == {True}
-    card.release()
+    card.ask(Release())
     until(card, lambda state: state.phase == "moving")
 
 

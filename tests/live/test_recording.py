@@ -21,6 +21,7 @@ from miburi.errors import InputError
 from miburi.feelings import FEELINGS, EmotionalModel, Expression, Stimulus, shipped_temperament
 from miburi.live.recording import Recorder, read, step_messages
 from miburi.live.runner import Runner
+from miburi.live.wishes import Feel, MoveHand, Perform, Sense, Speak
 from miburi.partner import Released, Stopped
 from miburi.robot import JOINTS, forward
 from miburi.safety.stop import Phase, Stop, StopReason
@@ -75,12 +76,12 @@ def test_it_says_what_it_is_of_and_when_and_opens_in_3d(runner: Runner, tmp_path
     before = datetime.now(UTC).timestamp()
     runner.tick()
     runner.recordings.start()
-    runner.speak("Good morning.")
+    runner.ask(Speak("Good morning."))
     run(runner, 0.5)
-    runner.take(hear("I am so sad today"))
-    runner.hand(np.array([0.12, -0.11, 0.12]), np.array([1.0, 0.0, 0.0]))
+    runner.ask(Sense(hear("I am so sad today")))
+    runner.ask(MoveHand(np.array([0.12, -0.11, 0.12]), np.array([1.0, 0.0, 0.0])))
     run(runner, 1.5)
-    runner.perform(Expression("happiness", 0.9))
+    runner.ask(Perform(Expression("happiness", 0.9)))
     until(runner, lambda state: state.stop is not None, 8.0)
     run(runner, 0.1)
     runner.recordings.end()
@@ -142,10 +143,10 @@ def test_it_holds_why_the_partner_felt_something_and_replays(
 ) -> None:
     runner.recordings.start()
     run(runner, 0.5)
-    runner.take(hear("I am so sad today, but thank you"))
+    runner.ask(Sense(hear("I am so sad today, but thank you")))
     run(runner, 1.0)
-    runner.take(notice("stroke", 0.8))
-    runner.stimulate(Stimulus("thrill", 0.5, "application"))
+    runner.ask(Sense(notice("stroke", 0.8)))
+    runner.ask(Feel(Stimulus("thrill", 0.5, "application")))
     run(runner, 1.0)
     runner.recordings.end()
     (path,) = (tmp_path / "recordings").glob("*.mcap")

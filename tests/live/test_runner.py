@@ -14,6 +14,7 @@ from miburi.live.commands import WAITING, BusyError
 from miburi.live.recording import read
 from miburi.live.runner import STEP, Runner
 from miburi.live.state import State
+from miburi.live.wishes import ChangeBody, Feel, MoveHand, Pause, Perform, Release
 from miburi.partner import solve_with
 from miburi.robot import JOINTS, Array, Robot, forward
 from miburi.safety.contact import PAPER_RATIO
@@ -24,7 +25,7 @@ def kinds(runner: Runner) -> list[str]:
 
 
 def test_a_remark_is_felt_noted_and_shown(runner: Runner) -> None:
-    future = runner.stimulate(Stimulus("happiness", 0.9, "speech"))
+    future = runner.ask(Feel(Stimulus("happiness", 0.9, "speech")))
     state = until(runner, lambda state: state.expressed)
     future.result(0)
     assert state.felt is not None
@@ -44,7 +45,7 @@ def test_the_same_seed_and_commands_give_the_same_states(robot: Robot, tmp_path:
         feelings = EmotionalModel()
         feelings.set_state(mood={"thrill": 0.6})
         runner = Runner(robot, feelings, Archive(tmp_path), seed=seed, boot="5f2c9a10")
-        runner.stimulate(Stimulus("thrill", 1.0))
+        runner.ask(Feel(Stimulus("thrill", 1.0)))
         return run(runner, 3.0)
 
     assert story(1) == story(1)
@@ -65,7 +66,7 @@ def test_the_inverse_kinematics_can_be_chosen(
         return solution
 
     runner = Runner(robot, EmotionalModel(), Archive(tmp_path), solve=noting)
-    runner.perform(Expression("happiness", 0.9))
+    runner.ask(Perform(Expression("happiness", 0.9)))
     run(runner, 3.0)
     assert len(goals) >= 3
     worst = float(np.abs(goals).max())
@@ -75,14 +76,14 @@ def test_the_inverse_kinematics_can_be_chosen(
 def test_who_has_been_answered_reads_a_state_that_shows_it(runner: Runner) -> None:
     paused: list[bool] = []
     for wanted in (True, False):
-        answered = runner.pause(wanted)
+        answered = runner.ask(Pause(wanted))
         answered.add_done_callback(lambda _: paused.append(runner.snapshot.state.paused))
         runner.tick()
     assert paused == [True, False]
 
 
 def test_a_hand_in_the_way_is_explained(runner: Runner) -> None:
-    runner.stimulate(Stimulus("happiness", 0.9))
+    runner.ask(Feel(Stimulus("happiness", 0.9)))
     state = block(runner)
     stop = state.stop
     assert stop is not None
@@ -107,18 +108,18 @@ def test_a_hand_in_the_way_is_explained(runner: Runner) -> None:
         assert stop.measured / stop.expected == pytest.approx(stop.ratio, abs=0.01)
     assert kinds(runner)[-2:] == ["stop", "gesture_broken_off"]
     assert runner.history.after(0)[-2].stop == stop
-    runner.hand(None, np.array([0.0, 0.0, 1.0]))
+    runner.ask(MoveHand(None, np.array([0.0, 0.0, 1.0])))
     assert until(runner, lambda state: state.phase == "returning").stop is None
     assert until(runner, lambda state: state.phase == "idle").hand_out is False
 
 
 def test_a_release_at_once_after_a_contact_invents_no_contacts(runner: Runner) -> None:
     block(runner)
-    runner.hand(None, np.array([0.0, 0.0, 1.0]))
+    runner.ask(MoveHand(None, np.array([0.0, 0.0, 1.0])))
     mood = runner.snapshot.state.mood
     for _ in range(round(6.0 / STEP)):
         if runner.snapshot.state.phase == "stopped":
-            runner.release(by_person=True)
+            runner.ask(Release(by_person=True))
         runner.tick()
     assert kinds(runner).count("stop") == 1
     np.testing.assert_allclose(runner.snapshot.state.mood, mood, rtol=0.1)
@@ -127,9 +128,9 @@ def test_a_release_at_once_after_a_contact_invents_no_contacts(runner: Runner) -
 def test_who_asks_for_a_release_too_early_waits_until_the_body_rests(runner: Runner) -> None:
     stop = block(runner).stop
     assert stop is not None
-    runner.hand(None, np.array([0.0, 0.0, 1.0]))
-    release = runner.release(by_person=True)
-    given_up = runner.release(by_person=True)
+    runner.ask(MoveHand(None, np.array([0.0, 0.0, 1.0])))
+    release = runner.ask(Release(by_person=True))
+    given_up = runner.ask(Release(by_person=True))
     run(runner, 0.1)
     assert not release.done()
     given_up.cancel()
@@ -140,7 +141,7 @@ def test_who_asks_for_a_release_too_early_waits_until_the_body_rests(runner: Run
 
 def test_stop_makes_a_release_that_waits_void(runner: Runner) -> None:
     block(runner)
-    release = runner.release(by_person=True)
+    release = runner.ask(Release(by_person=True))
     run(runner, 0.1)
     runner.stop()
     assert {state.phase for state in run(runner, 3.0)} == {"stopped"}
@@ -151,11 +152,11 @@ def test_stop_makes_a_release_that_waits_void(runner: Runner) -> None:
 def test_only_a_person_may_cut_the_pause_after_a_contact_short(runner: Runner) -> None:
     block(runner)
     run(runner, 0.5)
-    refused = runner.release()
+    refused = runner.ask(Release())
     runner.tick()
     with pytest.raises(BodyError, match=r"in 0\.5 s"):
         refused.result(0)
-    asked = runner.release(by_person=True)
+    asked = runner.ask(Release(by_person=True))
     runner.tick()
     asked.result(0)
     assert runner.snapshot.state.phase == "returning"
@@ -164,34 +165,34 @@ def test_only_a_person_may_cut_the_pause_after_a_contact_short(runner: Runner) -
 def test_stop_during_a_contact_stop_holds_until_release(runner: Runner) -> None:
     block(runner)
     runner.stop()
-    runner.hand(None, np.array([0.0, 0.0, 1.0]))
+    runner.ask(MoveHand(None, np.array([0.0, 0.0, 1.0])))
     assert not runner.snapshot.state.held
     assert {(state.phase, state.held) for state in run(runner, 20.0)} == {("stopped", True)}
-    runner.release(by_person=True)
+    runner.ask(Release(by_person=True))
     until(runner, lambda state: state.phase == "idle")
 
 
 def test_a_pause_does_not_release_a_stop(runner: Runner) -> None:
     runner.stop()
     run(runner, 0.1)
-    runner.pause(True)
+    runner.ask(Pause(True))
     assert {state.phase for state in run(runner, 20.0)} == {"stopped"}
 
 
 def test_a_pause_brings_the_body_to_neutral_and_ends(runner: Runner) -> None:
-    runner.stimulate(Stimulus("thrill", 1.0))
+    runner.ask(Feel(Stimulus("thrill", 1.0)))
     until(runner, lambda state: state.phase == "moving")
-    runner.pause(True)
+    runner.ask(Pause(True))
     run(runner, 6.0)
     for state in run(runner, 5.0):
         assert state.paused
         assert state.phase == "idle"
         np.testing.assert_allclose(state.angles, runner.robot.neutral, atol=0.03)
-    refused = runner.perform(Expression("happiness", 0.5))
+    refused = runner.ask(Perform(Expression("happiness", 0.5)))
     runner.tick()
     with pytest.raises(BodyError, match="paused"):
         refused.result(0)
-    runner.pause(False)
+    runner.ask(Pause(False))
     until(runner, lambda state: state.phase == "moving")
     assert [kind for kind in kinds(runner) if kind in ("paused", "resumed")] == [
         "paused",
@@ -200,7 +201,7 @@ def test_a_pause_brings_the_body_to_neutral_and_ends(runner: Runner) -> None:
 
 
 def test_a_refused_command_is_its_askers_matter_alone(runner: Runner) -> None:
-    future = runner.release()
+    future = runner.ask(Release())
     before = runner.snapshot.state.serial
     runner.tick()
     with pytest.raises(BodyError, match="only a stopped body"):
@@ -210,19 +211,19 @@ def test_a_refused_command_is_its_askers_matter_alone(runner: Runner) -> None:
 
 def test_only_so_many_commands_wait(runner: Runner) -> None:
     for _ in range(WAITING):
-        runner.stimulate(Stimulus("fear", 0.1))
+        runner.ask(Feel(Stimulus("fear", 0.1)))
     with pytest.raises(BusyError):
-        runner.stimulate(Stimulus("fear", 0.1))
+        runner.ask(Feel(Stimulus("fear", 0.1)))
     runner.tick()
-    runner.stimulate(Stimulus("fear", 0.1))
+    runner.ask(Feel(Stimulus("fear", 0.1)))
 
 
 def test_stop_is_taken_however_many_commands_wait_and_runs_first(runner: Runner) -> None:
     runner.stop()
     run(runner, 1.0)
-    release = runner.release(by_person=True)
+    release = runner.ask(Release(by_person=True))
     for _ in range(WAITING - 1):
-        runner.stimulate(Stimulus("fear", 0.1))
+        runner.ask(Feel(Stimulus("fear", 0.1)))
     stops = {id(runner.stop()) for _ in range(10_000)}
     assert len(stops) == 1  # a flood of Stops takes no memory
     runner.tick()
@@ -239,7 +240,7 @@ def test_who_gives_up_waiting_takes_no_stop_back(runner: Runner) -> None:
 
 
 def test_the_hand_never_jumps(runner: Runner) -> None:
-    runner.hand(np.array([0.05, -0.2, 0.2]), np.array([0.0, 0.0, 1.0]))
+    runner.ask(MoveHand(np.array([0.05, -0.2, 0.2]), np.array([0.0, 0.0, 1.0])))
     place = np.array(runner.snapshot.state.hand.position)
     for state in run(runner, 1.0):
         now = np.array(state.hand.position)
@@ -249,7 +250,7 @@ def test_the_hand_never_jumps(runner: Runner) -> None:
 
 
 def test_a_hand_needs_a_direction(runner: Runner) -> None:
-    refused = runner.hand(np.array([0.1, -0.2, 0.2]), np.zeros(3))
+    refused = runner.ask(MoveHand(np.array([0.1, -0.2, 0.2]), np.zeros(3)))
     runner.tick()
     with pytest.raises(InputError, match="along"):
         refused.result(0)
@@ -258,7 +259,7 @@ def test_a_hand_needs_a_direction(runner: Runner) -> None:
 def test_recordings_are_whole_when_they_end(runner: Runner) -> None:
     recordings = runner.recordings
     recordings.start()
-    runner.stimulate(Stimulus("happiness", 0.9))
+    runner.ask(Feel(Stimulus("happiness", 0.9)))
     run(runner, 2.0)
     assert runner.snapshot.state.recording == "miburi-0001.mcap"
     assert [kept.whole for kept in recordings.kept()] == [False]
@@ -277,10 +278,10 @@ def test_recordings_are_whole_when_they_end(runner: Runner) -> None:
 
 
 def test_another_body_starts_at_neutral(runner: Runner) -> None:
-    runner.stimulate(Stimulus("thrill", 1.0))
+    runner.ask(Feel(Stimulus("thrill", 1.0)))
     run(runner, 2.0)
     before = runner.snapshot.state.mood
-    runner.use("simulated")
+    runner.ask(ChangeBody("simulated"))
     runner.tick()
     state = runner.snapshot.state
     assert state.time < 0.1
@@ -292,7 +293,7 @@ def test_a_body_that_is_given_up_is_stopped_and_closed(runner: Runner) -> None:
     old, closed = runner.body, []
     close = old.close
     old.close = lambda: closed.append(close())
-    runner.use("simulated")
+    runner.ask(ChangeBody("simulated"))
     runner.tick()
     assert len(closed) == 1
     assert old.state.phase == "stopped"
@@ -302,38 +303,38 @@ def test_a_body_that_is_given_up_is_stopped_and_closed(runner: Runner) -> None:
 def test_a_change_of_bodies_releases_no_stop(runner: Runner) -> None:
     runner.stop()
     run(runner, 1.0)
-    runner.use("simulated")
+    runner.ask(ChangeBody("simulated"))
     assert {(state.phase, state.held) for state in run(runner, 20.0)} == {("stopped", True)}
-    runner.release(by_person=True)
+    runner.ask(Release(by_person=True))
     until(runner, lambda state: state.phase == "idle")
 
 
 def test_a_change_of_bodies_shortens_no_pause_after_a_contact(runner: Runner) -> None:
     block(runner)
-    runner.use("simulated")
+    runner.ask(ChangeBody("simulated"))
     run(runner, 0.5)
-    refused = runner.release()
+    refused = runner.ask(Release())
     runner.tick()
     with pytest.raises(BodyError, match=r"in 0\.[45] s"):
         refused.result(0)
     assert {state.phase for state in run(runner, 0.4)} == {"stopped"}
     run(runner, 0.2)
-    runner.release()
+    runner.ask(Release())
     until(runner, lambda state: state.phase == "idle")
 
 
 def test_after_a_contact_gestures_are_smaller(runner: Runner) -> None:
     def widest() -> float:
-        runner.stimulate(Stimulus("happiness", 0.9))
+        runner.ask(Feel(Stimulus("happiness", 0.9)))
         until(runner, lambda state: state.expressed and not state.asked)
         return max(state.extent for state in run(runner, 2.0))
 
     before = widest()
     block(runner)
-    runner.hand(None, np.array([0.0, 0.0, 1.0]))
+    runner.ask(MoveHand(None, np.array([0.0, 0.0, 1.0])))
     runner.stop()
     runner.tick()
-    runner.release(by_person=True)
+    runner.ask(Release(by_person=True))
     until(runner, lambda state: state.phase == "idle")
     assert widest() < 0.92 * before
 
@@ -344,33 +345,33 @@ def test_a_command_that_the_body_refuses_does_not_end_the_loop(
     def refuse(move: object) -> None:
         raise BodyError("not now")
 
-    runner.stimulate(Stimulus("happiness", 0.9))
+    runner.ask(Feel(Stimulus("happiness", 0.9)))
     with monkeypatch.context() as patch:
         patch.setattr(runner.body, "move", refuse)
         run(runner, 2.0)
         (said,) = [entry.name for entry in runner.history.after(0) if entry.kind == "refused"]
         assert said == "not now"
-    runner.stimulate(Stimulus("happiness", 0.9))
+    runner.ask(Feel(Stimulus("happiness", 0.9)))
     until(runner, lambda state: state.phase == "moving")
 
 
 @pytest.mark.parametrize("port", ["/etc/passwd", "/nowhere", "/dev/ptmx", "socket://localhost:1"])
 def test_only_ports_that_the_system_lists_are_opened(runner: Runner, port: str) -> None:
     with pytest.raises(InputError, match="no serial port that this computer lists"):
-        runner.use("card", port)
+        runner.ask(ChangeBody("card", port))
 
 
 def test_a_port_that_was_named_at_the_start_may_be_used_again(robot: Robot, tmp_path: Path) -> None:
     runner = Runner(robot, EmotionalModel(), Archive(tmp_path), port="/dev/no-such-port")
-    runner.use("simulated")
+    runner.ask(ChangeBody("simulated"))
     runner.tick()
     with pytest.raises(BodyError, match="cannot be reached"):
-        runner.use("card", "/dev/no-such-port")
+        runner.ask(ChangeBody("card", "/dev/no-such-port"))
 
 
 def test_an_unknown_body_is_refused_in_words(runner: Runner) -> None:
     with pytest.raises(InputError, match="one of simulated"):
-        runner.use("marble")
+        runner.ask(ChangeBody("marble"))
 
 
 def test_a_snapshot_is_written_once(runner: Runner) -> None:
@@ -389,7 +390,7 @@ def test_samples_keep_two_minutes(runner: Runner) -> None:
 
 
 def test_closing_brings_the_body_home(live: Runner) -> None:
-    live.stimulate(Stimulus("thrill", 1.0)).result(60)
+    live.ask(Feel(Stimulus("thrill", 1.0))).result(60)
     live.close()
     np.testing.assert_allclose(live.snapshot.state.angles, live.robot.neutral, atol=0.03)
     assert live.snapshot.state.phase == "idle"
@@ -397,7 +398,7 @@ def test_closing_brings_the_body_home(live: Runner) -> None:
 
 @pytest.mark.parametrize("ending", [False, True])
 def test_closing_leaves_a_stopped_body_where_it_is(live: Runner, ending: bool) -> None:
-    live.stimulate(Stimulus("thrill", 1.0)).result(60)
+    live.ask(Feel(Stimulus("thrill", 1.0))).result(60)
     wait_until(lambda: live.snapshot.state.extent >= 0.02)
     if ending:
         live.stop()  # and nobody has waited for it

@@ -11,6 +11,7 @@ from tests.fixtures.live import block, interface, run, serving
 from miburi.feelings import FEELINGS, EmotionalModel, shipped_temperament
 from miburi.live.archive import Archive
 from miburi.live.runner import STEP, Runner
+from miburi.live.wishes import Release
 from miburi.robot import Robot
 from miburi.safety.free import FreeRule
 from miburi.studio.contact_panel import facts, why
@@ -48,7 +49,7 @@ def test_a_contact_is_held_against_the_rule_that_stopped_it(robot: Robot, tmp_pa
     assert stop is not None
     assert stop.sign == "speed"
     assert "limit 0.9)" in facts(runner.snapshot.state, runner.history.after(0), words("en"))
-    runner.release()
+    runner.ask(Release())
     run(runner, STEP)
     assert "limit 0.9)" in facts(runner.snapshot.state, runner.history.after(0), words("en"))
 

@@ -14,6 +14,7 @@ from miburi.live.archive import Archive
 from miburi.live.events.model import LiveEvent
 from miburi.live.runner import STEP, Runner
 from miburi.live.watchdog import Lateness, Watchdog
+from miburi.live.wishes import Feel, Perform
 from miburi.robot import Robot
 from miburi.safety.stop import Phase, StopReason
 
@@ -78,7 +79,7 @@ def test_while_the_loop_hangs_the_body_is_stopped_and_everybody_sees_it(
     with monkeypatch.context() as patch:
         patch.setattr(runner.body, "step", hangs)
         patch.setattr(runner.body, "halt", halted.set)
-        asked = runner.stimulate(Stimulus("fear", 0.1))
+        asked = runner.ask(Feel(Stimulus("fear", 0.1)))
         runner.start()
         assert halted.wait(60)
         stop = until(lambda: runner.snapshot.state.stop)
@@ -98,7 +99,7 @@ def test_a_card_is_stopped_while_the_loop_hangs_in_the_middle_of_a_move(
     robot: Robot, tmp_path: Path, firmware: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     runner = attentive(robot, tmp_path, body="emulated-card")
-    runner.perform(Expression("happiness", 1.0))
+    runner.ask(Perform(Expression("happiness", 1.0)))
     run_until(runner, lambda state: state.asked and state.hand_speed > 0.05)
     hang, begun, step = threading.Event(), threading.Event(), runner.body.step
 
@@ -134,7 +135,7 @@ def test_a_step_that_raises_stops_the_body_and_the_loop_goes_on(
 
     with monkeypatch.context() as patch:
         patch.setattr(live.body, "step", fail)
-        live.stimulate(Stimulus("fear", 0.1)).result(60)  # who asks is answered all the same
+        live.ask(Feel(Stimulus("fear", 0.1))).result(60)  # who asks is answered all the same
         until(lambda: "loop_failed" in [entry.kind for entry in live.history.after(0)])
         until(lambda: live.snapshot.state.phase == "stopped")
     assert "in fail\n    raise ZeroDivisionError" in caplog.text

@@ -10,6 +10,7 @@ from miburi.bodies.simulated import Simulated
 from miburi.feelings import EmotionalModel, Stimulus
 from miburi.gestures import beat
 from miburi.live.runner import Runner
+from miburi.live.wishes import Speak
 from miburi.partner import GestureStarted, MoveSent, Partner, Stopped
 from miburi.robot import Robot, forward
 
@@ -124,6 +125,6 @@ def test_it_stays_turned_to_whom_it_speaks(robot: Robot) -> None:
 def test_a_live_partner_beats_to_longer_words_alone(runner: Runner, text: str, moves: bool) -> None:
     until(runner, lambda now: now.phase == "idle")
     live_run(runner, 4.0)
-    runner.speak(text)
+    runner.ask(Speak(text))
     extents = [now.extent for now in live_run(runner, 5.0)]
     assert (max(extents) > 0.012) == moves, max(extents)

@@ -13,6 +13,7 @@ from miburi.feelings import FEELINGS, EmotionalModel, shipped_temperament
 from miburi.gestures import key_poses, load
 from miburi.languages import language_of
 from miburi.live.runner import Runner
+from miburi.live.wishes import ChangeTemperament, Sense, Speak
 from miburi.robot import forward, iphonoid
 from miburi.senses import stimuli
 from miburi.senses.words import hear
@@ -72,7 +73,7 @@ def test_a_quarter_of_an_hour_of_happy_talk_makes_a_mood_and_larger_gestures() -
 
 def ticked(runner: Runner, text: str) -> None:
     """Say something, and let a second pass."""
-    future = runner.take(hear(text))
+    future = runner.ask(Sense(hear(text)))
     for _ in range(50):
         runner.tick()
     future.result(0)
@@ -96,7 +97,7 @@ def test_a_denied_sadness_does_not(runner: Runner) -> None:
 
 
 def test_the_temperament_decides_what_anger_does(runner: Runner) -> None:
-    runner.temperament("calm")
+    runner.ask(ChangeTemperament("calm"))
     ticked(runner, "I am so angry with you!")
     emotion = dict(zip(FEELINGS, runner.snapshot.state.emotion, strict=True))
     assert emotion["fear"] > emotion["sadness"] > emotion["anger"]
@@ -118,8 +119,8 @@ def test_it_answers_in_the_voice_of_what_it_feels_then(runner: Runner) -> None:
     ticked(runner, "I am so happy today.")
     assert runner.snapshot.state.spoken is None, "who does not ask for an answer gets none"
     heard = hear("I am so sad today")
-    runner.take(heard)
-    runner.speak("I am sad, too.")
+    runner.ask(Sense(heard))
+    runner.ask(Speak("I am sad, too."))
     runner.tick()
     spoken = runner.snapshot.state.spoken
     assert spoken is not None
@@ -157,7 +158,7 @@ def test_it_refuses_to_speak_what_is_no_sentence(server: Server, content: object
 def test_it_speaks_while_it_is_stopped_and_stays_stopped(runner: Runner) -> None:
     runner.stop()
     runner.tick()
-    runner.speak("Let me go, please.")
+    runner.ask(Speak("Let me go, please."))
     states = run(runner, 1.0)
     assert states[-1].spoken is not None
     assert {state.phase for state in states} == {"stopped"}

@@ -11,6 +11,7 @@ from miburi.errors import InputError
 from miburi.feelings import FEELINGS, shipped_temperament
 from miburi.interface.api import NOTICED_BURST, NOTICED_RATE
 from miburi.live.runner import Runner
+from miburi.live.wishes import Sense
 from miburi.senses import stimuli
 from miburi.senses.happenings import MAKES_UP, Kind, happenings, notice
 
@@ -122,7 +123,7 @@ def test_no_happening_frees_a_stopped_body_or_changes_the_rule(runner: Runner) -
     runner.stop()
     rule = runner.body.motors().rule
     for kind in happenings():
-        runner.take(notice(kind))
+        runner.ask(Sense(notice(kind)))
         states = run(runner, 0.5)
         assert {state.phase for state in states} == {"stopped"}
     assert runner.body.motors().rule == rule

@@ -16,6 +16,7 @@ import miburi
 from miburi.errors import BodyError
 from miburi.feelings import EmotionalModel, shipped_temperament
 from miburi.live.runner import Runner
+from miburi.live.wishes import ChangeBody, Release
 from miburi.serving.access import STOP, Gate
 from miburi.serving.press import BY, Hold
 from miburi.studio.face_page import RELEASE, add_face_page
@@ -107,7 +108,7 @@ def test_a_program_may_end_it_where_the_partner_was_started_so(runner: Runner) -
     )
     mild.stop()
     run(mild, 1.0)
-    freed = mild.release()
+    freed = mild.ask(Release())
     run(mild, 0.1)
     freed.result(0)
 
@@ -136,9 +137,9 @@ def test_a_stop_whose_connection_gave_way_is_pressed_again_once() -> None:
 def test_another_body_is_still_held_by_the_person(runner: Runner) -> None:
     runner.stop()
     run(runner, 1.0)
-    runner.use("simulated")
+    runner.ask(ChangeBody("simulated"))
     run(runner, 1.0)
-    refused = runner.release()
+    refused = runner.ask(Release())
     run(runner, 0.1)
     with pytest.raises(BodyError, match="only a person"):
         refused.result(0)

@@ -8,6 +8,7 @@ from miburi.feelings import Stimulus
 from miburi.live.events.model import LiveEvent
 from miburi.live.runner import Runner
 from miburi.live.state import StopOut
+from miburi.live.wishes import Feel, Sense
 from miburi.safety.stop import StopReason
 from miburi.senses.happenings import notice
 from miburi.senses.tone import coloured
@@ -73,9 +74,9 @@ def test_no_force_is_told_that_no_motor_can_press_with(force: float, told: str) 
 def test_the_log_says_why_it_felt_something(
     runner: Runner, language: str, said: str, touched: str
 ) -> None:
-    runner.take(hear("I am so sad today"))
-    runner.take(notice("stroke"))
-    runner.stimulate(Stimulus("anger", 0.5, "touch"))
+    runner.ask(Sense(hear("I am so sad today")))
+    runner.ask(Sense(notice("stroke")))
+    runner.ask(Feel(Stimulus("anger", 0.5, "touch")))
     runner.tick()
     first, second, third = (
         line(entry, words(language))
@@ -95,7 +96,7 @@ def test_the_log_says_why_it_felt_something(
     ],
 )
 def test_a_tone_of_voice_is_told_in_words(runner: Runner, language: str, told: str) -> None:
-    runner.take(coloured(hear("I am so happy today"), "raised"))
+    runner.ask(Sense(coloured(hear("I am so happy today"), "raised")))
     runner.tick()
     (entry,) = [one for one in runner.history.after(0) if one.kind == "stimulus"]
     assert line(entry, words(language)) == told

@@ -9,6 +9,7 @@ from tests.fixtures.live import until
 
 from miburi.live.runner import Runner
 from miburi.live.state import State
+from miburi.live.wishes import Pause, Release
 from miburi.talk.care import Care
 from miburi.talk.initiative import Manners
 from miburi.talk.said import SayOut
@@ -131,9 +132,9 @@ def test_it_says_so_where_it_cannot_move(talk: Talk) -> None:
     talk.runner.stop()
     talk.runner.tick()
     assert talk.say("Lift your arms.").answer in words.stopped
-    talk.runner.release(by_person=True)
+    talk.runner.ask(Release(by_person=True))
     talk.until(lambda state: state.phase == "idle")
-    talk.runner.pause(True)
+    talk.runner.ask(Pause(True))
     talk.runner.tick()
     assert talk.say("Wave!").answer in words.paused
 
@@ -224,7 +225,7 @@ def test_it_begins_nothing_when_it_should_not(talk: Talk, hindrance: str) -> Non
         case "stopped":
             talk.runner.stop()
         case "paused":
-            talk.runner.pause(True)
+            talk.runner.ask(Pause(True))
         case "distress":
             talk.say("I fell and cannot get up")
         case "hushed":

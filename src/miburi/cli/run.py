@@ -152,7 +152,7 @@ def run(
         raise InputError(f"--serial {serial} is for a card; give --body card, too.")
     if folder is not None and folder.is_file():
         raise InputError(f"--folder: {folder} is a file, and a folder is needed.")
-    from miburi.host.server import Wish, serve
+    from miburi.host.server import Launch, serve
     from miburi.serving.addresses import EVERYWHERE
     from miburi.serving.origins import check_origin
     from miburi.talk.care import Care, find_region
@@ -178,7 +178,7 @@ def run(
     character = temperament_of(temperament)
     character = character.model_copy(update={"at_rest": rest or character.at_rest})
     serve(
-        Wish(
+        Launch(
             description,
             repertoire,
             character,

@@ -12,9 +12,10 @@ from fastapi import APIRouter, HTTPException, Response
 from miburi.errors import MiburiError
 from miburi.feelings.catalogue import CATALOGUE
 from miburi.interface.wire import Refusal
-from miburi.live.settle import done
+from miburi.live.settle import granted
 from miburi.live.state import Spoken
 from miburi.live.view import LivePartner
+from miburi.live.wishes import KeepTime
 from miburi.talk.synthesizer import LANGUAGES, Sound, Synthesizer
 
 __all__ = ["voice_router"]
@@ -55,7 +56,7 @@ def voice_router(partner: LivePartner, synthesizer: Synthesizer) -> APIRouter:
                 latest = number, sound
                 if sound is not None:
                     with suppress(MiburiError):  # a sound is heard whether or not hands follow it
-                        await done(partner.keep_time(number, sound.rhythm))
+                        await granted(partner, KeepTime(number, sound.rhythm))
         if latest[1] is None:
             raise HTTPException(404, "this sentence has no sound.")
         return Response(latest[1].wave, media_type="audio/wav")

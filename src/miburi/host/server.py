@@ -51,7 +51,7 @@ from miburi.serving.renewal import reach_of
 from miburi.studio.words import FALLBACK, words
 from miburi.talk.endpoint import Endpoint
 
-__all__ = ["GREETING", "Wish", "own_folder", "serve"]
+__all__ = ["GREETING", "Launch", "own_folder", "serve"]
 
 #: A partner that wakes is glad to see people (ours).
 GREETING = Stimulus("happiness", 0.8)
@@ -62,7 +62,7 @@ _GLANCE = 0.5
 
 
 @dataclass(frozen=True)
-class Wish:
+class Launch:
     """How the server shall be started.
 
     Attributes
@@ -119,14 +119,14 @@ def own_folder() -> Path:
     return Path(base) / "miburi"
 
 
-def serve(wish: Wish, meanwhile: Callable[[], None] = lambda: None) -> None:
+def serve(launch: Launch, meanwhile: Callable[[], None] = lambda: None) -> None:
     """Run the live partner and its server until SIGINT or SIGTERM; then bring the body home.
 
     The server answers until the body is home. A body that somebody stopped stays where it is.
 
     Parameters
     ----------
-    wish
+    launch
         What to start.
     meanwhile
         Called while the server's process loads its libraries.
@@ -140,30 +140,30 @@ def serve(wish: Wish, meanwhile: Callable[[], None] = lambda: None) -> None:
     BodyError
         The body cannot be reached, or the loop or the server has failed; the body was stopped.
     """
-    _check(wish)
+    _check(launch)
     with coming_first():  # a Stop must not wait for other programs
-        _serve(wish, meanwhile)
+        _serve(launch, meanwhile)
 
 
-def _serve(wish: Wish, meanwhile: Callable[[], None]) -> None:
-    folder = wish.folder or own_folder()
-    memory = None if wish.forget else folder / "feelings.json"
+def _serve(launch: Launch, meanwhile: Callable[[], None]) -> None:
+    folder = launch.folder or own_folder()
+    memory = None if launch.forget else folder / "feelings.json"
     _keep_private(folder)
-    listen = listening_twice if wish.https else listening_plainly
-    with listen(wish.host, wish.port) as listeners:
+    listen = listening_twice if launch.https else listening_plainly
+    with listen(launch.host, launch.port) as listeners:
         reach, certificate = reach_of(listeners, folder, datetime.now(UTC))
-        helpers = _start(Pages(listeners, reach, wish.doors, folder, certificate))
+        helpers = _start(Pages(listeners, reach, launch.doors, folder, certificate))
         url = listeners.url
     try:
         meanwhile()
-        feelings = _feelings(wish, memory)
-        runner = _wake(wish, feelings, folder)
-        talk = wish.doors.talk
+        feelings = _feelings(launch, memory)
+        runner = _wake(launch, feelings, folder)
+        talk = launch.doors.talk
         end = _live(
             runner,
             helpers,
             memory,
-            lambda: _announce(url, reach, talk, wish.headless),
+            lambda: _announce(url, reach, talk, launch.headless),
         )
     finally:
         with _signals(SimpleQueue()):  # a second Ctrl-C must leave none behind
@@ -188,46 +188,46 @@ def _keep_private(folder: Path) -> None:
             one.chmod(0o700 if one.is_dir() else 0o600)
 
 
-def _check(wish: Wish) -> None:
+def _check(launch: Launch) -> None:
     """Refuse what cannot be started."""
-    wish.doors.need()
-    if wish.https:
+    launch.doors.need()
+    if launch.https:
         need("cryptography", "https")
-    if wish.seed < 0:
-        raise InputError(f"the seed must be 0 or more, got {wish.seed}.")
-    if wish.body not in KINDS:
-        raise InputError(f"the body must be one of {', '.join(KINDS)}, got {wish.body!r}.")
-    if KINDS[wish.body].needs_port and not wish.port_of_body:
+    if launch.seed < 0:
+        raise InputError(f"the seed must be 0 or more, got {launch.seed}.")
+    if launch.body not in KINDS:
+        raise InputError(f"the body must be one of {', '.join(KINDS)}, got {launch.body!r}.")
+    if KINDS[launch.body].needs_port and not launch.port_of_body:
         raise InputError(
-            f"the {wish.body} body needs a port, such as /dev/ttyACM0; give it one with --serial. "
-            "`miburi card list` names the ports that are there."
+            f"the {launch.body} body needs a port, such as /dev/ttyACM0; give it one with "
+            "--serial. `miburi card list` names the ports that are there."
         )
-    if wish.rule is not None and wish.body == "card":
+    if launch.rule is not None and launch.body == "card":
         raise InputError(
             "a card has its own calibration; load this one onto it with `miburi card load`."
         )
 
 
-def _feelings(wish: Wish, memory: Path | None) -> EmotionalModel:
+def _feelings(launch: Launch, memory: Path | None) -> EmotionalModel:
     """Return the feelings of last time, or those of a first meeting, glad in both cases."""
-    kept = None if memory is None else _recall(memory, wish.temperament)
-    feelings = kept or EmotionalModel(wish.temperament)
+    kept = None if memory is None else _recall(memory, launch.temperament)
+    feelings = kept or EmotionalModel(launch.temperament)
     feelings.stimulate(GREETING)
     return feelings
 
 
-def _wake(wish: Wish, feelings: EmotionalModel, folder: Path) -> Runner:
+def _wake(launch: Launch, feelings: EmotionalModel, folder: Path) -> Runner:
     runner = Runner(
-        wish.robot,
+        launch.robot,
         feelings,
         Archive(folder / "recordings"),
-        body=wish.body,
-        port=wish.port_of_body,
-        seed=wish.seed,
-        rule=wish.rule,
-        repertoire=wish.repertoire,
-        solve=solve_with(wish.settings),
-        hold=Hold(programs_may_release=wish.programs_may_release),
+        body=launch.body,
+        port=launch.port_of_body,
+        seed=launch.seed,
+        rule=launch.rule,
+        repertoire=launch.repertoire,
+        solve=solve_with(launch.settings),
+        hold=Hold(programs_may_release=launch.programs_may_release),
         events=kept_events(folder),
     )
     stop = runner.body.state.stop

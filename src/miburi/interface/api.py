@@ -2,7 +2,6 @@
 
 import asyncio
 from collections.abc import Callable
-from concurrent.futures import Future
 from datetime import datetime
 from functools import partial
 from pathlib import Path as FilePath
@@ -45,9 +44,23 @@ from miburi.interface.wire import (
     WordsIn,
 )
 from miburi.live.bodies import KINDS
-from miburi.live.settle import done
+from miburi.live.settle import done, granted
 from miburi.live.state import MotorsOut, Sample, State
 from miburi.live.view import LivePartner, UnreachableError
+from miburi.live.wishes import (
+    AllowWords,
+    ChangeBody,
+    ChangeTemperament,
+    Feel,
+    MoveHand,
+    Pause,
+    Perform,
+    PerformActs,
+    Release,
+    See,
+    Sense,
+    Speak,
+)
 from miburi.robot import JOINTS
 from miburi.robot.mjcf import HAND_AWAY, HAND_SIZE
 from miburi.robot.shape import COLOURS, links, parts
@@ -256,7 +269,7 @@ def _asking(router: APIRouter, runner: LivePartner, speech: Speech) -> None:
     async def stimulus(wish: StimulusIn, by: _Asker = "person") -> WishOut:
         """Let the partner feel something; returns the event's id."""
         felt = Stimulus(wish.feeling, wish.strength, wish.source)
-        return WishOut(id=await done(runner.stimulate(felt, who(by))))
+        return WishOut(id=await granted(runner, Feel(felt, who(by))))
 
     @router.post("/say", responses=_REFUSED)
     async def say(wish: SayIn, by: _Asker = "person") -> SayOut:
@@ -279,7 +292,7 @@ def _asking(router: APIRouter, runner: LivePartner, speech: Speech) -> None:
         """Let the partner notice a touch, a motion or a sound; never more than a few a second."""
         not_too_often(request)
         since = _since_contact(runner)
-        felt = await done(runner.take(notice(wish.kind, wish.clearness, since_contact=since)))
+        felt = await granted(runner, Sense(notice(wish.kind, wish.clearness, since_contact=since)))
         speech.beginning.notice()
         await speech.count(felt)
 
@@ -289,32 +302,32 @@ def _asking(router: APIRouter, runner: LivePartner, speech: Speech) -> None:
         not_too_often(request)
         if wish.x is not None:
             speech.beginning.notice()
-        await done(runner.see(wish.x))
+        await granted(runner, See(wish.x))
 
     @router.post("/release", status_code=_NOTHING, responses=_REFUSED)
     async def release(request: Request) -> None:
         """Let a stopped body go on; refused in the pause after a contact, and a person's Stop."""
-        await done(runner.release(came=request.scope.get("state", {}).get(CAME)))
+        await granted(runner, Release(came=request.scope.get("state", {}).get(CAME)))
 
     @router.post("/pause", status_code=_NOTHING, responses=_REFUSED)
     async def pause(wish: PauseIn) -> None:
         """Rest at neutral, or go on."""
-        await done(runner.pause(wish.paused))
+        await granted(runner, Pause(wish.paused))
 
     @router.post("/hand", status_code=_NOTHING, responses=_REFUSED)
     async def hand(wish: HandIn) -> None:
         """Move the simulated human hand; it can get in the robot's way."""
-        await done(move_hand(runner, wish))
+        await granted(runner, move_hand(wish))
 
     @router.post("/temperament", status_code=_NOTHING, responses=_REFUSED)
     async def temperament(wish: TemperamentIn) -> None:
         """Go on with another temperament."""
-        await done(runner.temperament(wish.name, wish.rest))
+        await granted(runner, ChangeTemperament(wish.name, wish.rest))
 
     @router.post("/bodies", status_code=_NOTHING, responses=_REFUSED)
     async def body(wish: BodyIn) -> None:
         """Move another body from now on."""
-        await done(await asyncio.to_thread(runner.use, wish.name, wish.port))
+        await granted(runner, ChangeBody(wish.name, wish.port))
 
 
 def _showing(router: APIRouter, runner: LivePartner) -> None:
@@ -323,20 +336,20 @@ def _showing(router: APIRouter, runner: LivePartner) -> None:
     @router.post("/speak", responses=_REFUSED)
     async def speak(wish: SpeakIn, by: _Asker = "person") -> WishOut:
         """Let the partner say something aloud, where a page has its voice on; the latest wins."""
-        return WishOut(id=await done(runner.speak(wish.text, who(by))))
+        return WishOut(id=await granted(runner, Speak(wish.text, who(by))))
 
     @router.post("/express", responses=_REFUSED)
     async def express(wish: ExpressIn, by: _Asker = "person") -> WishOut:
         """Perform a gesture once, whatever the feelings are."""
         poses = await asyncio.to_thread(shown_by, runner, wish)
         shown = Expression(wish.feeling, wish.mood)
-        return WishOut(id=await done(runner.perform(shown, poses, "gesture", who(by))))
+        return WishOut(id=await granted(runner, Perform(shown, poses, "gesture", who(by))))
 
     @router.post("/look", responses=_REFUSED)
     async def look(wish: LookIn, by: _Asker = "person") -> WishOut:
         """Look somewhere for a while, as soon as the body is at rest; the next wish ends it."""
         poses = look_of(runner, wish)
-        return WishOut(id=await done(runner.perform(None, poses, "look", who(by))))
+        return WishOut(id=await granted(runner, Perform(None, poses, "look", who(by))))
 
     rehearsing = Allowance(_REHEARSED_RATE, _REHEARSED_BURST)
 
@@ -350,7 +363,7 @@ def _showing(router: APIRouter, runner: LivePartner) -> None:
         rehearsed_seldom(request)
         own = await asyncio.to_thread(poses_of, runner, wish)
         shown = None if wish.feeling is None else Expression(wish.feeling, wish.mood)
-        return WishOut(id=await done(runner.perform(shown, own, "poses", who(by))))
+        return WishOut(id=await granted(runner, Perform(shown, own, "poses", who(by))))
 
     @router.post("/performance", responses=_REFUSED)
     async def performance(wish: PerformanceIn, request: Request, by: _Asker = "person") -> WishOut:
@@ -358,7 +371,7 @@ def _showing(router: APIRouter, runner: LivePartner) -> None:
         if any(isinstance(act, PosesAct) for act in wish.acts):
             rehearsed_seldom(request)
         acts = await asyncio.to_thread(acts_of, runner, wish)
-        return WishOut(id=await done(runner.act(acts, wish.when == "next", who(by))))
+        return WishOut(id=await granted(runner, PerformActs(acts, wish.when == "next", who(by))))
 
 
 def _private(router: APIRouter, runner: LivePartner) -> None:
@@ -367,7 +380,7 @@ def _private(router: APIRouter, runner: LivePartner) -> None:
     @router.post("/words", status_code=_NOTHING, responses=_REFUSED)
     async def words(wish: WordsIn) -> None:
         """Let events tell what is said to the partner from now on, or forget what was said."""
-        await done(await asyncio.to_thread(runner.allow_words, wish.allowed))
+        await granted(runner, AllowWords(wish.allowed))
 
 
 def _recording(router: APIRouter, runner: LivePartner) -> None:
@@ -423,10 +436,10 @@ def _since_contact(runner: LivePartner) -> float | None:
     return runner.snapshot.state.time - contacts[-1].time if contacts else None
 
 
-def move_hand(runner: LivePartner, wish: HandIn) -> Future[None]:
-    """Pass a wish for the hand on."""
+def move_hand(wish: HandIn) -> MoveHand:
+    """Return what a message about the hand asks for."""
     position = None if wish.position is None else np.array(wish.position)
-    return runner.hand(position, np.array(wish.along))
+    return MoveHand(position, np.array(wish.along))
 
 
 def describe(runner: LivePartner) -> RobotOut:

@@ -22,8 +22,9 @@ from miburi.interface.wire import HandIn, Message, StimulusIn
 from miburi.live.commands import BusyError
 from miburi.live.events.model import Cursor
 from miburi.live.runner import STEP
-from miburi.live.settle import done
+from miburi.live.settle import granted
 from miburi.live.view import LivePartner
+from miburi.live.wishes import Feel, Release
 from miburi.serving.press import press
 
 __all__ = [
@@ -202,14 +203,14 @@ class _Viewer:
             raise ValueError(f"a message is a text of at most {LARGEST} characters.")
         match _MESSAGE.validate_json(text):
             case HandMessage() as wish:
-                await done(move_hand(self._runner, wish))
+                await granted(self._runner, move_hand(wish))
             case StimulusMessage() as wish:
                 stimulus = Stimulus(wish.feeling, wish.strength, wish.source)
-                await done(self._runner.stimulate(stimulus))
+                await granted(self._runner, Feel(stimulus))
             case StopMessage():
                 pass  # it was obeyed when it came
             case ReleaseMessage():
-                await done(self._runner.release(came=came))
+                await granted(self._runner, Release(came=came))
             case RateMessage() as wish:
                 self._period = 1 / wish.rate
 

@@ -12,10 +12,23 @@ from typing import Any
 
 from miburi.errors import BodyError, MiburiError
 from miburi.live.commands import STOP_SINCE
-from miburi.live.crossing import LONG, Answer, Ask, Cancel, Hello, Lanes, Latest, Look, Post, Ready
+from miburi.live.crossing import (
+    LONG,
+    Answer,
+    Ask,
+    AskRecordings,
+    Cancel,
+    Hello,
+    Lanes,
+    Latest,
+    Look,
+    Post,
+    Ready,
+)
 from miburi.live.runner import Runner
 from miburi.live.state import MotorsOut
 from miburi.live.watchdog import Watchdog
+from miburi.live.wishes import Release
 from miburi.serving.press import Press
 
 __all__ = ["UNSERVED", "answer"]
@@ -78,30 +91,6 @@ class _Answering:
         self._motors: MotorsOut | None = None
         self._open: dict[int, Future[Any]] = {}
         self._slow = ThreadPoolExecutor(_SLOW_THREADS, "slow")
-        recordings = runner.recordings
-        self._quick: dict[str, Callable[..., Future[Any]]] = {
-            "stimulate": runner.stimulate,
-            "take": runner.take,
-            "see": runner.see,
-            "lean": runner.lean,
-            "note_talk": runner.note_talk,
-            "speak": runner.speak,
-            "keep_time": runner.keep_time,
-            "perform": runner.perform,
-            "act": runner.act,
-            "pause": runner.pause,
-            "hand": runner.hand,
-            "temperament": runner.temperament,
-        }
-        self._waiting: dict[str, Callable[..., Any]] = {
-            "use": lambda name, port: runner.use(name, port).result(LONG),
-            "allow_words": lambda allowed: runner.allow_words(allowed).result(LONG),
-            "kept": recordings.kept,
-            "find": recordings.find,
-            "start": recordings.start,
-            "end": recordings.end,
-            "delete": recordings.delete,
-        }
         self._post = Post(ends.asking)
         self._post.send(
             Hello(
@@ -109,7 +98,7 @@ class _Answering:
                 runner.repertoire,
                 runner.temperaments,
                 runner.own_temperament,
-                recordings.limit,
+                runner.recordings.limit,
                 runner.history.boot,
                 runner.history.first,
             )
@@ -163,7 +152,10 @@ class _Answering:
                             self._watchdog.beat()
                         self._post.send(self._news(look))
                     case Ask() as ask:
-                        self._begin(ask)
+                        self._begin(ask.number, partial(self._granted, ask))
+                    case AskRecordings(number, what, with_):
+                        method = getattr(self._runner.recordings, what)
+                        self._begin(number, partial(self._slow.submit, method, *with_))
                     case Ready():
                         self._watchdog.beat()
                         self._watch("server", self._watchdog)
@@ -188,26 +180,23 @@ class _Answering:
             new,
         )
 
-    def _begin(self, ask: Ask) -> None:
+    def _begin(self, number: int, ask: Callable[[], Future[Any]]) -> None:
         try:
-            if ask.what in self._waiting:
-                future: Future[Any] = self._slow.submit(self._waiting[ask.what], *ask.with_)
-            elif ask.what == "release":
-                future = self._release(ask)
-            else:
-                future = self._quick[ask.what](*ask.with_)
-        except MiburiError as error:
-            self._tell(ask.number, None, error)
+            future = ask()
+        except Exception as error:
+            self._tell(number, None, _told(error))
             return
-        self._open[ask.number] = future
-        future.add_done_callback(partial(self._end, ask.number))
+        self._open[number] = future
+        future.add_done_callback(partial(self._end, number))
 
-    def _release(self, ask: Ask) -> Future[None]:
-        by_person, seen = ask.with_
+    def _granted(self, ask: Ask) -> Future[Any]:
+        wish, runner = ask.wish, self._runner
         # A Stop overtakes all else, so a release that came before it is the older one.
-        if seen is None and ask.came <= self._pressed:
+        if isinstance(wish, Release) and wish.seen is None and ask.came <= self._pressed:
             raise BodyError(STOP_SINCE)
-        return self._runner.release(by_person=by_person, seen=seen)
+        if wish.slow:
+            return self._slow.submit(lambda: runner.ask(wish).result(LONG))
+        return runner.ask(wish)
 
     def _end(self, number: int, future: Future[Any]) -> None:
         self._open.pop(number, None)
@@ -216,10 +205,15 @@ class _Answering:
         error = future.exception()
         if error is None:
             self._tell(number, future.result(), None)
-        elif isinstance(error, MiburiError):
-            self._tell(number, None, error)
         else:
-            self._tell(number, None, MiburiError(f"{type(error).__name__}: {error}"))
+            self._tell(number, None, _told(error))
 
     def _tell(self, number: int, result: object, error: MiburiError | None) -> None:
         self._post.send(Answer(number, result, error, self._runner.snapshot.serial))
+
+
+def _told(error: BaseException) -> MiburiError:
+    """Return an error that the other side knows."""
+    if isinstance(error, MiburiError):
+        return error
+    return MiburiError(f"{type(error).__name__}: {error}")

@@ -23,12 +23,14 @@ from miburi.feelings import Temperament
 from miburi.gestures import Repertoire
 from miburi.live.events.model import LiveEvent
 from miburi.live.state import MotorsOut, Sample
+from miburi.live.wishes import Wish
 from miburi.robot import Robot
 
 __all__ = [
     "LONG",
     "Answer",
     "Ask",
+    "AskRecordings",
     "Cancel",
     "Hello",
     "Lanes",
@@ -68,12 +70,19 @@ class Hello(NamedTuple):
 
 
 class Ask(NamedTuple):
-    """A method to call; ``came`` is when the wish came, s on the clock of all processes."""
+    """A wish; ``came`` is when it came, s on the clock of all processes."""
+
+    number: int
+    wish: Wish[Any]
+    came: float
+
+
+class AskRecordings(NamedTuple):
+    """A method of the recordings to call; the loop has no part in it."""
 
     number: int
     what: str
-    with_: tuple[Any, ...]
-    came: float
+    with_: tuple[str, ...]
 
 
 class Cancel(NamedTuple):

@@ -3,31 +3,35 @@
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import suppress
 from functools import partial
 from multiprocessing.connection import wait
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
-from miburi.feelings import Expression, Stimulus
-from miburi.feelings.temperament import RestLevel
-from miburi.gestures import KeyPose
-from miburi.languages.rhythm import Rhythm
 from miburi.live.archive import Kept
-from miburi.live.commands import Result
-from miburi.live.crossing import LONG, Answer, Ask, Cancel, Hello, Lanes, Latest, Look, Post, Ready
+from miburi.live.crossing import (
+    LONG,
+    Answer,
+    Ask,
+    AskRecordings,
+    Cancel,
+    Hello,
+    Lanes,
+    Latest,
+    Look,
+    Post,
+    Ready,
+)
 from miburi.live.events.log import History
-from miburi.live.events.model import LiveEvent
 from miburi.live.events.store import EventStore
 from miburi.live.runner import SAMPLED, STEP, STEPPED
-from miburi.live.stage import Act
-from miburi.live.state import MotorsOut, Sample, Snapshot, Tune
+from miburi.live.state import MotorsOut, Sample, Snapshot
 from miburi.live.view import UnreachableError
-from miburi.robot import Array
-from miburi.senses import Impression
-from miburi.serving.press import PRESSED, By, Press
+from miburi.live.wishes import Granted, Release, Wish
+from miburi.serving.press import PRESSED, Press
 
 __all__ = ["SILENCE", "FarPartner"]
 
@@ -121,82 +125,6 @@ class FarPartner:
         """Return the states after one, the oldest first."""
         return [step for step in self._steps.copy() if step.serial > serial]
 
-    def stimulate(self, stimulus: Stimulus, by: By = "person") -> Future[str]:
-        """Let the partner feel something."""
-        return self.ask("stimulate", stimulus, by)
-
-    def take(self, heard: Impression, words: str | None = None) -> Future[tuple[Stimulus, ...]]:
-        """Let the partner take what somebody showed."""
-        return self.ask("take", heard, words)
-
-    def lean(self, leaning: Array | None) -> Future[None]:
-        """Let moods rest elsewhere while a person is there."""
-        return self.ask("lean", leaning)
-
-    def see(self, x: float | None) -> Future[None]:
-        """Let the partner turn to a face, or to none."""
-        return self.ask("see", x)
-
-    def note_talk(self, where: str, failure: str | None = None) -> Future[LiveEvent]:
-        """Note where what is said to it goes, or why no reply came from there."""
-        return self.ask("note_talk", where, failure)
-
-    def speak(
-        self,
-        text: str,
-        by: By | None = "person",
-        tune: Tune | None = None,
-        why: str | None = None,
-    ) -> Future[str]:
-        """Let the partner say something aloud, or play a tune."""
-        return self.ask("speak", text, by, tune, why)
-
-    def keep_time(self, number: int, rhythm: Rhythm) -> Future[None]:
-        """Beat to the sound of a sentence."""
-        return self.ask("keep_time", number, rhythm)
-
-    def perform(
-        self,
-        expression: Expression | None,
-        poses: Sequence[KeyPose] | None = None,
-        name: str = "gesture",
-        by: By = "person",
-    ) -> Future[str]:
-        """Perform a gesture once."""
-        return self.ask("perform", expression, poses, name, by)
-
-    def act(self, acts: Sequence[Act], queued: bool, by: By = "person") -> Future[str]:
-        """Perform acts in their order."""
-        return self.ask("act", acts, queued, by)
-
-    def allow_words(self, allowed: bool) -> Future[LiveEvent]:
-        """Let events tell what is said to the partner, or forget it."""
-        return self.ask("allow_words", allowed)
-
-    def release(
-        self, *, by_person: bool = False, came: float | None = None, seen: int | None = None
-    ) -> Future[None]:
-        """Let a stopped body go back to neutral, and go on."""
-        return self._ask(self.read_until if came is None else came, "release", by_person, seen)
-
-    def pause(self, paused: bool) -> Future[None]:
-        """Rest at neutral, or go on."""
-        return self.ask("pause", paused)
-
-    def hand(self, position: Array | None, along: Array) -> Future[None]:
-        """Let the simulated human hand go somewhere, or away (None)."""
-        return self.ask("hand", position, along)
-
-    def temperament(self, name: str, rest: RestLevel | None = None) -> Future[None]:
-        """Go on with another of the :attr:`temperaments`, or with one that rests in another way."""
-        return self.ask("temperament", name, rest)
-
-    def use(self, name: str, port: str | None = None) -> Future[None]:
-        """Move another body from now on; this waits until it is made and moves."""
-        future: Future[None] = self.ask("use", name, port)
-        future.exception(LONG)
-        return future
-
     def stop(self, press: Press = PRESSED) -> Future[None]:
         """Stop the body before anything else is done.
 
@@ -220,25 +148,32 @@ class FarPartner:
         self._need_reach()
         return future
 
-    def ask(self, what: str, *with_: object) -> Future[Result]:
-        """Call a method of the runner or of its recordings; see :func:`answer` for their names.
+    def ask(self, wish: Wish[Granted]) -> Future[Granted]:
+        """Send the runner a wish; its answer comes with the future.
 
         Raises
         ------
         UnreachableError
             The partner does not answer.
         """
-        return self._ask(self._clock(), what, *with_)
+        came = self._clock()
+        if isinstance(wish, Release):
+            came = self.read_until if wish.came is None else wish.came
+        return self._send(lambda number: Ask(number, wish, came))
 
-    def _ask(self, came: float, what: str, *with_: object) -> Future[Result]:
+    def ask_recordings(self, what: str, *with_: str) -> Any:
+        """Call a method of the recordings, wait, and return its answer."""
+        return self._send(lambda number: AskRecordings(number, what, with_)).result(LONG)
+
+    def _send(self, message: Callable[[int], object]) -> Future[Any]:
         self._need_reach()
-        future: Future[Result] = Future()
+        future: Future[Any] = Future()
         with self._lock:
             self._number += 1
             number = self._number
             self._open[number] = future
         future.add_done_callback(partial(self._forget, number))
-        self._post.send(Ask(number, what, with_, came))
+        self._post.send(message(number))
         return future
 
     def tell_ready(self) -> None:
@@ -367,22 +302,16 @@ class _FarRecordings:
         return self._partner.snapshot.state.recording
 
     def kept(self) -> list[Kept]:
-        kept: Future[list[Kept]] = self._partner.ask("kept")
-        return kept.result(LONG)
+        return cast("list[Kept]", self._partner.ask_recordings("kept"))
 
     def find(self, name: str) -> Path:
-        found: Future[Path] = self._partner.ask("find", name)
-        return found.result(LONG)
+        return cast("Path", self._partner.ask_recordings("find", name))
 
     def start(self) -> None:
-        self._do("start")
+        self._partner.ask_recordings("start")
 
     def end(self) -> None:
-        self._do("end")
+        self._partner.ask_recordings("end")
 
     def delete(self, name: str) -> None:
-        self._do("delete", name)
-
-    def _do(self, what: str, *with_: object) -> None:
-        done: Future[None] = self._partner.ask(what, *with_)
-        done.result(LONG)
+        self._partner.ask_recordings("delete", name)

@@ -5,8 +5,11 @@ from concurrent.futures import Future
 from typing import TypeVar
 
 from miburi.live.commands import BusyError
+from miburi.live.crossing import LONG
+from miburi.live.view import LivePartner
+from miburi.live.wishes import Granted, Wish
 
-__all__ = ["done"]
+__all__ = ["done", "granted"]
 
 Result = TypeVar("Result")
 
@@ -14,15 +17,28 @@ Result = TypeVar("Result")
 _PATIENCE = 5.0
 
 
-async def done(future: Future[Result]) -> Result:
+async def done(future: Future[Result], patience: float = _PATIENCE) -> Result:
     """Return what a command returns when the loop has taken it up; its refusal is raised here.
+
+    Raises
+    ------
+    BusyError
+        No step has taken it up within ``patience`` s.
+    """
+    try:
+        return await asyncio.wait_for(asyncio.wrap_future(future), patience)
+    except TimeoutError:
+        raise BusyError("the partner did not answer in time; look at its log.") from None
+
+
+async def granted(partner: LivePartner, wish: Wish[Granted]) -> Granted:
+    """Ask a partner for something and return its answer; its refusal is raised here.
 
     Raises
     ------
     BusyError
         No step has taken it up in time.
     """
-    try:
-        return await asyncio.wait_for(asyncio.wrap_future(future), _PATIENCE)
-    except TimeoutError:
-        raise BusyError("the partner did not answer in time; look at its log.") from None
+    if not wish.slow:
+        return await done(partner.ask(wish))
+    return await done(await asyncio.to_thread(partner.ask, wish), LONG)

@@ -1,246 +1,186 @@
-"""Carry out what others ask of a partner, and note what becomes of it.
+"""What a live partner can be asked: each wish is data, and its type says what the answer is.
 
-Whatever somebody asks for is a *wish*: noted when it comes, with an id, and ended by exactly one
-more event, such as ``gesture_ended``, ``speech_broken_off`` or ``wish_dropped``.
+A new wish is a class here and a function in :mod:`miburi.live.granting`; a door may then ask it.
+Stop is no wish: it has a lane of its own.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar, Generic, TypeVar
 
-from miburi.feelings import Expression
+from miburi.feelings import Expression, Stimulus
+from miburi.feelings.temperament import RestLevel
 from miburi.gestures import KeyPose
 from miburi.languages.rhythm import Rhythm
 from miburi.live.events.model import LiveEvent
-from miburi.live.speaker import Speaker
-from miburi.live.stage import Act, Play, Stage
-from miburi.live.state import Spoken, StopOut, Tune
-from miburi.partner import (
-    LAPSES,
-    Event,
-    GestureEnded,
-    GestureStarted,
-    Lapse,
-    Partner,
-    Released,
-    Stopped,
-    WishDropped,
-)
-from miburi.safety.stop import Phase
+from miburi.live.stage import Act
+from miburi.live.state import Tune
+from miburi.robot import Array
+from miburi.senses import Impression
 from miburi.serving.press import By
 
-__all__ = ["Wishes"]
+__all__ = [
+    "AllowWords",
+    "ChangeBody",
+    "ChangeTemperament",
+    "Feel",
+    "Granted",
+    "KeepTime",
+    "Lean",
+    "MoveHand",
+    "NoteTalk",
+    "Pause",
+    "Perform",
+    "PerformActs",
+    "Release",
+    "See",
+    "Sense",
+    "Speak",
+    "Wish",
+]
+
+Granted = TypeVar("Granted")
 
 
-class Wishes:
-    """The wishes of one live partner; only its loop calls this.
+class Wish(Generic[Granted]):
+    """What a live partner can be asked; the answer is a ``Granted``."""
 
-    Parameters
-    ----------
-    note
-        Notes an event of a kind, with its fields, and returns it.
-    speaker
-        What the partner says.
+    #: Whether asking it waits for a disk or a card, and so belongs in a thread.
+    slow: ClassVar[bool] = False
+
+
+@dataclass(frozen=True)
+class Feel(Wish[str]):
+    """Feel a stimulus; the answer is the event's id."""
+
+    stimulus: Stimulus
+    by: By = "person"
+
+
+@dataclass(frozen=True)
+class Sense(Wish[tuple[Stimulus, ...]]):
+    """Take in what somebody showed; the answer is what the temperament makes of it.
+
+    Distress is an event and moves no feeling; for ten minutes after it, neither does anything that
+    is heard. Events tell the ``words`` only if the user allows that.
     """
 
-    def __init__(self, note: Callable[..., LiveEvent], speaker: Speaker) -> None:
-        self._note, self._speaker = note, speaker
-        self._stage = Stage()
-        self._open: dict[str, str] = {}  # wishes that have not ended, and what they are for
-        self._interrupts = False  # whether the next act of the body waits for no gesture's end
-        self._shown: dict[str, object] = {}  # what the present gesture is
-        self._stopped, self._returns = 0.0, False  # s; whether the body goes back to neutral
+    impression: Impression
+    words: str | None = None
 
-    def perform(
-        self,
-        partner: Partner,
-        expression: Expression | None,
-        poses: Sequence[KeyPose] | None,
-        name: str,
-        by: By,
-    ) -> str:
-        """Let the body show something once; it replaces what waits. Return the wish's id."""
-        self._clear("replaced")
-        wish = self._ask(name, by, expression)
-        partner.perform(expression, poses, wish=wish)
-        return wish
 
-    def act(self, partner: Partner, acts: Sequence[Act], by: By, *, queued: bool) -> str:
-        """Let a performance wait for its turn, or begin it now instead of all others."""
-        if not queued:
-            self._clear("replaced", partner)
-        wish = self._ask("performance", by)
-        try:
-            self._stage.add(Play(wish, tuple(acts)))
-        except Exception:
-            self._end(wish, "wish_dropped", name="busy")
-            raise
-        if not queued:
-            self._begin(interrupts=True)
-        return wish
+@dataclass(frozen=True)
+class Lean(Wish[None]):
+    """Let moods rest (n,) off the temperament's while a person is there; None: no more."""
 
-    def say(
-        self,
-        partner: Partner,
-        text: str,
-        felt: Expression | None,
-        by: By | None,
-        tune: Tune | None = None,
-        why: str | None = None,
-    ) -> str:
-        """Say something aloud, instead of what is being said; return the wish's id."""
-        wish = self._ask("speech", by)
-        self.tell(partner, lambda: self._speaker.say(text, felt, wish, tune), why)
-        return wish
+    leaning: Array | None
 
-    def keep_time(self, partner: Partner, number: int, rhythm: Rhythm) -> None:
-        """Let the arms follow the sound of the latest sentence, if it is still that one."""
-        if self._speaker.sounds(number, rhythm):
-            partner.gesticulate(self._speaker.beats())
 
-    def tell(
-        self, partner: Partner, say: Callable[[], Spoken], why: str | None = None
-    ) -> LiveEvent:
-        """Let ``say`` begin a sentence, and note it and why."""
-        if self._speaker.speaking:
-            self._end_speech("speech_broken_off")
-        spoken = say()
-        partner.gesticulate(self._speaker.beats())
-        wish = self._speaker.wish
-        said = {"text": spoken.text, "feeling": spoken.feeling, "wish": wish}
-        return self._note("speech_begun", name=why, **said)
+@dataclass(frozen=True)
+class See(Wish[None]):
+    """Turn to a face at ``x``, 0 to 1 of a picture's width; None: to none."""
 
-    def stop(self) -> None:
-        """Drop the performances: a person has pressed Stop."""
-        self._clear("stopped")
+    x: float | None
 
-    def pause(self) -> None:
-        """Drop the performances: the body rests."""
-        self._clear("paused")
 
-    def release(self, by: By | None) -> None:
-        """Take in that the body goes back to neutral, because somebody has released it or alone."""
-        self._note("release_begun", by=by)
-        self._returns = True
+@dataclass(frozen=True)
+class NoteTalk(Wish[LiveEvent]):
+    """Note where what is said to the partner goes from now on, or why no reply came from there."""
 
-    def step(self, partner: Partner, felt: Expression | None, dt: float) -> None:
-        """Let ``dt`` s pass: end what has been said, and begin what is due."""
-        if self._speaker.step(dt):
-            self._end_speech("speech_ended")
-        phase = partner.body.state.phase
-        if self._returns and phase is Phase.IDLE:
-            self._end_return("release_ended")
-        self._stopped = self._stopped + dt if phase is Phase.STOPPED else 0.0
-        if self._stopped > LAPSES:
-            self._clear("lapsed", partner)
-        free = partner.expression is None and not partner.asked
-        if free and phase is not Phase.STOPPED:
-            self._begin()
-        for act in self._stage.step(dt):
-            self._carry_out(act, partner, felt)
-        if (ended := self._stage.finish()) is not None:
-            self._end(ended, "performance_ended")
+    where: str
+    failure: str | None = None
 
-    def _carry_out(self, act: Act, partner: Partner, felt: Expression | None) -> None:
-        wish = self._stage.current.wish if self._stage.current else None
-        words = act.words
-        if words is not None:
-            self.tell(partner, lambda: self._speaker.say(words, felt, wish))
-            return
-        partner.perform(act.expression, act.poses, wish=wish, interrupt=self._interrupts)
-        self._interrupts = False
 
-    def take(self, event: Event, stop: StopOut | None, limit: float) -> None:
-        """Note what people want to know of the partner's events.
+@dataclass(frozen=True)
+class Speak(Wish[str]):
+    """Say something aloud, coloured by what is felt; the latest wins. The answer is the wish's id.
 
-        Parameters
-        ----------
-        event
-            What has happened.
-        stop, limit
-            What the body says of its stop, and the running rule's limit, if the event is a stop.
-        """
-        match event:
-            case GestureStarted(_, shown, name, wish):
-                self._shown = {"name": name or self._open.get(wish or "", "poses"), "wish": wish}
-                if shown is not None:
-                    self._shown |= {"feeling": shown.feeling, "mood": shown.mood}
-                self._note("gesture_begun", **self._shown)
-                self._stage.begin_act(wish)
-            case GestureEnded(_, _, complete, wish):
-                self._note("gesture_ended" if complete else "gesture_broken_off", **self._shown)
-                self._end_of_act(wish, complete=complete)
-            case Stopped(_, reason):
-                self._note("stop", stop=stop, name=reason.reason, limit=limit)
-                self._end_return("release_broken_off")
-            case Released():
-                self.release(None)
-            case WishDropped(_, shown, why, wish):
-                feeling = shown and shown.feeling
-                if wish is not None and self._is_performance(wish):
-                    self._end_of_act(wish, complete=False)
-                elif wish in self._open:
-                    self._end(wish, "wish_dropped", name=why, feeling=feeling)
-            case _:
-                pass
+    A ``tune`` of [Hz, s] notes is played instead of the words. ``why`` is for the log.
+    """
 
-    def leave(self, partner: Partner) -> None:
-        """End what goes on, because another body takes over."""
-        for event in partner.leave():
-            self.take(event, None, 0.0)
-        self._clear("body")
-        self._end_return("release_broken_off")
+    text: str
+    by: By | None = "person"
+    tune: Tune | None = None
+    why: str | None = None
 
-    def _end_return(self, kind: str) -> None:
-        if self._returns:
-            self._returns = False
-            self._note(kind)
 
-    def _ask(self, name: str, by: By | None, shown: Expression | None = None) -> str:
-        fields = {"feeling": shown.feeling, "mood": shown.mood} if shown else {}
-        wish = self._note("wish", name=name, by=by, **fields).id
-        self._open[wish] = name
-        return wish
+@dataclass(frozen=True)
+class KeepTime(Wish[None]):
+    """Beat to the sound of a sentence, by its number, which is known now and soon heard."""
 
-    def _end(self, wish: str, kind: str, **fields: object) -> None:
-        """Note the end of a wish, once."""
-        if self._open.pop(wish, None) is not None:
-            self._note(kind, wish=wish, **fields)
+    number: int
+    rhythm: Rhythm
 
-    def _end_speech(self, kind: str) -> None:
-        wish = self._speaker.wish
-        spoken = self._speaker.spoken
-        self._note(kind, wish=wish, text=spoken and spoken.text)
-        self._stage.end_act(wish, body=False)
-        if wish is not None and not self._is_performance(wish):
-            self._open.pop(wish, None)
 
-    def _end_of_act(self, wish: str | None, *, complete: bool) -> None:
-        """Take in that the body has ended what belongs to a wish."""
-        if wish is None:
-            return
-        if not self._is_performance(wish):
-            self._open.pop(wish, None)
-        elif complete:
-            self._stage.end_act(wish, body=True)
-        else:
-            self._stage.leave()
-            self._end(wish, "performance_broken_off")
+@dataclass(frozen=True)
+class Perform(Wish[str]):
+    """Perform a gesture or key poses once, not while paused; the answer is the wish's id."""
 
-    def _is_performance(self, wish: str) -> bool:
-        return self._open.get(wish) == "performance"
+    expression: Expression | None
+    poses: Sequence[KeyPose] | None = None
+    name: str = "gesture"
+    by: By = "person"
 
-    def _begin(self, *, interrupts: bool = False) -> None:
-        begun = self._stage.begin()
-        if begun is not None:
-            self._interrupts = interrupts
-            self._note("performance_begun", wish=begun.wish)
 
-    def _clear(self, why: Lapse, partner: Partner | None = None) -> None:
-        """End all performances, and drop what a partner's body has not begun."""
-        if partner is not None:
-            partner.drop(why)
-        current = self._stage.current
-        for wish in self._stage.clear():
-            if current is not None and wish == current.wish:
-                self._end(wish, "performance_broken_off", name=why)
-            else:
-                self._end(wish, "wish_dropped", name=why)
+@dataclass(frozen=True)
+class PerformActs(Wish[str]):
+    """Perform acts in their order, after what waits or instead of what is on."""
+
+    acts: Sequence[Act]
+    queued: bool
+    by: By = "person"
+
+
+@dataclass(frozen=True)
+class AllowWords(Wish[LiveEvent]):
+    """Let events tell what is said to the partner from now on, or forget what was said."""
+
+    allowed: bool
+    slow = True
+
+
+@dataclass(frozen=True)
+class Release(Wish[None]):
+    """Let a stopped body go back to neutral as soon as it has come to rest, and go on.
+
+    A person who looks at the body (``by_person``) may end any stop at any time. A program may not
+    end a person's Stop, nor the pause after a contact. Nobody may where Stop has been pressed since
+    the state that was ``seen``, by its serial; without it, since the wish ``came``, s on the clock
+    of all processes; None: as early as it may be (:attr:`LivePartner.read_until`).
+    """
+
+    by_person: bool = False
+    came: float | None = None
+    seen: int | None = None
+
+
+@dataclass(frozen=True)
+class Pause(Wish[None]):
+    """Rest at neutral, or go on."""
+
+    paused: bool = True
+
+
+@dataclass(frozen=True)
+class MoveHand(Wish[None]):
+    """Let the simulated human hand go somewhere (3,), m, reaching ``along`` (3,); None: away."""
+
+    position: Array | None
+    along: Array
+
+
+@dataclass(frozen=True)
+class ChangeTemperament(Wish[None]):
+    """Go on with another of the partner's temperaments, or with one that rests in another way."""
+
+    name: str
+    rest: RestLevel | None = None
+
+
+@dataclass(frozen=True)
+class ChangeBody(Wish[None]):
+    """Move another body from now on; it may take seconds to make it."""
+
+    name: str
+    port: str | None = None
+    slow = True

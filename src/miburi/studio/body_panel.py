@@ -17,6 +17,7 @@ from miburi.live.archive import Kept
 from miburi.live.bodies import KINDS
 from miburi.live.state import MotorOut, MotorsOut, State
 from miburi.live.view import LivePartner, Recordings
+from miburi.live.wishes import ChangeBody, ChangeTemperament
 from miburi.servos import Servo
 from miburi.studio.elements import Choice
 from miburi.studio.parts import attempt, button, heading, set_label
@@ -72,7 +73,7 @@ def _body(runner: LivePartner, say: dict[str, str], updates: list[Update]) -> No
         connect.props("disabled")
         try:
             where = (str(port.value or "") or None) if KINDS[name].needs_port else None
-            await attempt(await asyncio.to_thread(runner.use, name, where))
+            await attempt(runner, ChangeBody(name, where))
         except MiburiError as error:
             ui.notify(str(error), type="warning", position="bottom")
         finally:
@@ -100,7 +101,7 @@ def _temperament(runner: LivePartner, say: dict[str, str], updates: list[Update]
 
     async def change(event: Any) -> None:
         if event.value != runner.snapshot.state.temperament:
-            await attempt(runner.temperament(event.value))
+            await attempt(runner, ChangeTemperament(event.value))
 
     character.on_value_change(change)
     rest = Choice(
@@ -112,7 +113,7 @@ def _temperament(runner: LivePartner, say: dict[str, str], updates: list[Update]
     async def change_rest(event: Any) -> None:
         state = runner.snapshot.state
         if event.value != state.rest:
-            await attempt(runner.temperament(state.temperament, event.value))
+            await attempt(runner, ChangeTemperament(state.temperament, event.value))
 
     rest.on_value_change(change_rest)
     shown = runner.snapshot.state.temperament, runner.snapshot.state.rest

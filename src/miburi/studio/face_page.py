@@ -11,8 +11,9 @@ from miburi.errors import BodyError
 from miburi.feelings.catalogue import CATALOGUE
 from miburi.ground.templates import render
 from miburi.interface.wire import Message
-from miburi.live.settle import done
+from miburi.live.settle import granted
 from miburi.live.view import LivePartner
+from miburi.live.wishes import Release
 from miburi.serving.policy import own_page
 from miburi.studio.parts import senses_form, signs, talk_form
 from miburi.studio.preferences import Preferences
@@ -76,4 +77,4 @@ def add_face_page(app: FastAPI, runner: LivePartner, sounded: Sequence[str] = ()
         # says so, too, imitates a person on purpose.
         if origin is None:
             raise BodyError("only a person at the partner's own page releases it here.")
-        await done(runner.release(by_person=True, seen=shown.seen))
+        await granted(runner, Release(by_person=True, seen=shown.seen))

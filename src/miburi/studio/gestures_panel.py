@@ -9,6 +9,7 @@ from miburi.feelings import Expression
 from miburi.gestures import MovementFunction, blend
 from miburi.gestures.effort import Effort
 from miburi.live.view import LivePartner
+from miburi.live.wishes import Perform
 from miburi.studio.elements import Choice
 from miburi.studio.parts import attempt, button, heading
 from miburi.studio.words import Words
@@ -55,7 +56,7 @@ def gestures_panel(runner: LivePartner, words: Words) -> None:
         except MiburiError as error:
             ui.notify(str(error), type="warning", position="bottom")
         else:
-            await attempt(runner.perform(Expression(chosen.feeling, float(mood.value)), poses))
+            await attempt(runner, Perform(Expression(chosen.feeling, float(mood.value)), poses))
 
     as_written()
     lead.on_value_change(as_written)

@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Sequence
-from concurrent.futures import Future
 from html import escape
 from typing import Any
 
@@ -11,7 +10,9 @@ from nicegui.element import Element
 
 from miburi.errors import MiburiError
 from miburi.feelings.catalogue import CATALOGUE
-from miburi.live.settle import done
+from miburi.live.settle import granted
+from miburi.live.view import LivePartner
+from miburi.live.wishes import Wish
 from miburi.senses.tone import tones
 from miburi.serving.access import PRIVACY
 from miburi.studio.words import Words
@@ -22,10 +23,10 @@ __all__ = ["attempt", "button", "heading", "senses_form", "set_label", "signs", 
 _SIGNED = ("ears", "eyes")
 
 
-async def attempt(future: Future[Any]) -> None:
-    """Wait for a command; show the reason if it is refused."""
+async def attempt(partner: LivePartner, wish: Wish[Any]) -> None:
+    """Ask a partner for something; show the reason if it is refused."""
     try:
-        await done(future)
+        await granted(partner, wish)
     except MiburiError as error:
         ui.notify(str(error), type="warning", position="bottom")
 

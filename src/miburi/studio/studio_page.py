@@ -18,6 +18,7 @@ from miburi.feelings.catalogue import CATALOGUE
 from miburi.interface.api import describe
 from miburi.live.state import State
 from miburi.live.view import LivePartner
+from miburi.live.wishes import MoveHand, Pause, Release
 from miburi.robot import JOINTS
 from miburi.serving.access import PAIRING
 from miburi.serving.reach import Reach, pairing_url, qr_svg
@@ -195,7 +196,7 @@ class _Studio:
             place = None if out else np.array(HAND_START)
             if not out:
                 view.reach(HAND_START)
-            await attempt(self._runner.hand(place, np.array([0.0, 1.0, 0.0])))
+            await attempt(self._runner, MoveHand(place, np.array([0.0, 1.0, 0.0])))
 
         hand.on("click", toggle)
 
@@ -295,10 +296,10 @@ class _Studio:
     async def _release(self, event: GenericEventArguments) -> None:
         # A person at this button sees the body, and need not wait for the pause after a contact.
         seen = event.args if isinstance(event.args, int) else None
-        await attempt(self._runner.release(by_person=True, seen=seen))
+        await attempt(self._runner, Release(by_person=True, seen=seen))
 
     async def _toggle_pause(self) -> None:
-        await attempt(self._runner.pause(not self._runner.snapshot.state.paused))
+        await attempt(self._runner, Pause(not self._runner.snapshot.state.paused))
 
     def _look(self) -> None:
         state = self._runner.snapshot.state

@@ -12,8 +12,9 @@ from miburi.errors import MiburiError, OutputError
 from miburi.ground.files import write_whole
 from miburi.ground.log import log_once
 from miburi.languages import FALLBACK, Language
-from miburi.live.settle import done
+from miburi.live.settle import granted
 from miburi.live.view import LivePartner
+from miburi.live.wishes import Speak
 from miburi.people import Memory
 from miburi.talk.answers import Answerer
 from miburi.talk.initiative import Initiative, Manners, Presence
@@ -110,7 +111,7 @@ class Beginning:
             if reason == "date":
                 self._spoken_of.add((due[0].name, due[1].number))
         text = self._answerer.say(script(self._language).begin[reason], known)
-        await done(self._partner.speak(text, "partner", why=reason))
+        await granted(self._partner, Speak(text, "partner", why=reason))
 
 
 def _read(path: Path | None) -> Manners:

@@ -14,8 +14,9 @@ from miburi.errors import MiburiError
 from miburi.feelings import Expression, Stimulus
 from miburi.gestures import KeyPose, look
 from miburi.languages import FALLBACK, Language, language_of, with_whom
-from miburi.live.settle import done
+from miburi.live.settle import done, granted
 from miburi.live.view import LivePartner
+from miburi.live.wishes import Feel, Lean, NoteTalk, Perform, Sense, Speak
 from miburi.people import Memory
 from miburi.robot import Array
 from miburi.safety.stop import StopReason
@@ -130,15 +131,15 @@ class Speech:
             heard = Impression(None, 0.0, "speech")  # an order shows nobody's feeling
         if (grave or heard.worry is not None) and self._conversation is not None:
             self._conversation.overtake()
-        felt = await done(self._partner.take(heard, said))
+        felt = await granted(self._partner, Sense(heard, said))
         await self.count(felt)
         if heard.worry is not None:
             self._asked = heard.worry, self._clock()
             answer, meant = self._ask(heard.worry, language), None
-            await done(self._partner.speak(answer, "partner"))
+            await granted(self._partner, Speak(answer, "partner"))
         elif grave or self._stays_with(said, language):
             answer, meant = self._comfort(heard.distress, language), None
-            await done(self._partner.speak(answer, "partner"))
+            await granted(self._partner, Speak(answer, "partner"))
         else:
             answer, meant = await self._answer(said, heard, language, felt)
             self._asked = asked if meant == "repeat" else None
@@ -201,7 +202,7 @@ class Speech:
         answer = self._answerer.answer(said, heard, feels, language, self._clock(), known)
         text = await self._perform(self._remember(answer, said))
         tune = None if answer.cue is None else answer.cue.tune
-        await done(self._partner.speak(text, "partner", tune))
+        await granted(self._partner, Speak(text, "partner", tune))
         if self._conversation is not None and not acts:
             self._conversation.answered(text)
         return text, None if answer.cue is None else answer.cue.name
@@ -215,7 +216,7 @@ class Speech:
             await asyncio.to_thread(self.memory.hear, felt, contacts)
         if self._leaning is not (leaning := self.memory.leaning):
             self._leaning = leaning
-            await done(self._partner.lean(leaning))
+            await granted(self._partner, Lean(leaning))
 
     def _known(self, said: str, language: Language) -> dict[str, str]:
         """Return what it knows for the slots of answers."""
@@ -263,7 +264,7 @@ class Speech:
         if state.stop is not None:
             return self._answerer.say(words.stopped)
         shown = None if cue.show is None else Expression(cue.show, _SHOWN)
-        await done(self._partner.perform(shown, self._poses(cue), "gesture", "partner"))
+        await granted(self._partner, Perform(shown, self._poses(cue), "gesture", "partner"))
         return answer.text
 
     def _poses(self, cue: Cue) -> list[KeyPose] | None:
@@ -293,8 +294,8 @@ class Speech:
         if self._partner.snapshot.state.distress is not None:
             return ""  # somebody has been in distress meanwhile
         if reply.stimulus is not None:
-            await done(self._partner.stimulate(reply.stimulus, "partner"))
-        await done(self._partner.speak(reply.text, "partner"))
+            await granted(self._partner, Feel(reply.stimulus, "partner"))
+        await granted(self._partner, Speak(reply.text, "partner"))
         return reply.text
 
     async def _look_thoughtful(self) -> bool:
@@ -308,7 +309,7 @@ class Speech:
         if self._partner.snapshot.state.asked:
             return False
         aside = look(self._partner.robot, "aside", _LONGEST_THOUGHT)
-        await done(self._partner.perform(None, aside, "look", "partner"))
+        await granted(self._partner, Perform(None, aside, "look", "partner"))
         return True
 
     async def _look_back(self, thinking: asyncio.Task[bool]) -> None:
@@ -318,11 +319,11 @@ class Speech:
         elif thinking.exception() is None and thinking.result():
             ahead = look(self._partner.robot, "user", 0.0)
             with suppress(MiburiError):  # paused meanwhile
-                await done(self._partner.perform(None, ahead, "look", "partner"))
+                await granted(self._partner, Perform(None, ahead, "look", "partner"))
 
     async def _note(self, talk: "Conversation") -> None:
         self._noted = (talk.trouble,)
-        await done(self._partner.note_talk(str(talk.endpoint), talk.trouble))
+        await granted(self._partner, NoteTalk(str(talk.endpoint), talk.trouble))
 
 
 def _converse(endpoint: Endpoint) -> "Conversation":

@@ -19,6 +19,7 @@ from miburi.interface.client import ConnectionLostError, connect
 from miburi.live.events.model import Cursor, LiveEvent
 from miburi.live.runner import STEP, Runner
 from miburi.live.state import State
+from miburi.live.wishes import ChangeBody, Feel, MoveHand, Pause, Perform, Release
 from miburi.robot import forward
 from miburi.serving.access import Gate
 from miburi.studies.study.live import IDLE, Ending, Showing, show
@@ -61,7 +62,7 @@ class Stage:
 
     def express(self, expression: Expression) -> None:
         self.asked.append(expression)
-        done = self.runner.perform(expression)
+        done = self.runner.ask(Perform(expression))
         self.runner.tick()
         done.result(0)
 
@@ -94,7 +95,7 @@ def test_a_gesture_is_made_once_from_its_beginning_to_its_end(runner: Runner) ->
 
 
 def test_a_gesture_of_its_own_ends_before(runner: Runner) -> None:
-    runner.stimulate(Stimulus("happiness", 1.0))
+    runner.ask(Feel(Stimulus("happiness", 1.0)))
     until(runner, lambda state: state.expressed)
     assert show(Stage(runner), FEAR) == Showing(Ending.WHOLE, begun=True)
     assert gestures(runner)[0] == "happiness"
@@ -110,7 +111,7 @@ def test_a_stop_by_a_person_breaks_it_off_and_stays(
         if hidden:  # a person releases it, too, before the next state comes through
             until(runner, lambda state: state.phase == "stopped")
             run(runner, 1.0)
-            runner.release(by_person=True)
+            runner.ask(Release(by_person=True))
 
     assert show(Stage(runner, press_stop, hidden), FEAR) == Showing(Ending.STOPPED, begun=True)
     if not hidden:
@@ -126,7 +127,7 @@ def test_a_stop_by_a_person_breaks_it_off_and_stays(
 def test_a_touch_breaks_it_off_and_it_can_be_shown_again(runner: Runner) -> None:
     block(runner)
     assert show(Stage(runner), FEAR) == Showing(Ending.TOUCHED, begun=False)
-    runner.hand(None, np.array([1.0, 0.0, 0.0]))
+    runner.ask(MoveHand(None, np.array([1.0, 0.0, 0.0])))
     until(runner, lambda state: state.phase == "idle")
     assert show(Stage(runner), FEAR) == Showing(Ending.WHOLE, begun=True)
 
@@ -136,20 +137,20 @@ def test_a_touch_in_its_midst_is_no_whole_gesture(runner: Runner) -> None:
 
     def reach_in() -> None:
         hand = forward(runner.robot, np.array(runner.snapshot.state.angles))[:3]
-        runner.hand(hand, np.array([1.0, 0.0, 0.0]))
+        runner.ask(MoveHand(hand, np.array([1.0, 0.0, 0.0])))
 
     assert show(Stage(runner, reach_in), wide) == Showing(Ending.TOUCHED, begun=True)
 
 
 def test_a_pause_breaks_it_off(runner: Runner) -> None:
-    pause = lambda: runner.pause(True)  # noqa: E731
+    pause = lambda: runner.ask(Pause(True))  # noqa: E731
     assert show(Stage(runner, pause), FEAR) == Showing(Ending.PAUSED, begun=True)
     assert show(Stage(runner), FEAR) == Showing(Ending.PAUSED, begun=False)
     assert runner.snapshot.state.paused
 
 
 def test_another_body_in_its_midst_breaks_it_off(runner: Runner) -> None:
-    change = lambda: runner.use("simulated")  # noqa: E731
+    change = lambda: runner.ask(ChangeBody("simulated"))  # noqa: E731
     assert show(Stage(runner, change), FEAR) == Showing(Ending.BROKEN, begun=True)
 
 
@@ -174,8 +175,8 @@ def test_nobody_waits_for_it_once_all_is_over(runner: Runner) -> None:
 def test_a_wish_that_another_replaces_is_given_up(runner: Runner) -> None:
     class Crowd(Stage):
         def express(self, expression: Expression) -> None:
-            self.runner.perform(expression)
-            self.runner.perform(Expression("anger", 0.9))
+            self.runner.ask(Perform(expression))
+            self.runner.ask(Perform(Expression("anger", 0.9)))
 
     assert show(Crowd(runner), FEAR) == Showing(Ending.BROKEN, begun=False)
     assert gestures(runner) == ["anger"]

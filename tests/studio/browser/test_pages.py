@@ -176,7 +176,7 @@ def test_a_dragged_hand_stops_the_robot_and_release_lets_it_go_on(scene: Page) -
     for _ in range(10):
         wish = scene.request.post(origin + "/api/v1/express", data=wide).json()["id"]
         # A stop of another reason may break it off before it can be seen to move.
-        now = until(scene, lambda now: met(now) or has_ended(scene, wish))
+        now = until(scene, lambda now, wish=wish: met(now) or has_ended(scene, wish))
         if met(now):
             break
     assert now["stop"]["reason"] == "contact"

@@ -1,0 +1,246 @@
+"""Carry out what others ask of a partner, and note what becomes of it.
+
+Whatever somebody asks for is a *wish*: noted when it comes, with an id, and ended by exactly one
+more event, such as ``gesture_ended``, ``speech_broken_off`` or ``wish_dropped``.
+"""
+
+from collections.abc import Callable, Sequence
+
+from miburi.feelings import Expression
+from miburi.gestures import KeyPose
+from miburi.languages.rhythm import Rhythm
+from miburi.live.events.model import LiveEvent
+from miburi.live.speaker import Speaker
+from miburi.live.stage import Act, Play, Stage
+from miburi.live.state import Spoken, StopOut, Tune
+from miburi.partner import (
+    LAPSES,
+    Event,
+    GestureEnded,
+    GestureStarted,
+    Lapse,
+    Partner,
+    Released,
+    Stopped,
+    WishDropped,
+)
+from miburi.safety.stop import Phase
+from miburi.serving.press import By
+
+__all__ = ["Agenda"]
+
+
+class Agenda:
+    """The wishes of one live partner that have not ended; only its loop calls this.
+
+    Parameters
+    ----------
+    note
+        Notes an event of a kind, with its fields, and returns it.
+    speaker
+        What the partner says.
+    """
+
+    def __init__(self, note: Callable[..., LiveEvent], speaker: Speaker) -> None:
+        self._note, self._speaker = note, speaker
+        self._stage = Stage()
+        self._open: dict[str, str] = {}  # wishes that have not ended, and what they are for
+        self._interrupts = False  # whether the next act of the body waits for no gesture's end
+        self._shown: dict[str, object] = {}  # what the present gesture is
+        self._stopped, self._returns = 0.0, False  # s; whether the body goes back to neutral
+
+    def perform(
+        self,
+        partner: Partner,
+        expression: Expression | None,
+        poses: Sequence[KeyPose] | None,
+        name: str,
+        by: By,
+    ) -> str:
+        """Let the body show something once; it replaces what waits. Return the wish's id."""
+        self._clear("replaced")
+        wish = self._ask(name, by, expression)
+        partner.perform(expression, poses, wish=wish)
+        return wish
+
+    def act(self, partner: Partner, acts: Sequence[Act], by: By, *, queued: bool) -> str:
+        """Let a performance wait for its turn, or begin it now instead of all others."""
+        if not queued:
+            self._clear("replaced", partner)
+        wish = self._ask("performance", by)
+        try:
+            self._stage.add(Play(wish, tuple(acts)))
+        except Exception:
+            self._end(wish, "wish_dropped", name="busy")
+            raise
+        if not queued:
+            self._begin(interrupts=True)
+        return wish
+
+    def say(
+        self,
+        partner: Partner,
+        text: str,
+        felt: Expression | None,
+        by: By | None,
+        tune: Tune | None = None,
+        why: str | None = None,
+    ) -> str:
+        """Say something aloud, instead of what is being said; return the wish's id."""
+        wish = self._ask("speech", by)
+        self.tell(partner, lambda: self._speaker.say(text, felt, wish, tune), why)
+        return wish
+
+    def keep_time(self, partner: Partner, number: int, rhythm: Rhythm) -> None:
+        """Let the arms follow the sound of the latest sentence, if it is still that one."""
+        if self._speaker.sounds(number, rhythm):
+            partner.gesticulate(self._speaker.beats())
+
+    def tell(
+        self, partner: Partner, say: Callable[[], Spoken], why: str | None = None
+    ) -> LiveEvent:
+        """Let ``say`` begin a sentence, and note it and why."""
+        if self._speaker.speaking:
+            self._end_speech("speech_broken_off")
+        spoken = say()
+        partner.gesticulate(self._speaker.beats())
+        wish = self._speaker.wish
+        said = {"text": spoken.text, "feeling": spoken.feeling, "wish": wish}
+        return self._note("speech_begun", name=why, **said)
+
+    def stop(self) -> None:
+        """Drop the performances: a person has pressed Stop."""
+        self._clear("stopped")
+
+    def pause(self) -> None:
+        """Drop the performances: the body rests."""
+        self._clear("paused")
+
+    def release(self, by: By | None) -> None:
+        """Take in that the body goes back to neutral, because somebody has released it or alone."""
+        self._note("release_begun", by=by)
+        self._returns = True
+
+    def step(self, partner: Partner, felt: Expression | None, dt: float) -> None:
+        """Let ``dt`` s pass: end what has been said, and begin what is due."""
+        if self._speaker.step(dt):
+            self._end_speech("speech_ended")
+        phase = partner.body.state.phase
+        if self._returns and phase is Phase.IDLE:
+            self._end_return("release_ended")
+        self._stopped = self._stopped + dt if phase is Phase.STOPPED else 0.0
+        if self._stopped > LAPSES:
+            self._clear("lapsed", partner)
+        free = partner.expression is None and not partner.asked
+        if free and phase is not Phase.STOPPED:
+            self._begin()
+        for act in self._stage.step(dt):
+            self._carry_out(act, partner, felt)
+        if (ended := self._stage.finish()) is not None:
+            self._end(ended, "performance_ended")
+
+    def _carry_out(self, act: Act, partner: Partner, felt: Expression | None) -> None:
+        wish = self._stage.current.wish if self._stage.current else None
+        words = act.words
+        if words is not None:
+            self.tell(partner, lambda: self._speaker.say(words, felt, wish))
+            return
+        partner.perform(act.expression, act.poses, wish=wish, interrupt=self._interrupts)
+        self._interrupts = False
+
+    def take(self, event: Event, stop: StopOut | None, limit: float) -> None:
+        """Note what people want to know of the partner's events.
+
+        Parameters
+        ----------
+        event
+            What has happened.
+        stop, limit
+            What the body says of its stop, and the running rule's limit, if the event is a stop.
+        """
+        match event:
+            case GestureStarted(_, shown, name, wish):
+                self._shown = {"name": name or self._open.get(wish or "", "poses"), "wish": wish}
+                if shown is not None:
+                    self._shown |= {"feeling": shown.feeling, "mood": shown.mood}
+                self._note("gesture_begun", **self._shown)
+                self._stage.begin_act(wish)
+            case GestureEnded(_, _, complete, wish):
+                self._note("gesture_ended" if complete else "gesture_broken_off", **self._shown)
+                self._end_of_act(wish, complete=complete)
+            case Stopped(_, reason):
+                self._note("stop", stop=stop, name=reason.reason, limit=limit)
+                self._end_return("release_broken_off")
+            case Released():
+                self.release(None)
+            case WishDropped(_, shown, why, wish):
+                feeling = shown and shown.feeling
+                if wish is not None and self._is_performance(wish):
+                    self._end_of_act(wish, complete=False)
+                elif wish in self._open:
+                    self._end(wish, "wish_dropped", name=why, feeling=feeling)
+            case _:
+                pass
+
+    def leave(self, partner: Partner) -> None:
+        """End what goes on, because another body takes over."""
+        for event in partner.leave():
+            self.take(event, None, 0.0)
+        self._clear("body")
+        self._end_return("release_broken_off")
+
+    def _end_return(self, kind: str) -> None:
+        if self._returns:
+            self._returns = False
+            self._note(kind)
+
+    def _ask(self, name: str, by: By | None, shown: Expression | None = None) -> str:
+        fields = {"feeling": shown.feeling, "mood": shown.mood} if shown else {}
+        wish = self._note("wish", name=name, by=by, **fields).id
+        self._open[wish] = name
+        return wish
+
+    def _end(self, wish: str, kind: str, **fields: object) -> None:
+        """Note the end of a wish, once."""
+        if self._open.pop(wish, None) is not None:
+            self._note(kind, wish=wish, **fields)
+
+    def _end_speech(self, kind: str) -> None:
+        wish = self._speaker.wish
+        spoken = self._speaker.spoken
+        self._note(kind, wish=wish, text=spoken and spoken.text)
+        self._stage.end_act(wish, body=False)
+        if wish is not None and not self._is_performance(wish):
+            self._open.pop(wish, None)
+
+    def _end_of_act(self, wish: str | None, *, complete: bool) -> None:
+        """Take in that the body has ended what belongs to a wish."""
+        if wish is None:
+            return
+        if not self._is_performance(wish):
+            self._open.pop(wish, None)
+        elif complete:
+            self._stage.end_act(wish, body=True)
+        else:
+            self._stage.leave()
+            self._end(wish, "performance_broken_off")
+
+    def _is_performance(self, wish: str) -> bool:
+        return self._open.get(wish) == "performance"
+
+    def _begin(self, *, interrupts: bool = False) -> None:
+        begun = self._stage.begin()
+        if begun is not None:
+            self._interrupts = interrupts
+            self._note("performance_begun", wish=begun.wish)
+
+    def _clear(self, why: Lapse, partner: Partner | None = None) -> None:
+        """End all performances, and drop what a partner's body has not begun."""
+        if partner is not None:
+            partner.drop(why)
+        current = self._stage.current
+        for wish in self._stage.clear():
+            if current is not None and wish == current.wish:
+                self._end(wish, "performance_broken_off", name=why)
+            else:
+                self._end(wish, "wish_dropped", name=why)

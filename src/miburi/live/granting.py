@@ -1,0 +1,274 @@
+"""What the loop of a live partner does for each wish.
+
+A function is called in the asker's thread: what takes long or can be refused early happens there.
+It returns what the loop runs between two steps.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import singledispatch
+from typing import Any
+
+from miburi.bodies import Body
+from miburi.errors import BodyError
+from miburi.feelings import FeelingModel, Stimulus, Temperament, shipped_temperament
+from miburi.live import wishes
+from miburi.live.agenda import Agenda
+from miburi.live.archive import Archive
+from miburi.live.bodies import check_port, make_body
+from miburi.live.commands import STOP_SINCE, Command
+from miburi.live.events.log import Log
+from miburi.live.events.model import LiveEvent
+from miburi.live.gaze import Gaze
+from miburi.live.hand import GuidedHand
+from miburi.live.recording import Felt
+from miburi.live.speaker import Speaker
+from miburi.partner import Partner
+from miburi.robot import Robot
+from miburi.safety.contact import Rule
+from miburi.senses import Impression, stimuli
+from miburi.serving.press import By, Hold
+
+__all__ = ["Inside", "command"]
+
+
+@dataclass
+class Inside:
+    """What the loop works on; between its steps, wishes change it.
+
+    Attributes
+    ----------
+    robot, rule
+        The description, and the contact rule of simulated bodies.
+    feelings, own_temperament
+        The emotional model, and the temperament that it began with.
+    recordings, log, speaker, agenda
+        What is kept, what has happened, what is said, and which wishes are open.
+    hold
+        Who may end a stop.
+    change_body
+        Lets another body of a kind, at a port, move from now on.
+    partner, gaze, hand, port
+        The partner with its present body, where a face is, the simulated human hand, and the card's
+        port.
+    ports
+        Ports that may be opened besides those that the system lists.
+    paused
+        Whether it rests.
+    serial, stop_seen_in
+        The step's number, and that of the first state that showed the last Stop.
+    felt
+        What was felt since the last step.
+    """
+
+    robot: Robot
+    rule: Rule | None
+    feelings: FeelingModel
+    own_temperament: Temperament
+    recordings: Archive
+    log: Log
+    speaker: Speaker
+    hold: Hold
+    change_body: Callable[[str, str | None, Body], None]
+    ports: set[str]
+    agenda: Agenda = field(init=False)
+    partner: Partner = field(init=False)
+    gaze: Gaze = field(init=False)
+    hand: GuidedHand = field(init=False)
+    port: str | None = None
+    paused: bool = False
+    serial: int = 0
+    stop_seen_in: int = 0
+    felt: list[Felt] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.agenda = Agenda(self.note, self.speaker)
+
+    def note(self, kind: str, **content: Any) -> LiveEvent:
+        """Note an event at the body's present time."""
+        return self.log.note(self.partner.body.state.time, kind, **content)
+
+    def stop(self, by: By) -> None:
+        """Stop the body for whoever pressed Stop."""
+        if self.hold.press(by):
+            self.note("pressed", by=by)
+        self.partner.stop()
+        self.agenda.stop()
+        self.stop_seen_in = self.serial + 1
+
+    def feel(
+        self, stimulus: Stimulus, impression: Impression | None = None, by: By | None = None
+    ) -> LiveEvent:
+        """Feel a stimulus, and note where it came from."""
+        self.feelings.stimulate(stimulus)
+        self.felt.append(Felt(self.partner.body.state.time, stimulus, impression))
+        return self.note(
+            "stimulus",
+            feeling=stimulus.feeling,
+            strength=stimulus.strength,
+            source=stimulus.source,
+            detail=impression and impression.reason,
+            why=impression and impression.why,
+            by=by,
+        )
+
+    def sense(self, impression: Impression) -> tuple[Stimulus, ...]:
+        """Feel what the temperament makes of an impression."""
+        for stimulus in (felt := stimuli(impression, self.feelings.temperament)):
+            self.feel(stimulus, impression)
+        return felt
+
+
+@singledispatch
+def command(wish: wishes.Wish[Any], _inside: Inside) -> Command:
+    """Return what the loop runs for a wish.
+
+    Raises
+    ------
+    BodyError, InputError
+        The wish is refused before the loop runs it.
+    """
+    raise NotImplementedError(f"{type(wish).__name__} is not granted.")
+
+
+@command.register
+def _feel(wish: wishes.Feel, inside: Inside) -> Command:
+    return lambda: inside.feel(wish.stimulus, by=wish.by).id
+
+
+@command.register
+def _sense(wish: wishes.Sense, inside: Inside) -> Command:
+    heard = wish.impression
+
+    def run() -> tuple[Stimulus, ...]:
+        told = wish.words if inside.log.words else None
+        if heard.source == "speech":
+            strength = None if heard.feeling is None else heard.strength
+            inside.note("heard", feeling=heard.feeling, strength=strength, text=told)
+        if heard.distress is not None:
+            inside.speaker.attend(inside.note("distress", name=heard.distress, text=told))
+        calm = inside.speaker.distress is not None and heard.source == "speech"
+        return () if calm else inside.sense(heard)
+
+    return run
+
+
+@command.register
+def _lean(wish: wishes.Lean, inside: Inside) -> Command:
+    return lambda: inside.feelings.lean(wish.leaning)
+
+
+@command.register
+def _see(wish: wishes.See, inside: Inside) -> Command:
+    return lambda: inside.gaze.see(wish.x, inside.partner.body.state)
+
+
+@command.register
+def _note_talk(wish: wishes.NoteTalk, inside: Inside) -> Command:
+    kind = "talk" if wish.failure is None else "talk_failed"
+    return lambda: inside.note(kind, name=wish.failure or wish.where)
+
+
+@command.register
+def _speak(wish: wishes.Speak, inside: Inside) -> Command:
+    return lambda: inside.agenda.say(
+        inside.partner, wish.text, inside.feelings.express(), wish.by, wish.tune, wish.why
+    )
+
+
+@command.register
+def _keep_time(wish: wishes.KeepTime, inside: Inside) -> Command:
+    return lambda: inside.agenda.keep_time(inside.partner, wish.number, wish.rhythm)
+
+
+@command.register
+def _perform(wish: wishes.Perform, inside: Inside) -> Command:
+    def run() -> str:
+        _need_awake(inside)
+        return inside.agenda.perform(
+            inside.partner, wish.expression, wish.poses, wish.name, wish.by
+        )
+
+    return run
+
+
+@command.register
+def _perform_acts(wish: wishes.PerformActs, inside: Inside) -> Command:
+    def run() -> str:
+        _need_awake(inside)
+        return inside.agenda.act(inside.partner, wish.acts, wish.by, queued=wish.queued)
+
+    return run
+
+
+def _need_awake(inside: Inside) -> None:
+    if inside.paused:
+        raise BodyError("the partner is paused; resume it first.")
+
+
+@command.register
+def _allow_words(wish: wishes.AllowWords, inside: Inside) -> Command:
+    inside.log.allow_words(wish.allowed)
+    return lambda: inside.note("words", name="on" if wish.allowed else "off")
+
+
+@command.register
+def _release(wish: wishes.Release, inside: Inside) -> Command:
+    def run() -> None:
+        if wish.seen is not None and not inside.stop_seen_in <= wish.seen <= inside.serial:
+            raise BodyError(STOP_SINCE)
+        inside.hold.check(by_person=wish.by_person)
+        inside.partner.release(by_person=wish.by_person)
+        inside.agenda.release(inside.hold.end(by_person=wish.by_person))
+
+    return run
+
+
+@command.register
+def _pause(wish: wishes.Pause, inside: Inside) -> Command:
+    def run() -> None:
+        if wish.paused != inside.paused:
+            inside.paused = wish.paused
+            (inside.partner.pause if wish.paused else inside.partner.resume)()
+            inside.agenda.pause()
+            inside.note("paused" if wish.paused else "resumed")
+
+    return run
+
+
+@command.register
+def _move_hand(wish: wishes.MoveHand, inside: Inside) -> Command:
+    return lambda: inside.hand.guide(inside.partner.body.touchable, wish.position, wish.along)
+
+
+@command.register
+def _change_temperament(wish: wishes.ChangeTemperament, inside: Inside) -> Command:
+    own = inside.own_temperament
+    chosen = own if wish.name == own.name else shipped_temperament(wish.name)
+    chosen = chosen.model_copy(update={"at_rest": wish.rest or chosen.at_rest})
+
+    def run() -> None:
+        inside.feelings.temperament = chosen
+        inside.note("temperament", name=wish.name)
+
+    return run
+
+
+@command.register
+def _change_body(wish: wishes.ChangeBody, inside: Inside) -> Command:
+    name, port = wish.name, wish.port
+    if port is not None and port == inside.port:
+        raise BodyError(f"the card at {port} moves already; lost, it is found again by itself.")
+    if port is not None and port not in inside.ports:
+        check_port(port)
+    body = make_body(name, inside.robot, port, inside.rule)
+
+    def run() -> None:
+        before = inside.partner
+        inside.agenda.leave(before)
+        before.body.close()  # it stops; the next one may be at the same port
+        inside.change_body(name, port, body)
+        inside.partner.succeed(before)
+        inside.note("body", name=name)
+
+    return run
