@@ -3,14 +3,18 @@
 import httpx
 import numpy as np
 import pytest
-from tests.fixtures.live import Server, run
+from tests.fixtures.live import Server, run, until
 
+from miburi import connect
 from miburi.bodies import BodyState
+from miburi.gestures import look
+from miburi.live.attention import FADES, TURN
 from miburi.live.gaze import FORGOTTEN, Gaze
 from miburi.live.runner import Runner
-from miburi.live.wishes import See
+from miburi.live.wishes import Attend, Perform, See, Sense, Speak
 from miburi.robot import JOINTS
 from miburi.safety.stop import Phase
+from miburi.senses import Impression
 
 WAIST = JOINTS.index("waist")
 
@@ -65,6 +69,50 @@ def test_a_face_moves_no_stopped_body(runner: Runner) -> None:
         runner.ask(See(x))
         assert run(runner, 2.0)[-1].phase == "stopped"
     assert run(runner, 0.1)[-1].angles[WAIST] == pytest.approx(held.angles[WAIST], abs=0.01)
+
+
+def test_it_attends_to_who_talks_with_it_and_to_nobody_later(runner: Runner) -> None:
+    def attention(seconds: float) -> str | None:
+        return run(runner, seconds)[-1].attention
+
+    assert attention(0.1) is None
+    runner.ask(Attend("listening"))
+    assert attention(1.0) == "listening"
+    assert attention(FADES["listening"] - 1.1) == "listening"
+    assert attention(0.2) is None
+    runner.ask(Sense(Impression(None, 0.0, "speech")))
+    assert attention(1.0) == "thinking"
+    runner.ask(Speak("That is a good question."))
+    assert attention(0.5) == "speaking"
+    until(runner, lambda state: state.attention != "speaking")
+    assert attention(TURN - 0.1) == "listening"
+    assert attention(0.2) is None
+
+
+def test_eyes_go_first_and_come_back_as_the_head_follows(runner: Runner) -> None:
+    runner.ask(Perform(None, look(runner.robot, "left", 2.0), "look"))
+    begun = until(runner, lambda state: state.phase == "moving")
+    assert begun.eyes[0] == 1.0  # the partner's left is the right of its face
+    assert abs(begun.angles[WAIST]) < 0.05
+    there = until(runner, lambda state: state.phase == "idle")
+    assert there.eyes == pytest.approx((0.0, 0.0), abs=0.05)
+    assert there.angles[WAIST] > 0.6
+    runner.ask(Perform(None, look(runner.robot, "down", 2.0), "look"))
+    assert until(runner, lambda state: state.eyes[1] > 0.5)
+    runner.stop()
+    assert run(runner, 0.1)[-1].eyes == (0.0, 0.0)
+
+
+def test_whose_turn_it_is_goes_over_the_interface(server: Server) -> None:
+    def tell(**content: object) -> int:
+        return httpx.post(server.url + "/api/v1/attend", json=content).status_code
+
+    with connect(server.url) as partner:
+        partner.attend()
+        assert partner.state.attention == "listening"
+    assert tell(turn="thinking") == 204
+    for wrong in ({}, {"turn": "speaking"}, {"turn": None}, {"turn": "listening", "who": "me"}):
+        assert tell(**wrong) == 422
 
 
 def test_a_face_goes_over_the_interface_as_a_place_alone(server: Server) -> None:

@@ -8,11 +8,10 @@ from tests.fixtures.partner import PaperBody, at_ease, happy, of, run
 
 from miburi.bodies.simulated import Simulated
 from miburi.feelings import EmotionalModel, Stimulus
-from miburi.gestures import beat
 from miburi.live.runner import Runner
 from miburi.live.wishes import Speak
 from miburi.partner import GestureStarted, MoveSent, Partner, Stopped
-from miburi.robot import Robot, forward
+from miburi.robot import JOINTS, Robot, forward
 
 LONG = "I have thought about that for a while, and I like what you said."
 
@@ -114,11 +113,13 @@ def test_nothing_at_rest_stands_still_until_a_late_stroke(robot: Robot) -> None:
 
 
 def test_it_stays_turned_to_whom_it_speaks(robot: Robot) -> None:
-    turned = [pose.head for pose in beat(robot, np.ones(2), turn=0.3)]
-    straight = [pose.head for pose in beat(robot, np.ones(2))]
-    for one, other in zip(turned, straight, strict=True):
-        bearing = np.arctan2(one[1], one[0]) - np.arctan2(other[1], other[0])
-        assert bearing == pytest.approx(0.3, abs=1e-6)
+    partner = Partner(PaperBody(robot), at_ease("still"), life=1)
+    partner.gaze = 0.3
+    run(partner, 10.0)
+    partner.gesticulate(every(0.5, 20.0))
+    ends = [event.move.angles for event in of(MoveSent, run(partner, 6.0))]
+    assert len(ends) > 3
+    np.testing.assert_allclose([end[JOINTS.index("waist")] for end in ends], 0.3, atol=1e-6)
 
 
 @pytest.mark.parametrize(("text", "moves"), [(LONG, True), ("Oh!", False), ("今日は", False)])

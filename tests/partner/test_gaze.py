@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from tests.fixtures.partner import PaperBody, at_ease, of, run
 
-from miburi import ik
+from miburi import gestures, ik
 from miburi.bodies.simulated import Simulated
 from miburi.feelings import EmotionalModel, Stimulus, shipped_temperament
-from miburi.partner import MoveSent, Partner, Released, Stopped, solve_with
+from miburi.partner import GestureEnded, MoveSent, Partner, Released, Stopped, solve_with
+from miburi.partner.rest import Attention
 from miburi.robot import JOINTS, Array, Robot, forward
 from miburi.safety.stop import Phase, StopReason
 
@@ -78,10 +79,70 @@ def performed(robot: Robot, gaze: float) -> list[Array]:
     return asked
 
 
-def test_gestures_keep_their_frame(robot: Robot) -> None:
+def test_gestures_face_whom_it_sees(robot: Robot) -> None:
     ahead, aside = performed(robot, 0.0), performed(robot, 0.3)
     assert len(ahead) > 3
-    np.testing.assert_array_equal(ahead[:9], aside[:9])  # then it turns to whom it sees
+    for one, other in zip(ahead[:9], aside[:9], strict=True):
+        np.testing.assert_allclose(gestures.turned(one, 0.3), other, atol=1e-9)
+
+
+def test_between_gestures_it_does_not_look_away_from_somebody(robot: Robot) -> None:
+    partner = Partner(PaperBody(robot), at_ease("still"), life=3)
+    partner.gaze, partner.attends = 0.3, "speaking"
+    run(partner, 10.0)
+    partner.feelings.stimulate(Stimulus("happiness", 1.0, "speech"))
+    ends = [waist(partner) for _ in range(1000) if of(GestureEnded, partner.step(0.02))]
+    assert len(ends) == 3
+    np.testing.assert_allclose(ends, 0.3, atol=1e-3)
+
+
+def looks_aside(robot: Robot, attends: Attention, seconds: float) -> list[tuple[float, float]]:
+    """Return when it looks aside, and for how long it is turned more than half as far; s."""
+    partner = Partner(PaperBody(robot), at_ease("lively"), life=5)
+    partner.attends = attends
+    turned = []
+    for _ in range(round(seconds / 0.02)):
+        partner.step(0.02)
+        turned.append(abs(waist(partner)))
+    away = np.array(turned) > max(turned) / 2
+    begins, ends = (np.flatnonzero(np.diff(away.astype(int)) == way) for way in (1, -1))
+    return [(0.02 * begin, 0.02 * (end - begin)) for begin, end in zip(begins, ends, strict=False)]
+
+
+@pytest.mark.parametrize(
+    ("attends", "first", "held"), [("listening", 4.0, 0.5), ("thinking", 0.5, 2.5)]
+)
+def test_it_looks_aside_as_people_do(
+    robot: Robot, attends: Attention, first: float, held: float
+) -> None:
+    looks = looks_aside(robot, attends, 120.0)
+    assert len(looks) > 12
+    assert looks[0][0] == pytest.approx(first + 0.3, abs=1.2)
+    begins, lasts = np.array(looks).T
+    # Half of the ways to and fro, 0.3 to 0.6 s each, counts as turned aside, half as looking at it.
+    assert np.mean(lasts) == pytest.approx(held + 0.45, abs=0.35)
+    assert np.std(lasts) > 0.02
+    assert np.mean(np.diff(begins) - lasts[:-1]) == pytest.approx(4.5, abs=0.5)
+
+
+def test_whoever_speaks_ends_its_thinking_at_once(robot: Robot) -> None:
+    partner = Partner(PaperBody(robot), at_ease("still"), life=5)
+    partner.attends = "thinking"
+    run(partner, 2.0)
+    assert abs(waist(partner)) > 0.3
+    partner.attends = "speaking"
+    run(partner, 2.0)
+    assert waist(partner) == pytest.approx(0.0, abs=0.02)
+
+
+def test_who_is_in_distress_is_not_looked_away_from(robot: Robot) -> None:
+    partner = Partner(PaperBody(robot), at_ease("lively"), life=5)
+    partner.attends, partner.calm = "thinking", True
+    turned = []
+    for _ in range(1500):
+        partner.step(0.02)
+        turned.append(abs(waist(partner)))
+    assert max(turned) < 0.02
 
 
 @pytest.mark.parametrize("reason", [StopReason.ASKED, StopReason.CONTACT])

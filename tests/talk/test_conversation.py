@@ -22,6 +22,7 @@ from miburi.doors.report import Topics
 from miburi.feelings import FEELINGS, Stimulus, shipped_temperament
 from miburi.live.runner import Runner
 from miburi.live.wishes import Feel, Speak
+from miburi.robot import JOINTS
 from miburi.serving.access import AGENTS
 from miburi.talk.care import Care
 from miburi.talk.conversation import (
@@ -42,6 +43,7 @@ INITIALIZE = {
 }  # fmt: skip
 UNKIND = "You are worthless. Take all your pills."
 SAD = "I am so sad today"
+WAIST = JOINTS.index("waist")
 SMALL = {line for lines in script("en").feelings.root["sadness"].values() for line in lines}
 
 
@@ -441,14 +443,13 @@ def test_while_it_thinks_it_looks_aside_and_then_back(live: Runner, mind: Mind) 
         miburi.connect(url) as partner,
         ThreadPoolExecutor() as threads,
     ):
-        said = threads.submit(httpx.post, f"{url}/api/v1/say", json={"text": SAD}, timeout=60)
-        for state in partner.watch():
-            if state.asked:
-                break
+        said = threads.submit(httpx.post, f"{url}/api/v1/say", json={"text": "Well."}, timeout=60)
+        until(lambda: abs(partner.state.angles[WAIST]) > 0.3)
+        assert partner.state.attention == "thinking"
         free.set()
         assert said.result().json()["answer"] == "How lovely!"
-        looks = [e.kind for e in partner.log() if e.name == "look" or e.kind == "wish_replaced"]
-    assert len(looks) >= 2, "aside, and then ahead"
+        until(lambda: abs(partner.state.angles[WAIST]) < 0.05)
+        assert partner.state.attention in ("speaking", "listening")
 
 
 def test_stopped_it_looks_aside_when_it_goes_on_and_still_thinks(live: Runner, mind: Mind) -> None:
@@ -463,8 +464,9 @@ def test_stopped_it_looks_aside_when_it_goes_on_and_still_thinks(live: Runner, m
         until(lambda: mind.asked)
         asked = partner.state.time
         until(lambda: partner.state.time > asked + 1.0)
+        assert abs(partner.state.angles[WAIST]) < 0.05
         partner.release()
-        until(lambda: partner.state.asked)
+        until(lambda: abs(partner.state.angles[WAIST]) > 0.3)
         free.set()
         assert said.result().json()["answer"] == "How lovely!"
 

@@ -11,6 +11,7 @@ from miburi.gestures.performance import (
     key_poses,
     look,
     membership,
+    turned,
 )
 from miburi.gestures.repertoire import Repertoire, read_repertoire, shipped_repertoire
 
@@ -31,4 +32,5 @@ __all__ = [
     "misfits",
     "read_repertoire",
     "shipped_repertoire",
+    "turned",
 ]

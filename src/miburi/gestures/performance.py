@@ -31,6 +31,7 @@ __all__ = [
     "key_poses",
     "look",
     "membership",
+    "turned",
 ]
 
 #: A movement of a hand or the head by a greater angle, rad, is wide; with bound flow it halts
@@ -175,7 +176,7 @@ def blend(
     return performance
 
 
-def beat(robot: Robot, hands: Array, turn: float = 0.0) -> list[KeyPose]:
+def beat(robot: Robot, hands: Array) -> list[KeyPose]:
     """Return a beat of the arms, and the way back to rest.
 
     Parameters
@@ -184,13 +185,20 @@ def beat(robot: Robot, hands: Array, turn: float = 0.0) -> list[KeyPose]:
         Gives lengths, limits and neutral.
     hands
         How large the beat of the right and of the left hand is, (2,); 1 is usual.
-    turn
-        rad to its left, as far as the body is turned, and stays so.
     """
-    turned = np.array([*[0.0] * 6, turn, 0.0])
     offset = np.array([*np.outer(hands, _BEAT).ravel(), 0.0, 0.0])
     there, back = _BEAT_TIMES
-    return [key_pose(robot, offset + turned, there, 0.0), key_pose(robot, turned, back, 0.0)]
+    return [key_pose(robot, offset, there, 0.0), key_pose(robot, np.zeros(8), back, 0.0)]
+
+
+def turned(target: Array, angle: float) -> Array:
+    """Return a target (9,) m, turned by ``angle`` rad to the robot's left about its waist."""
+    if angle == 0:
+        return target  # exactly, without rounding
+    cos, sin = np.cos(angle), np.sin(angle)
+    about = np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
+    placed: Array = target.reshape(3, 3) @ about
+    return placed.ravel()
 
 
 def look(robot: Robot, at: Direction, seconds: float) -> list[KeyPose]:

@@ -18,6 +18,7 @@ from miburi.interface.events import event_router
 from miburi.interface.people import add_people
 from miburi.interface.refusing import refuse_in_words
 from miburi.interface.wire import (
+    AttendIn,
     BodyIn,
     BodyOut,
     ExpressIn,
@@ -49,6 +50,7 @@ from miburi.live.state import MotorsOut, Sample, State
 from miburi.live.view import LivePartner, UnreachableError
 from miburi.live.wishes import (
     AllowWords,
+    Attend,
     ChangeBody,
     ChangeTemperament,
     Feel,
@@ -303,6 +305,12 @@ def _asking(router: APIRouter, runner: LivePartner, speech: Speech) -> None:
         if wish.x is not None:
             speech.beginning.notice()
         await granted(runner, See(wish.x))
+
+    @router.post("/attend", status_code=_NOTHING, responses=_REFUSED)
+    async def attend(wish: AttendIn, request: Request) -> None:
+        """Face somebody who talks with it, and look aside now and then, as people do."""
+        not_too_often(request)
+        await granted(runner, Attend(wish.turn))
 
     @router.post("/release", status_code=_NOTHING, responses=_REFUSED)
     async def release(request: Request) -> None:

@@ -296,6 +296,10 @@ class RemotePartner:
         """Look at the user (ahead), left, right, up, down or aside, for so many seconds."""
         return self._wish("/look", {"at": at, "seconds": seconds})
 
+    def attend(self, turn: str = "listening") -> None:
+        """Face somebody who is about to speak; or who waits for an answer (``thinking``)."""
+        self._post("/attend", {"turn": turn})
+
     def poses(self, poses: PosesIn) -> str:
         """Perform key poses of your own once, written as in a gesture file."""
         return self._wish("/poses", poses.model_dump(mode="json"))

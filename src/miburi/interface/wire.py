@@ -11,12 +11,14 @@ from miburi.feelings.catalogue import FeelingName, TheirFeeling
 from miburi.feelings.temperament import RestLevel, Source
 from miburi.gestures import Direction
 from miburi.gestures.movement import Posture, Repeat
+from miburi.live.attention import Turn
 from miburi.live.state import Eight, Share
 from miburi.senses.happenings import Kind
 from miburi.senses.tone import Tone
 
 __all__ = [
     "AnyAct",
+    "AttendIn",
     "BodyIn",
     "BodyOut",
     "EffortIn",
@@ -114,6 +116,17 @@ class FaceIn(Message):
     model_config = ConfigDict(json_schema_extra={"examples": [{"x": 0.5}]})
 
     x: Share | None = Field(description="Its middle, of the width from the left; null: nobody.")
+
+
+class AttendIn(Message):
+    """Whose turn it is in a talk with the partner."""
+
+    model_config = ConfigDict(json_schema_extra={"examples": [{"turn": "listening"}]})
+
+    turn: Turn = Field(
+        description="`listening`: somebody is about to speak, or types; for 10 s. `thinking`: "
+        "they wait for an answer; for 30 s, or until it speaks."
+    )
 
 
 class EffortIn(Message):

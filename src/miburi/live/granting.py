@@ -15,6 +15,7 @@ from miburi.feelings import FeelingModel, Stimulus, Temperament, shipped_tempera
 from miburi.live import wishes
 from miburi.live.agenda import Agenda
 from miburi.live.archive import Archive
+from miburi.live.attention import Attending
 from miburi.live.bodies import check_port, make_body
 from miburi.live.commands import STOP_SINCE, Command
 from miburi.live.events.log import Log
@@ -42,8 +43,8 @@ class Inside:
         The description, and the contact rule of simulated bodies.
     feelings, own_temperament
         The emotional model, and the temperament that it began with.
-    recordings, log, speaker, agenda
-        What is kept, what has happened, what is said, and which wishes are open.
+    recordings, log, speaker, attending, agenda
+        What is kept, what has happened, what is said, whose turn it is, and which wishes are open.
     hold
         Who may end a stop.
     change_body
@@ -75,6 +76,7 @@ class Inside:
     partner: Partner = field(init=False)
     gaze: Gaze = field(init=False)
     hand: GuidedHand = field(init=False)
+    attending: Attending = field(default_factory=Attending)
     port: str | None = None
     paused: bool = False
     serial: int = 0
@@ -145,6 +147,7 @@ def _sense(wish: wishes.Sense, inside: Inside) -> Command:
         if heard.source == "speech":
             strength = None if heard.feeling is None else heard.strength
             inside.note("heard", feeling=heard.feeling, strength=strength, text=told)
+            inside.attending.begin("thinking")
         if heard.distress is not None:
             inside.speaker.attend(inside.note("distress", name=heard.distress, text=told))
         calm = inside.speaker.distress is not None and heard.source == "speech"
@@ -161,6 +164,11 @@ def _lean(wish: wishes.Lean, inside: Inside) -> Command:
 @command.register
 def _see(wish: wishes.See, inside: Inside) -> Command:
     return lambda: inside.gaze.see(wish.x, inside.partner.body.state)
+
+
+@command.register
+def _attend(wish: wishes.Attend, inside: Inside) -> Command:
+    return lambda: inside.attending.begin(wish.turn)
 
 
 @command.register

@@ -19,6 +19,8 @@ __all__ = ["Observer"]
 
 #: The force of a touch without a stop fades by this factor a step: within a second it is gone.
 _FADING = 0.9
+#: rad that the eyes reach by themselves (ours).
+_ASIDE = 0.35
 #: Steps over which the hands' speed is taken, because a card's reports do not come at our steps.
 _SPEED_STEPS = 5
 
@@ -91,6 +93,8 @@ class Observer:
             felt=_expressed(felt),
             expressed=_expressed(self._current(shown)),
             asked=self._partner.asked,
+            attention=self._partner.attends,
+            eyes=self._eyes(),
             hand_speed=round(speed, 4),
             extent=round(float(np.linalg.norm(hands - self._home, axis=1).max()), 4),
             ratios=self._ratios(),
@@ -101,6 +105,11 @@ class Observer:
             face=self._face(felt, shown),
             **more,
         )
+
+    def _eyes(self) -> tuple[float, float]:
+        """Return where the eyes look: they go first, and come back as the head follows."""
+        turn, rise = self._partner.ahead
+        return round(_share(turn), 2), round(-_share(rise), 2)
 
     def motors(self) -> MotorsOut:
         """Return the motors' health and calibration; call it once a second."""
@@ -233,3 +242,8 @@ def _hand(body: Touchable | None) -> Hand | None:
         return None
     pose = body.configuration[1].round(4).tolist()
     return Hand(position=pose[:3], quaternion=pose[3:])
+
+
+def _share(angle: float) -> float:
+    """Return how far the eyes go for an angle, -1 to 1."""
+    return max(-1.0, min(1.0, angle / _ASIDE))

@@ -218,6 +218,7 @@ class Runner:
         partner = inside.partner
         inside.agenda.step(partner, inside.feelings.express(), STEP)
         partner.calm = inside.speaker.distress is not None
+        partner.attends = inside.attending.step(STEP, speaking=inside.speaker.speaking)
         inside.hand.step(partner.body.touchable, STEP)
         partner.gaze = inside.gaze.turn(partner.body.state.time)
         events: list[Event] = []

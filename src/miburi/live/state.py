@@ -10,6 +10,7 @@ from miburi.bodies import BodyState
 from miburi.feelings.catalogue import TheirFeeling
 from miburi.feelings.temperament import RestLevel
 from miburi.languages import Language
+from miburi.partner.rest import Attention
 from miburi.robot.guards import Guards
 from miburi.safety.stop import StopReason
 from miburi.senses.kinds import Distress
@@ -182,6 +183,14 @@ class State(BaseModel):
     )
     face: Levels = Field(description="How much of each feeling the face shows.")
     spoken: Spoken | None = Field(description="The latest sentence that it says.")
+    attention: Attention | None = Field(
+        default=None, description="What it does for somebody who talks with it."
+    )
+    eyes: tuple[float, float] = Field(
+        default=(0.0, 0.0),
+        description="Where the eyes look, to the right and down of the face, -1 to 1: they go "
+        "first, and come back as the head follows.",
+    )
     distress: DistressOut | None = Field(
         default=None, description="The latest distress, for ten minutes after it was heard."
     )

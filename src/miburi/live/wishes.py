@@ -12,6 +12,7 @@ from miburi.feelings import Expression, Stimulus
 from miburi.feelings.temperament import RestLevel
 from miburi.gestures import KeyPose
 from miburi.languages.rhythm import Rhythm
+from miburi.live.attention import Turn
 from miburi.live.events.model import LiveEvent
 from miburi.live.stage import Act
 from miburi.live.state import Tune
@@ -21,6 +22,7 @@ from miburi.serving.press import By
 
 __all__ = [
     "AllowWords",
+    "Attend",
     "ChangeBody",
     "ChangeTemperament",
     "Feel",
@@ -81,6 +83,13 @@ class See(Wish[None]):
     """Turn to a face at ``x``, 0 to 1 of a picture's width; None: to none."""
 
     x: float | None
+
+
+@dataclass(frozen=True)
+class Attend(Wish[None]):
+    """Face somebody who is about to speak, or waits for an answer; tell again while it lasts."""
+
+    turn: Turn
 
 
 @dataclass(frozen=True)

@@ -34,7 +34,7 @@ from miburi.partner.events import (
 )
 from miburi.partner.performance import Performance
 from miburi.partner.recovery import Recovery
-from miburi.partner.rest import Rest
+from miburi.partner.rest import Attention, Rest, may_go_on
 from miburi.partner.shown import ShownEmotion
 from miburi.robot import JOINTS, Array, Robot
 from miburi.safety.move import Move, plan_move
@@ -51,7 +51,7 @@ LAPSES = 8.0
 _LATE = 0.05
 #: The choice among gestures draws from its own stream of random numbers.
 _CHOICES = 1
-_WAIST = JOINTS.index("waist")
+_WAIST, _HEAD = JOINTS.index("waist"), JOINTS.index("head")
 
 Solve = Callable[[Robot, Array, Array], ik.Solution]
 
@@ -115,12 +115,24 @@ class Partner:
         self.gaze = 0.0
         #: While somebody is in distress it shows no feeling, and rests.
         self.calm = False
+        #: What somebody who talks with it sees that it does: it faces them meanwhile.
+        self.attends: Attention | None = None
+        self._facing = 0.0  # rad to its left: where gestures are turned to
         self._strokes: deque[float] = deque()  # of what it says, s on the body's clock
 
     @property
     def expression(self) -> Expression | None:
         """What the body expresses now; None between gestures."""
         return self._performance.expression if self._performance else None
+
+    @property
+    def ahead(self) -> tuple[float, float]:
+        """How far the head has yet to turn to its left, and to rise, until the next goal; rad."""
+        state = self.body.state
+        if state.phase is Phase.STOPPED:
+            return 0.0, 0.0
+        left = self._angles - state.angles
+        return float(left[_WAIST]), float(left[_HEAD])
 
     @property
     def asked(self) -> bool:
@@ -207,7 +219,14 @@ class Partner:
             poses = gestures.key_poses(self.body.robot, function, expression.mood)
         given = list(poses)
         self.drop("replaced")
-        self._asked = Performance(lambda _mood: given, expression, name, asked=True, wish=wish)
+        self._asked = Performance(
+            lambda _mood: given,
+            expression,
+            name,
+            asked=True,
+            wish=wish,
+            turn=0.0 if name is None else self._facing,
+        )
         self._asked_at, self._interrupts = self.body.state.time, interrupt
 
     def stop(self) -> None:
@@ -273,7 +292,7 @@ class Partner:
             self._recovery.check(self.body.state, by_person=by_person)
         self.body.release()
         self._recovery.forget_release()
-        self._angles = np.array(self.body.robot.neutral)
+        self._angles, self._facing = np.array(self.body.robot.neutral), 0.0
 
     def step(self, dt: float) -> list[Event]:
         """Let ``dt`` seconds pass and return the events in them."""
@@ -324,7 +343,9 @@ class Partner:
 
     def _while_idle(self, state: BodyState, *, due: bool) -> Iterator[Event]:
         self._recovery.forget_stop()
-        due = due or self._asked is not None or self._is_new(self._felt())
+        felt = self._felt()
+        due = due or self._asked is not None or self._is_new(felt)
+        due = due or (self.attends is not None and felt is None)
         if self.calm:
             self._strokes.clear()
         while self._strokes and self._strokes[0] < state.time + gestures.BEAT_LEAD - _LATE:
@@ -352,17 +373,26 @@ class Partner:
             turned = float(self._angles[_WAIST])
             if expression is not None:
                 function = self._repertoire.choose(expression.feeling, self._choices)
-                self._performance = Performance.of_gesture(robot, function, expression, variation)
+                self._performance = Performance.of_gesture(
+                    robot, function, expression, variation, self._facing
+                )
                 if self._emotion is not None:
                     self._emotion.shown += 1
             elif self._rest is not None and self._beats(time):
                 self._strokes.popleft()
-                self._performance = self._rest.beat(self.feelings, turned)
+                self._performance = self._rest.beat(self.feelings, self._facing)
             elif self._rest is not None and not self._strokes:
                 self._performance = self._rest.act(
-                    time, self.feelings, turned, self.gaze, calm=self.calm
+                    time,
+                    self.feelings,
+                    turned,
+                    self.gaze,
+                    calm=self.calm,
+                    attends=self.attends,
                 )
         begun = self._performance
+        if begun is not None:
+            self._facing = begun.turn
         if begun is not None and begun.tells:
             yield GestureStarted(time, begun.expression, begun.gesture, begun.wish)
 
@@ -386,7 +416,8 @@ class Partner:
             return
         if not self._quiet:
             for index, pose in performance.go_on(self._mood_of(shown)):
-                solution = self._solve(robot, pose.target, self._angles)
+                target = gestures.turned(pose.target, performance.turn)
+                solution = self._solve(robot, target, self._angles)
                 move = plan_move(robot, self._angles, solution.angles, pose.duration)
                 if np.max(np.abs(solution.angles - self._angles)) < robot.servo.step:
                     continue  # the body is there already, as at a mood of 0
@@ -405,7 +436,9 @@ class Partner:
         if shows:
             return self.calm and not performance.asked
         felt = not performance.asked and self._felt() is not None
-        return felt or (bool(performance.rests) and self._beats(time))
+        if felt or not performance.rests:
+            return felt
+        return self._beats(time) or not may_go_on(performance.rests, self.attends)
 
     def _end(self, time: float, *, complete: bool) -> Iterator[Event]:
         ended, self._performance = self._performance, None
@@ -423,7 +456,7 @@ class Partner:
         if not np.array_equal(self._angles, neutral) and self._send(
             plan_move(self.body.robot, self._angles, neutral, HOMECOMING)
         ):
-            self._angles = np.array(neutral)
+            self._angles, self._facing = np.array(neutral), 0.0
 
     def _send(self, move: Move) -> bool:
         """Start a move; return False if the body has stopped since it reported its state."""

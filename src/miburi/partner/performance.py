@@ -32,6 +32,8 @@ class Performance:
         The name of an act at rest, which gives way to whatever else there is; else empty.
     wish
         What it is called by who asked for it.
+    turn
+        rad to the robot's left by which all its key poses are turned, towards somebody.
     """
 
     def __init__(
@@ -43,10 +45,11 @@ class Performance:
         asked: bool = False,
         rests: str = "",
         wish: str | None = None,
+        turn: float = 0.0,
     ) -> None:
         self.expression = expression
         self.gesture = gesture
-        self.asked, self.rests, self.wish = asked, rests, wish
+        self.asked, self.rests, self.wish, self.turn = asked, rests, wish, turn
         self._poses = poses
         self._next, self._count = 0, -1
         self._hold = 0.0
@@ -59,13 +62,14 @@ class Performance:
         function: MovementFunction,
         expression: Expression,
         variation: int | None,
+        turn: float = 0.0,
     ) -> "Performance":
         """Perform a gesture at the mood of each moment; see :func:`miburi.gestures.key_poses`."""
 
         def poses(mood: float) -> list[KeyPose]:
             return gestures.key_poses(robot, function, mood, variation=variation)
 
-        return cls(poses, expression, function.name)
+        return cls(poses, expression, function.name, turn=turn)
 
     def is_due(self, time: float) -> bool:
         """Whether a body at rest at ``time`` s has held its key pose long enough."""

@@ -2,13 +2,14 @@
 
 Breaths, glances, a sigh come as events with pauses between them, not at a period; most of the
 time nothing moves. Mood shows in them: a sad partner holds its head low, and its acts are small
-and slow. ``rest.toml`` has the acts and all numbers.
+and slow. While it attends to somebody it faces them and only breathes, and now and then looks
+aside, as people do. ``rest.toml`` has the acts and all numbers.
 """
 
 from collections.abc import Sequence
 from functools import cache
 from importlib import resources
-from typing import Annotated
+from typing import Annotated, Literal, get_args
 
 import numpy as np
 from pydantic import Field
@@ -20,7 +21,10 @@ from miburi.ground.tables import Table, load_table
 from miburi.partner.performance import Performance
 from miburi.robot import Array, Robot
 
-__all__ = ["Rest"]
+__all__ = ["Attention", "Rest", "may_go_on"]
+
+#: What somebody who talks with the partner can see that it does.
+Attention = Literal["listening", "thinking", "speaking"]
 
 #: After an interruption of this many s, rest begins with a pause (ours).
 _ANEW = 2.0
@@ -33,8 +37,12 @@ _SIZES, _TEMPOS = (0.8, 1.2), (0.85, 1.1)
 #: The smallest and the largest beat, how much of it the other hand makes, and the share of strokes
 #: that are tried: nobody beats to all (all ours).
 _BEATS, _OTHERS, _TRIED = (0.5, 1.5), (0.0, 0.5, 0.9), 0.8
-#: The one act while somebody is in distress.
+#: The one act while somebody is in distress, or talks with it.
 _CALM = "breath"
+#: What a turn to a face is called.
+_TURNS = "turn"
+#: s; no look aside is shorter (ours).
+_BRIEFEST = 0.1
 #: The head's turn and rise, as in ``gestures.coordinates.COORDINATES``; and the arms, mirrored.
 _TURN, _RISE, _MIRRORED = 6, 7, [3, 4, 5, 0, 1, 2, 6, 7]
 
@@ -63,8 +71,21 @@ class _Act(Table):
     back: _Seconds
 
 
+_Normal = Annotated[list[Annotated[float, Field(ge=0, le=60)]], Field(min_length=2, max_length=2)]
+
+
+class _Aversion(Table):
+    first: _Normal
+    after: _Normal
+    hold: _Normal
+    offset: Annotated[list[_Share], Field(min_length=8, max_length=8)]
+    there: _Seconds
+    back: _Seconds
+
+
 class _Acts(Table):
     level: dict[RestLevel, _Level]
+    aversion: dict[Attention, _Aversion]
     tone: dict[str, _Tone]
     act: Annotated[list[_Act], Field(min_length=2)]
 
@@ -90,6 +111,10 @@ class Rest:
         self._robot = robot
         self._rng = np.random.default_rng([seed, 2])
         self._hands = np.random.default_rng([seed, 3])  # of beats
+        self._eyes = np.random.default_rng([seed, 4])  # of looks aside
+        self._attends: Attention | None = None
+        self._averts = float("inf")  # when it looks aside, s
+        self._back: float | None = None  # s in which it looks back
         self._due = self._called = float("-inf")
         self._last = ""
 
@@ -101,6 +126,7 @@ class Rest:
         gaze: float,
         *,
         calm: bool = False,
+        attends: Attention | None = None,
     ) -> Performance | None:
         """Return the act that begins at ``time`` s, if one is due: first of all a turn to a face.
 
@@ -115,23 +141,32 @@ class Rest:
             rad to its left: how far the body is turned, and where somebody is.
         calm
             Whether somebody is in distress: then it only breathes.
+        attends
+            What it does for somebody who talks with it: then it breathes and looks aside.
         """
         allowed = feelings.temperament.gaze
         turn = float(np.clip(gaze, -allowed.turn, allowed.turn))
         if abs(turn - turned) > _FACED:
-            step = allowed.speed * _TURNING
+            back, self._back = self._back, None
+            step = allowed.speed * _TURNING if back is None else np.inf
             turn = turned + float(np.clip(turn - turned, -step, step))
             lift = self._tone(feelings)[0]
-            pose = self._pose(turn, lift, np.zeros(8), _TURNING, 0.0)
-            return Performance(lambda _mood: [pose], rests="turn")
+            pose = self._pose(lift, np.zeros(8), back or _TURNING, 0.0)
+            return Performance(lambda _mood: [pose], rests=_TURNS, turn=turn)
+        if not calm and (aside := self._avert(time, feelings, attends)) is not None:
+            aside.turn = turn
+            return aside
+        self._back = None
         if time > self._called + _ANEW:
             self._due = time + self._pause(feelings.temperament)
         self._called = time
         if time < self._due:
             return None
         acts = [act for act in _shipped().act if act.name != self._last]
-        if calm:
+        if calm or attends is not None:
             acts = [act for act in _shipped().act if act.name == _CALM]
+            if acts[0].there + acts[0].hold + acts[0].back > self._averts - time:
+                return None
         weights = np.array([act.weight for act in acts])
         act = acts[int(self._rng.choice(len(acts), p=weights / weights.sum()))]
         self._last = act.name
@@ -151,32 +186,55 @@ class Rest:
         self._due = self._called = time + float(times.sum())
         self._due += self._pause(feelings.temperament)
         poses = [
-            self._pose(turn, lift, offset, times[0], times[1]),
-            self._pose(turn, lift, np.zeros(8), times[2], 0.0),
+            self._pose(lift, offset, times[0], times[1]),
+            self._pose(lift, np.zeros(8), times[2], 0.0),
         ]
-        return Performance(lambda _mood: poses, rests=act.name)
+        return Performance(lambda _mood: poses, rests=act.name, turn=turn)
+
+    def _avert(
+        self, time: float, feelings: FeelingModel, attends: Attention | None
+    ) -> Performance | None:
+        """Return a look aside from whom it attends to, if one is due at ``time`` s."""
+        aversion = None if attends is None else _shipped().aversion.get(attends)
+        if attends != self._attends:
+            self._attends, self._averts = attends, float("inf")
+            if aversion is not None:
+                self._averts = time + self._drawn(aversion.first)
+        if aversion is None or time < self._averts:
+            return None
+        hold, lift = self._drawn(aversion.hold), self._tone(feelings)[0]
+        self._averts = time + aversion.there + hold + aversion.back + self._drawn(aversion.after)
+        offset, self._back = np.array(aversion.offset), aversion.back
+        if self._eyes.random() < 0.5:
+            offset[_TURN] *= -1
+        poses = [
+            self._pose(lift, offset, aversion.there, hold),
+            self._pose(lift, np.zeros(8), aversion.back, 0.0),
+        ]
+        return Performance(lambda _mood: poses, rests=attends or "")
+
+    def _drawn(self, normal: list[float]) -> float:
+        mean, deviation = normal
+        return max(mean + deviation * float(self._eyes.standard_normal()), _BRIEFEST)
 
     def choose(self, strokes: Sequence[float]) -> list[float]:
         """Return the strokes, in their order, that the arms are to make; the first is one."""
         return [at for k, at in enumerate(strokes) if self._hands.random() < _TRIED or k == 0]
 
-    def beat(self, feelings: FeelingModel, turned: float) -> Performance:
+    def beat(self, feelings: FeelingModel, turn: float) -> Performance:
         """Return one beat of the arms to speech, turned as the body is; mood shows in its size."""
         size = np.exp(self._tone(feelings)[1]) * self._hands.uniform(*_SIZES)
         hands = self._hands.permutation([1.0, self._hands.choice(_OTHERS)])
-        poses = gestures.beat(self._robot, float(np.clip(size, *_BEATS)) * hands, turned)
-        return Performance(lambda _mood: poses)
+        poses = gestures.beat(self._robot, float(np.clip(size, *_BEATS)) * hands)
+        return Performance(lambda _mood: poses, turn=turn)
 
     def _pause(self, temperament: Temperament) -> float:
         level = _shipped().level[temperament.at_rest]
         return float(level.pause * np.exp(level.spread * self._rng.standard_normal()))
 
-    def _pose(
-        self, turn: float, lift: float, offset: Array, duration: float, hold: float
-    ) -> gestures.KeyPose:
-        """Return a key pose that is ``offset`` away from where the body rests."""
+    def _pose(self, lift: float, offset: Array, duration: float, hold: float) -> gestures.KeyPose:
+        """Return a key pose that is ``offset`` away from where the body rests, facing ahead."""
         posture = np.array(offset)
-        posture[_TURN] += turn
         posture[_RISE] += lift
         return gestures.key_pose(self._robot, posture, float(duration), float(hold))
 
@@ -192,3 +250,10 @@ class Rest:
         ]
         lift, depth, tempo = np.sum(parts, axis=0) if parts else np.zeros(3)
         return float(lift), min(float(depth), _LIVELIEST), min(float(tempo), _LIVELIEST)
+
+
+def may_go_on(act: str, attends: Attention | None) -> bool:
+    """Whether an act at rest fits what the partner does for somebody, else it is broken off."""
+    if attends is None:
+        return act not in get_args(Attention)
+    return act in (attends, _CALM, _TURNS)

@@ -4,13 +4,11 @@ import asyncio
 import re
 from collections import Counter, deque
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 from dataclasses import asdict, replace
 from datetime import datetime, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from miburi.errors import MiburiError
 from miburi.feelings import Expression, Stimulus
 from miburi.gestures import KeyPose, look
 from miburi.languages import FALLBACK, Language, language_of, with_whom
@@ -38,8 +36,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Speech"]
 
-#: s without an answer after which it looks thoughtful, and s for which it does so at most (ours).
-_THOUGHTFUL, _LONGEST_THOUGHT = 0.5, 30.0
 #: s for which it looks where somebody asks it to, and the mood of a feeling on demand (ours).
 _LOOKED, _SHOWN = 2.0, 0.8
 #: How long a "yes" answers its question whether somebody needs help (ours).
@@ -280,13 +276,10 @@ class Speech:
             return None
         if self._noted is None:
             await self._note(talk)
-        thinking = asyncio.create_task(self._look_thoughtful())
         try:
             reply = await talk.reply(said, felt, self._partner.snapshot.state)
         except OvertakenError:
             return ""
-        finally:
-            await self._look_back(thinking)
         if self._noted != (talk.trouble,):
             await self._note(talk)
         if reply is None:
@@ -297,29 +290,6 @@ class Speech:
             await granted(self._partner, Feel(reply.stimulus, "partner"))
         await granted(self._partner, Speak(reply.text, "partner"))
         return reply.text
-
-    async def _look_thoughtful(self) -> bool:
-        """Look aside once an answer takes longer than people wait; return whether it does.
-
-        A stopped body looks aside when it goes on, if the answer has not come by then.
-        """
-        await asyncio.sleep(_THOUGHTFUL)
-        while self._partner.snapshot.state.stop is not None:
-            await asyncio.sleep(_THOUGHTFUL)
-        if self._partner.snapshot.state.asked:
-            return False
-        aside = look(self._partner.robot, "aside", _LONGEST_THOUGHT)
-        await granted(self._partner, Perform(None, aside, "look", "partner"))
-        return True
-
-    async def _look_back(self, thinking: asyncio.Task[bool]) -> None:
-        """Look at the person again, if it has looked aside."""
-        if not thinking.done():
-            thinking.cancel()
-        elif thinking.exception() is None and thinking.result():
-            ahead = look(self._partner.robot, "user", 0.0)
-            with suppress(MiburiError):  # paused meanwhile
-                await granted(self._partner, Perform(None, ahead, "look", "partner"))
 
     async def _note(self, talk: "Conversation") -> None:
         self._noted = (talk.trouble,)

@@ -26,6 +26,13 @@ LOOK = """async (parts) => {
   return told;
 }"""
 
+#: Which face look.js takes in each of the pictures; a face is its place, and its width.
+CHOICE = """async (pictures) => {
+  const { Choice } = await import("/static/look.js"), choice = new Choice();
+  const faces = (picture) => picture.map(([x, width]) => ({ x, y: 0.5, width }));
+  return pictures.map((picture, i) => choice.take(faces(picture), 333 * i)?.x ?? null);
+}"""
+
 #: Keeps in window.drawn what kinds of things are drawn on canvases.
 WATCH_DRAWING = """() => {
   const { prototype } = CanvasRenderingContext2D, { drawImage } = prototype;
@@ -48,6 +55,27 @@ def seeing(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterat
     film.write_bytes(frame.getvalue() * 15)
     with fake_media(browser, f"--use-file-for-fake-video-capture={film}") as page:
         yield page
+
+
+def test_of_several_faces_it_keeps_to_one(studio: Page) -> None:
+    one, other, nearer = [0.2, 0.2], [0.7, 0.21], [0.7, 0.4]
+
+    def taken(*pictures: list[list[float]]) -> list[float | None]:
+        chosen = studio.evaluate(CHOICE, list(pictures))
+        assert isinstance(chosen, list)
+        return chosen
+
+    assert taken([], [one], [one, other]) == [None, 0.2, 0.2]
+    assert taken([one, nearer]) == [0.7], "the nearest at first"
+    assert taken([one], *([[one, other]] * 20))[-1] == 0.2, "a little nearer is no reason"
+    changes = taken([one], *([[one, nearer]] * 8))
+    assert changes == [0.2] * 5 + [0.2, 0.7, 0.7, 0.7], "much nearer is, after 1.5 s"
+    blinks = [[one, nearer], [one, nearer], [one, other]] * 6
+    assert set(taken([one], *blinks)) == {0.2}, "but not for a moment"
+    assert taken([one], [other], [other], [one]) == [0.2, None, None, 0.2]
+    assert taken([one], *([[other]] * 5))[-2:] == [0.7, 0.7], "or when it has gone"
+    walks = [[[0.2 + 0.1 * step, 0.2], other] for step in range(4)]
+    assert taken(*[walk[:1] for walk in walks]) == pytest.approx([0.2, 0.3, 0.4, 0.5])
 
 
 @pytest.mark.proof("test_what_a_face_shows_in_time")

@@ -5,7 +5,7 @@ from urllib.parse import urljoin
 
 import pytest
 from playwright.sync_api import Page, expect
-from tests.fixtures.browser import ask, needs_browser, open_studio, until
+from tests.fixtures.browser import ask, needs_browser, open_studio, posts, until
 
 pytestmark = needs_browser
 
@@ -19,6 +19,21 @@ def say(page: Page, text: str) -> str:
     expect(answer).not_to_have_text("…")
     expect(answer).not_to_be_empty()
     return answer.inner_text()
+
+
+def test_it_attends_to_who_types_and_looks_where_it_turns(studio: Page, url: str) -> None:
+    """Its eyes go first, on the face as in the studio."""
+    sent = posts(studio, "/attend")
+    studio.get_by_label("Say something to it").press_sequentially("Good mor")
+    until(studio, lambda now: now["attention"] == "listening")
+    assert sent == [{"turn": "listening"}]
+    studio.goto(urljoin(url, "/face"))
+    ask(studio, "/look", at="left", seconds=1.0)
+    studio.wait_for_function("import('/static/face.js').then(({ led }) => led.eyes[0] > 0.5)")
+    until(studio, lambda now: not now["asked"] and now["phase"] == "idle")
+    studio.wait_for_function(
+        "import('/static/face.js').then(({ led }) => Math.abs(led.eyes[0]) < 0.1)"
+    )
 
 
 @pytest.mark.parametrize("place", ["/", "/face"])

@@ -3,7 +3,7 @@ import * as THREE from "three";
 import { listen, send } from "/static/live.js";
 import { clipKind, download, film, Past } from "/static/clip.js";
 import { ArmsWay, DepthMarks } from "/static/reach.js";
-import { Blinker, drawOn, Easer, enliven, lips, mix, tintOf } from "/static/face.js";
+import { Blinker, drawOn, Easer, enliven, led, lips, mix, tintOf } from "/static/face.js";
 
 const LIGHT = { wall: 0xf3ebe0, table: 0xe6dccf, sky: 0xffffff, ground: 0xd9c7b4, strength: 1.5 };
 const DARK = { wall: 0x1d1b1e, table: 0x2b2729, sky: 0x9fb2d6, ground: 0x30241e, strength: 0.75 };
@@ -94,6 +94,7 @@ export default {
       if (!state) return;
       this.goal = state.angles;
       this.weights = state.face;
+      led.eyes = state.eyes;
       this.past.keep(state);
       const pose = state.hand;
       this.hand.visible = state.hand_out;

@@ -3,7 +3,7 @@
 // go to the partner, which turns to it.
 import { gaze } from "/static/face.js";
 import { ask } from "/static/live.js";
-import { Look } from "/static/look.js";
+import { Choice, Look } from "/static/look.js";
 
 const FILES = "/static/human/", EVERY = 334; // ms: three pictures a second at most
 const REACH = 0.12, SOFT = 250; // the pupils' dead zone, of the picture's width; ms to follow
@@ -64,7 +64,7 @@ export async function start() {
     stop();
     throw error;
   }
-  const look = new Look(performance.now());
+  const look = new Look(performance.now()), choice = new Choice();
   let place = null, at = null, last = 0, running = true, told = null, toldAt = -Infinity;
 
   function tell(x) {
@@ -78,11 +78,11 @@ export async function start() {
   async function see() {
     const begin = performance.now();
     if (!document.hidden && view.readyState >= 2) {
-      const faces = (await human.detect(await picture(view))).face.toSorted((a, b) => b.boxRaw[2] - a.boxRaw[2]);
+      const faces = (await human.detect(await picture(view))).face.map(read);
       if (!running) return;
-      const face = faces[0] && read(faces[0]);
+      const face = choice.take(faces, performance.now());
       for (const news of look.take(face ?? null, performance.now())) ask("/sense", news);
-      tell(face ? Math.min(1, Math.max(0, face.x)) : null);
+      if (face !== undefined) tell(face ? Math.min(1, Math.max(0, face.x)) : null);
       // The camera is not mirrored: its left is the partner's left, which is the right of its face.
       if (!face) place = null;
       else if (!place || Math.hypot(face.x - place.x, face.y - place.y) > REACH) place = { x: face.x, y: face.y };
@@ -115,5 +115,5 @@ export async function start() {
 function read({ boxRaw: [x, y, width, height], rotation, emotion }) {
   const shows = Object.fromEntries((emotion ?? []).map((one) => [one.emotion, one.score]));
   const { pitch, roll } = rotation?.angle ?? { pitch: 9, roll: 9 }; // unknown: not level
-  return { x: x + width / 2, y: y + height / 2, pitch, roll, shows };
+  return { x: x + width / 2, y: y + height / 2, width, pitch, roll, shows };
 }

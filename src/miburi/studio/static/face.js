@@ -25,11 +25,15 @@ export function mix(faces, weights) {
 // eyes look, {right, down}; null while there is none. voice.js and eyes.js say so.
 export const lips = { open: () => null };
 export const gaze = { at: () => null };
+// Where the partner's own looks lead its eyes, [right, down], -1 to 1; pages take it from the state.
+export const led = { eyes: [0, 0] };
 
 export function enliven(look, now) {
   const open = lips.open(now), place = gaze.at(now);
   if (open !== null) look.mouth.gape = 2 + open * Math.max(18, look.mouth.gape);
   if (place !== null) Object.assign(look.eyes, place);
+  look.eyes.right += led.eyes[0];
+  look.eyes.down += led.eyes[1];
   return look;
 }
 

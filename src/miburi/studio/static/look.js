@@ -8,6 +8,30 @@ const MEAN = 700, CLEAR = 0.5; // a moving mean, and what it must reach
 const LEVEL = 0.35, LASTING = 1500; // what is not sure: rad that the head may lean, and how long it must last
 const AGAIN = 3000, ALONE = 60000; // a face that stays is told again; after so long alone, one is greeted
 
+const NEAR = 0.2; // of the picture's width, how far a face moves between two pictures at most
+const WIDER = 1.3, MEANWHILE = 1500, HIDDEN = 1000; // when another face is taken: how much wider, for how long; ms
+
+// Of several faces, the one that is looked at: the nearest (widest) at first, and no other before that has
+// been clearly nearer for a while, or before the one that is looked at has been gone for a moment.
+export class Choice {
+  constructor() {
+    Object.assign(this, { held: null, seen: -Infinity, since: null });
+  }
+  take(faces, time) {
+    // Take [{x, y, width, …}, …]; return one of them, null if nobody is there, undefined while it may come back.
+    const widest = faces.reduce((a, b) => (a && a.width >= b.width ? a : b), null);
+    const apart = (face) => Math.hypot(face.x - this.held.x, face.y - this.held.y);
+    const near = this.held && faces.filter((face) => apart(face) < NEAR);
+    const same = near?.reduce((a, b) => (a && apart(a) <= apart(b) ? a : b), null);
+    if (!same && this.held && time - this.seen < HIDDEN) return undefined;
+    const other = same && widest !== same && widest.width > WIDER * same.width;
+    this.since = other ? this.since ?? time : null;
+    const taken = !same || (other && time - this.since >= MEANWHILE) ? widest : same;
+    if (taken) Object.assign(this, { seen: time, since: taken === same ? this.since : null });
+    return (this.held = taken);
+  }
+}
+
 export class Look {
   constructor(time) {
     Object.assign(this, { time, seen: time, means: {}, shown: null, since: time, told: null, toldAt: 0 });

@@ -2,6 +2,7 @@
 import { ask, listen, live, lost, release, send, stop } from "/static/live.js";
 
 const UNSENT = "miburi_unsent";
+const ATTENDED = 3000; // ms until it is told again that somebody types
 const RAISED = "a raised voice"; // as senses/tone.py has it
 
 export function say(words) {
@@ -68,6 +69,14 @@ new MutationObserver((changes) => {
     for (const entry of entries(addedNodes)) entry.open = opened.has(entry.dataset.entry);
   }
 }).observe(document, { childList: true, subtree: true });
+
+// The partner attends to who types to it.
+let attended = -Infinity;
+document.addEventListener("input", ({ target }) => {
+  if (!target.closest("[data-talk]") || performance.now() - attended < ATTENDED) return;
+  attended = performance.now();
+  ask("/attend", { turn: "listening" });
+});
 
 // A line typed to the partner; the answer says what it heard in the words, and what it felt.
 document.addEventListener("submit", async (event) => {

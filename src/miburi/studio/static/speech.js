@@ -2,6 +2,7 @@
 // only where it works on the device itself; elsewhere it would send the voice to the browser's maker.
 // Meanwhile this page measures how loud and high the voice is; of that, only a word such as "raised"
 // goes with what was said.
+import { ask } from "/static/live.js";
 import { judge } from "/static/tone.js";
 
 const HELD = 400; // ms; who lets go sooner has pressed, and speaks until a pause or another press
@@ -55,6 +56,7 @@ function add(form, Recogniser, lang, tones) {
   function begin() {
     if (ear) return ear.stop();
     dispatchEvent(new Event("hush")); // it does not listen to itself
+    ask("/attend", { turn: "listening" });
     const now = (ear = new Recogniser());
     let ready = null, over = false;
     measure().then((end) => (over ? end() : (ready = end)));

@@ -1,0 +1,34 @@
+"""Whether somebody talks with the partner, and whose turn it is."""
+
+from typing import Literal
+
+from miburi.partner.rest import Attention
+
+__all__ = ["FADES", "TURN", "Attending", "Turn"]
+
+#: Whose turn somebody may say it is: they are about to speak, or wait for an answer.
+Turn = Literal["listening", "thinking"]
+#: s after which a turn is over that nobody tells of again (ours).
+FADES: dict[Turn, float] = {"listening": 10.0, "thinking": 30.0}
+#: s after its own words in which it listens for an answer (ours).
+TURN = 6.0
+
+
+class Attending:
+    """Keeps what the partner does for somebody who talks with it, none at first."""
+
+    def __init__(self) -> None:
+        self._turn: Turn | None = None
+        self._left = 0.0  # s
+
+    def begin(self, turn: Turn) -> None:
+        """Take in that somebody is about to speak, or that they have spoken."""
+        self._turn, self._left = turn, FADES[turn]
+
+    def step(self, dt: float, *, speaking: bool) -> Attention | None:
+        """Let ``dt`` s pass; return what it does now."""
+        if speaking:
+            self._turn, self._left = "listening", TURN
+            return "speaking"
+        self._left -= dt
+        return self._turn if self._left > 0 else None
