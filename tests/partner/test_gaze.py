@@ -56,9 +56,10 @@ def test_a_partner_without_life_and_one_that_may_not_turn_stay(robot: Robot) -> 
         Partner(PaperBody(robot), EmotionalModel()),
         Partner(PaperBody(robot), at_ease("still", still), life=3),
     ):
-        partner.gaze = 0.3
-        run(partner, 10.0)
-        assert waist(partner) == pytest.approx(0.0, abs=1e-3)
+        partner.gaze, partner.attends = 0.3, "thinking"
+        for _ in range(500):
+            partner.step(0.02)
+            assert waist(partner) == pytest.approx(0.0, abs=1e-3)
 
 
 def performed(robot: Robot, gaze: float) -> list[Array]:

@@ -127,9 +127,9 @@ class Partner:
 
     @property
     def ahead(self) -> tuple[float, float]:
-        """How far the head has yet to turn to its left, and to rise, until the next goal; rad."""
+        """How far a moving head has yet to turn to its left, and to rise, to its goal; rad."""
         state = self.body.state
-        if state.phase is Phase.STOPPED:
+        if state.phase in (Phase.STOPPED, Phase.IDLE):
             return 0.0, 0.0
         left = self._angles - state.angles
         return float(left[_WAIST]), float(left[_HEAD])

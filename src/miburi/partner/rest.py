@@ -205,6 +205,7 @@ class Rest:
         hold, lift = self._drawn(aversion.hold), self._tone(feelings)[0]
         self._averts = time + aversion.there + hold + aversion.back + self._drawn(aversion.after)
         offset, self._back = np.array(aversion.offset), aversion.back
+        offset[_TURN] = min(offset[_TURN], feelings.temperament.gaze.turn)
         if self._eyes.random() < 0.5:
             offset[_TURN] *= -1
         poses = [
