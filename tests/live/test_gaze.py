@@ -89,6 +89,17 @@ def test_it_attends_to_who_talks_with_it_and_to_nobody_later(runner: Runner) -> 
     assert attention(0.2) is None
 
 
+def test_who_interrupts_it_sees_it_think(runner: Runner) -> None:
+    runner.ask(Speak("There is a great deal to say about that, and I shall say all of it."))
+    assert run(runner, 0.5)[-1].attention == "speaking"
+    runner.ask(Sense(Impression(None, 0.0, "speech")))
+    runner.ask(Attend("listening"))  # sent before it, and late
+    assert run(runner, 0.5)[-1].attention == "thinking"
+    assert run(runner, 12.0)[-1].attention == "thinking"
+    runner.ask(Speak("Yes."))
+    assert run(runner, 0.1)[-1].attention == "speaking"
+
+
 def test_eyes_go_first_and_come_back_as_the_head_follows(runner: Runner) -> None:
     runner.ask(Perform(None, look(runner.robot, "left", 2.0), "look"))
     begun = until(runner, lambda state: state.phase == "moving")

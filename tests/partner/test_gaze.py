@@ -136,6 +136,40 @@ def test_whoever_speaks_ends_its_thinking_at_once(robot: Robot) -> None:
     assert waist(partner) == pytest.approx(0.0, abs=0.02)
 
 
+def test_what_it_attended_to_before_does_not_hold_its_breath_in_distress(robot: Robot) -> None:
+    partner = Partner(PaperBody(robot), at_ease("lively"), life=5)
+    partner.attends = "listening"
+    run(partner, 1.0)
+    partner.calm = True
+    run(partner, 10.0)
+    assert of(MoveSent, run(partner, 60.0))
+
+
+def test_it_turns_slowly_to_who_has_moved_while_it_looked_aside(robot: Robot) -> None:
+    partner = Partner(PaperBody(robot), at_ease("still"), life=5)
+    partner.attends = "listening"
+    while abs(waist(partner)) < 0.05:
+        partner.step(0.02)
+    partner.gaze = 0.35
+    run(partner, 2.0)
+    before = waist(partner)
+    run(partner, 1.0)
+    assert waist(partner) - before < 0.25, "at most 0.2 rad/s"
+
+
+def test_who_begins_to_talk_waits_for_no_arm(robot: Robot) -> None:
+    partner = Partner(PaperBody(robot), at_ease("lively"), life=5)
+    for _ in range(20):
+        for _ in range(500):
+            partner.step(0.02)
+            if np.abs(partner.body.state.angles - robot.neutral)[[1, 4]].min() > 0.2:
+                break
+        partner.attends = "speaking"
+        run(partner, 5.0)
+        assert np.abs(partner.body.state.angles - robot.neutral)[[1, 4]].min() < 0.2
+        partner.attends = None
+
+
 def test_who_is_in_distress_is_not_looked_away_from(robot: Robot) -> None:
     partner = Partner(PaperBody(robot), at_ease("lively"), life=5)
     partner.attends, partner.calm = "thinking", True

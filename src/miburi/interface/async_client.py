@@ -23,6 +23,7 @@ from miburi.interface.asker import Asker
 from miburi.interface.client import ConnectionLostError
 from miburi.interface.wire import (
     AnyAct,
+    AttendIn,
     ExpressIn,
     LookIn,
     PauseIn,
@@ -32,6 +33,7 @@ from miburi.interface.wire import (
     SpeakIn,
     StimulusIn,
 )
+from miburi.live.attention import Turn
 from miburi.live.events.model import EndOfWish, LiveEvent
 from miburi.live.state import State
 from miburi.senses.tone import Tone
@@ -145,6 +147,10 @@ class AsyncPartner:
     async def look(self, at: Direction, seconds: float = 2.0) -> str:
         """Look at the user (ahead), left, right, up, down or aside, for so many seconds."""
         return await self._asker.wish("/look", LookIn(at=at, seconds=seconds))
+
+    async def attend(self, turn: Turn = "listening") -> None:
+        """Face somebody who is about to speak; or who waits for an answer (``thinking``)."""
+        await self._asker.tell("/attend", AttendIn(turn=turn))
 
     async def poses(self, poses: PosesIn) -> str:
         """Perform key poses of your own once, written as in a gesture file."""

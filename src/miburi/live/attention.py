@@ -20,14 +20,31 @@ class Attending:
     def __init__(self) -> None:
         self._turn: Turn | None = None
         self._left = 0.0  # s
+        self._sentence: int | None = None
 
     def begin(self, turn: Turn) -> None:
-        """Take in that somebody is about to speak, or that they have spoken."""
-        self._turn, self._left = turn, FADES[turn]
+        """Take in that somebody is about to speak, or that they have spoken.
 
-    def step(self, dt: float, *, speaking: bool) -> Attention | None:
-        """Let ``dt`` s pass; return what it does now."""
-        if speaking:
+        What comes late, or before it has answered, does not end its thinking.
+        """
+        if turn == "thinking" or self._turn != "thinking" or self._left <= 0:
+            self._turn, self._left = turn, FADES[turn]
+
+    def step(self, dt: float, sentence: int | None) -> Attention | None:
+        """Let ``dt`` s pass; return what it does now.
+
+        Parameters
+        ----------
+        dt
+            s
+        sentence
+            The number of the sentence that it is saying, if any. Who interrupts it is answered
+            by the next one.
+        """
+        if sentence is not None and sentence != self._sentence:
+            self._turn, self._left = "listening", TURN
+        self._sentence = sentence
+        if sentence is not None and self._turn != "thinking":
             self._turn, self._left = "listening", TURN
             return "speaking"
         self._left -= dt

@@ -1,8 +1,8 @@
 """The one clock of a live partner.
 
 A thread paces the partner's deterministic steps. Wishes are granted between two steps, after Stop
- (:mod:`miburi.live.commands`); viewers read the latest snapshot, which is never changed, and
-so cannot make the loop wait.
+(:mod:`miburi.live.commands`); viewers read the latest snapshot, which is never changed, and so
+cannot make the loop wait.
 """
 
 import time
@@ -199,7 +199,7 @@ class Runner:
         return self._commands.ask(run)
 
     def stop(self, press: Press = PRESSED) -> Future[None]:
-        """Stop the body until :meth:`release`; never refused, and before any other command."""
+        """Stop the body until a :class:`Release`; never refused, and before any other command."""
         return self._commands.stop(press)
 
     def feelings(self) -> Future[dict[str, Any]]:
@@ -218,7 +218,8 @@ class Runner:
         partner = inside.partner
         inside.agenda.step(partner, inside.feelings.express(), STEP)
         partner.calm = inside.speaker.distress is not None
-        partner.attends = inside.attending.step(STEP, speaking=inside.speaker.speaking)
+        spoken = inside.speaker.spoken if inside.speaker.speaking else None
+        partner.attends = inside.attending.step(STEP, None if spoken is None else spoken.number)
         inside.hand.step(partner.body.touchable, STEP)
         partner.gaze = inside.gaze.turn(partner.body.state.time)
         events: list[Event] = []

@@ -120,4 +120,4 @@ class LivePartner(Protocol):
         """
 
     def stop(self, press: Press = PRESSED) -> Future[None]:
-        """Stop the body until :meth:`release`; never refused, and before any other command."""
+        """Stop the body until a :class:`Release`; never refused, and before any other command."""

@@ -225,7 +225,6 @@ class Partner:
             name,
             asked=True,
             wish=wish,
-            turn=0.0 if name is None else self._facing,
         )
         self._asked_at, self._interrupts = self.body.state.time, interrupt
 
@@ -368,6 +367,8 @@ class Partner:
         robot, expression = self.body.robot, self._felt()
         if self._asked is not None:
             self._performance, self._asked = self._asked, None
+            if self._performance.gesture is not None:  # else the poses are somebody's own
+                self._performance.turn = self._facing
         else:
             variation = None if self._life is None else int(self._life.integers(2**32))
             turned = float(self._angles[_WAIST])

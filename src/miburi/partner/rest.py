@@ -115,6 +115,7 @@ class Rest:
         self._attends: Attention | None = None
         self._averts = float("inf")  # when it looks aside, s
         self._back: float | None = None  # s in which it looks back
+        self._faced = 0.0  # where it looked before, rad to its left
         self._due = self._called = float("-inf")
         self._last = ""
 
@@ -147,14 +148,16 @@ class Rest:
         allowed = feelings.temperament.gaze
         turn = float(np.clip(gaze, -allowed.turn, allowed.turn))
         if abs(turn - turned) > _FACED:
+            # Back from a look aside as it came; but slowly to somebody who has moved meanwhile.
             back, self._back = self._back, None
+            back = None if abs(turn - self._faced) > _FACED else back
             step = allowed.speed * _TURNING if back is None else np.inf
             turn = turned + float(np.clip(turn - turned, -step, step))
             lift = self._tone(feelings)[0]
             pose = self._pose(lift, np.zeros(8), back or _TURNING, 0.0)
             return Performance(lambda _mood: [pose], rests=_TURNS, turn=turn)
         if not calm and (aside := self._avert(time, feelings, attends)) is not None:
-            aside.turn = turn
+            aside.turn = self._faced = turn
             return aside
         self._back = None
         if time > self._called + _ANEW:
@@ -165,7 +168,8 @@ class Rest:
         acts = [act for act in _shipped().act if act.name != self._last]
         if calm or attends is not None:
             acts = [act for act in _shipped().act if act.name == _CALM]
-            if acts[0].there + acts[0].hold + acts[0].back > self._averts - time:
+            breath = acts[0].there + acts[0].hold + acts[0].back
+            if not calm and breath > self._averts - time:
                 return None
         weights = np.array([act.weight for act in acts])
         act = acts[int(self._rng.choice(len(acts), p=weights / weights.sum()))]
@@ -254,7 +258,11 @@ class Rest:
 
 
 def may_go_on(act: str, attends: Attention | None) -> bool:
-    """Whether an act at rest fits what the partner does for somebody, else it is broken off."""
-    if attends is None:
-        return act not in get_args(Attention)
-    return act in (attends, _CALM, _TURNS)
+    """Whether an act at rest fits what the partner does for somebody, else it is broken off.
+
+    A sigh or a stretch ends by itself; only an act that turns away is followed by a turn back.
+    """
+    if act in get_args(Attention):
+        return act == attends
+    turns = any(one.name == act and one.offset[_TURN] for one in _shipped().act)
+    return attends is None or not turns

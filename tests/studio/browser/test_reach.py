@@ -135,23 +135,36 @@ def test_a_hand_whose_way_was_lost_on_the_wire_goes_there_all_the_same(scene: Pa
     scene.mouse.up()
 
 
+def forget_the_arms_way(scene: Page) -> None:
+    """Wait until the page knows the arms at no place but where they have been since now."""
+    scene.wait_for_function(
+        "since => document.querySelector('.robot-view').view.arms.trail[0].now > since",
+        arg=scene.evaluate("performance.now()"),
+    )
+
+
+def has_come(scene: Page, now: dict[str, Any]) -> bool:
+    """Whether the hand is where the page wants it, not on its way."""
+    wish = scene.evaluate("document.querySelector('.robot-view').view.wish.toArray()")
+    return math.dist(now["hand"]["position"], wish) < 0.003
+
+
 def test_the_arrow_keys_work_at_once(scene: Page) -> None:
     ask(scene, "/pause", paused=True)  # the hand goes as deep as the arm, which stays where it is
     until(scene, lambda now: now["phase"] == "idle" and now["hand_speed"] < 0.002)
+    forget_the_arms_way(scene)  # where they were before would be deeper, or lower
     scene.get_by_role("button", name="Reach in").focus()
     scene.keyboard.press("Enter")
     until(scene, lambda now: now["hand_out"])
     expect(scene.locator(".robot-view canvas")).to_be_focused()
     scene.keyboard.press("ArrowUp")  # now it is as deep as the arms
-    low = until(scene, lambda now: 0 < now["hand"]["position"][0] < 0.15)["hand"]["position"]
+    until(scene, lambda now: 0 < now["hand"]["position"][0] < 0.15)
+    low = until(scene, lambda now: has_come(scene, now))["hand"]["position"]
     for _ in range(6):
         scene.keyboard.press("ArrowUp")
     until(scene, lambda now: now["hand"]["position"][2] > low[2] + 0.03)
     # A person looks first. Once the page has forgotten the arms' way, another place is the nearest.
-    scene.wait_for_function(
-        "since => document.querySelector('.robot-view').view.arms.trail[0].now > since",
-        arg=scene.evaluate("performance.now()"),
-    )
+    forget_the_arms_way(scene)
     raised = state(scene)["hand"]["position"]
     for _ in range(4):
         scene.keyboard.press("Shift+ArrowDown")  # towards the viewer

@@ -84,8 +84,8 @@ export async function start() {
       for (const news of look.take(face ?? null, performance.now())) ask("/sense", news);
       if (face !== undefined) tell(face ? Math.min(1, Math.max(0, face.x)) : null);
       // The camera is not mirrored: its left is the partner's left, which is the right of its face.
-      if (!face) place = null;
-      else if (!place || Math.hypot(face.x - place.x, face.y - place.y) > REACH) place = { x: face.x, y: face.y };
+      if (face === null) place = null;
+      else if (face && (!place || Math.hypot(face.x - place.x, face.y - place.y) > REACH)) place = { x: face.x, y: face.y };
       const spent = performance.now() - begin;
       Object.assign(document.documentElement.dataset, { faces: faces.length, seeing: spent.toFixed(0) });
     }

@@ -28,12 +28,14 @@ export const gaze = { at: () => null };
 // Where the partner's own looks lead its eyes, [right, down], -1 to 1; pages take it from the state.
 export const led = { eyes: [0, 0] };
 
+const within = (place) => Math.min(1.2, Math.max(-1.2, place)); // where the lids still show the pupil
+
 export function enliven(look, now) {
   const open = lips.open(now), place = gaze.at(now);
   if (open !== null) look.mouth.gape = 2 + open * Math.max(18, look.mouth.gape);
   if (place !== null) Object.assign(look.eyes, place);
-  look.eyes.right += led.eyes[0];
-  look.eyes.down += led.eyes[1];
+  look.eyes.right = within(look.eyes.right + led.eyes[0]);
+  look.eyes.down = within(look.eyes.down + led.eyes[1]);
   return look;
 }
 

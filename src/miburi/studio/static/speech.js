@@ -56,7 +56,9 @@ function add(form, Recogniser, lang, tones) {
   function begin() {
     if (ear) return ear.stop();
     dispatchEvent(new Event("hush")); // it does not listen to itself
-    ask("/attend", { turn: "listening" });
+    const attend = () => ask("/attend", { turn: "listening" });
+    attend();
+    const attends = setInterval(attend, 5000);
     const now = (ear = new Recogniser());
     let ready = null, over = false;
     measure().then((end) => (over ? end() : (ready = end)));
@@ -78,6 +80,7 @@ function add(form, Recogniser, lang, tones) {
       if (error !== "no-speech" && error !== "aborted") form.querySelector("output").textContent = words.unheard;
     };
     now.onend = () => {
+      clearInterval(attends);
       if (ear === now) ear = null;
       measured();
       show();
