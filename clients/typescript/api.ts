@@ -692,7 +692,7 @@ export interface components {
         };
         /**
          * AttendIn
-         * @description Whose turn it is in a talk with the partner.
+         * @description The turn in a conversation with the partner.
          * @example {
          *       "turn": "listening"
          *     }
@@ -2283,7 +2283,7 @@ export interface components {
             spoken: components["schemas"]["Spoken"] | null;
             /**
              * Attention
-             * @description What it does for somebody who talks with it.
+             * @description Its part in a conversation; null without one.
              */
             attention?: ("listening" | "thinking" | "speaking") | null;
             /**

@@ -119,7 +119,7 @@ class FaceIn(Message):
 
 
 class AttendIn(Message):
-    """Whose turn it is in a talk with the partner."""
+    """The turn in a conversation with the partner."""
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"turn": "listening"}]})
 

@@ -1,4 +1,4 @@
-"""Whether somebody talks with the partner, and whose turn it is."""
+"""The partner's part in a conversation: it listens, thinks or speaks."""
 
 from typing import Literal
 
@@ -6,16 +6,16 @@ from miburi.partner.rest import Attention
 
 __all__ = ["FADES", "TURN", "Attending", "Turn"]
 
-#: Whose turn somebody may say it is: they are about to speak, or wait for an answer.
+#: Turns that can be reported: a person is about to speak, or waits for an answer.
 Turn = Literal["listening", "thinking"]
-#: s after which a turn is over that nobody tells of again (ours).
+#: s after which a turn ends unless it is reported again (ours).
 FADES: dict[Turn, float] = {"listening": 10.0, "thinking": 30.0}
 #: s after its own words in which it listens for an answer (ours).
 TURN = 6.0
 
 
 class Attending:
-    """Keeps what the partner does for somebody who talks with it, none at first."""
+    """The turn in a conversation; none at first."""
 
     def __init__(self) -> None:
         self._turn: Turn | None = None
@@ -23,9 +23,9 @@ class Attending:
         self._sentence: int | None = None
 
     def begin(self, turn: Turn) -> None:
-        """Take in that somebody is about to speak, or that they have spoken.
+        """Begin a turn: a person is about to speak, or has spoken.
 
-        What comes late, or before it has answered, does not end its thinking.
+        Listening does not interrupt thinking, since a report may come late.
         """
         if turn == "thinking" or self._turn != "thinking" or self._left <= 0:
             self._turn, self._left = turn, FADES[turn]
@@ -38,8 +38,8 @@ class Attending:
         dt
             s
         sentence
-            The number of the sentence that it is saying, if any. Who interrupts it is answered
-            by the next one.
+            The number of the sentence that it is saying, if any. After an interruption it
+            thinks until the next sentence begins.
         """
         if sentence is not None and sentence != self._sentence:
             self._turn, self._left = "listening", TURN

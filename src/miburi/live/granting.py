@@ -1,4 +1,4 @@
-"""What the loop of a live partner does for each wish.
+"""How the loop of a live partner carries out each wish.
 
 A function is called in the asker's thread: what takes long or can be refused early happens there.
 It returns what the loop runs between two steps.
@@ -35,7 +35,7 @@ __all__ = ["Inside", "command"]
 
 @dataclass
 class Inside:
-    """What the loop works on; between its steps, wishes change it.
+    """The state of the loop, which wishes change between its steps.
 
     Attributes
     ----------
@@ -44,7 +44,8 @@ class Inside:
     feelings, own_temperament
         The emotional model, and the temperament that it began with.
     recordings, log, speaker, attending, agenda
-        What is kept, what has happened, what is said, whose turn it is, and which wishes are open.
+        The recordings, the events, the present sentence, the turn in a conversation, and the open
+        wishes.
     hold
         Who may end a stop.
     change_body
@@ -59,7 +60,7 @@ class Inside:
     serial, stop_seen_in
         The step's number, and that of the first state that showed the last Stop.
     felt
-        What was felt since the last step.
+        Stimuli since the last step.
     """
 
     robot: Robot

@@ -184,7 +184,7 @@ class State(BaseModel):
     face: Levels = Field(description="How much of each feeling the face shows.")
     spoken: Spoken | None = Field(description="The latest sentence that it says.")
     attention: Attention | None = Field(
-        default=None, description="What it does for somebody who talks with it."
+        default=None, description="Its part in a conversation; null without one."
     )
     eyes: tuple[float, float] = Field(
         default=(0.0, 0.0),

@@ -1,4 +1,4 @@
-"""What a live partner can be asked: each wish is data, and its type says what the answer is.
+"""Wishes: what a live partner can be asked, as data; each class names the type of its answer.
 
 A new wish is a class here and a function in :mod:`miburi.live.granting`; a door may then ask it.
 Stop is no wish: it has a lane of its own.
@@ -45,7 +45,7 @@ Granted = TypeVar("Granted")
 
 
 class Wish(Generic[Granted]):
-    """What a live partner can be asked; the answer is a ``Granted``."""
+    """A request to a live partner, which is answered with a ``Granted``."""
 
     #: Whether asking it waits for a disk or a card, and so belongs in a thread.
     slow: ClassVar[bool] = False

@@ -115,7 +115,7 @@ class Partner:
         self.gaze = 0.0
         #: While somebody is in distress it shows no feeling, and rests.
         self.calm = False
-        #: What somebody who talks with it sees that it does: it faces them meanwhile.
+        #: Its part in a conversation, during which it faces the person.
         self.attends: Attention | None = None
         self._facing = 0.0  # rad to its left: where gestures are turned to
         self._strokes: deque[float] = deque()  # of what it says, s on the body's clock

@@ -23,7 +23,7 @@ from miburi.robot import Array, Robot
 
 __all__ = ["Attention", "Rest", "may_go_on"]
 
-#: What somebody who talks with the partner can see that it does.
+#: The partner's part in a conversation.
 Attention = Literal["listening", "thinking", "speaking"]
 
 #: After an interruption of this many s, rest begins with a pause (ours).
@@ -143,7 +143,7 @@ class Rest:
         calm
             Whether somebody is in distress: then it only breathes.
         attends
-            What it does for somebody who talks with it: then it breathes and looks aside.
+            Its part in a conversation, in which it only breathes and looks aside.
         """
         allowed = feelings.temperament.gaze
         turn = float(np.clip(gaze, -allowed.turn, allowed.turn))
