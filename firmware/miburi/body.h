@@ -139,7 +139,7 @@ class Body {
   }
 
   Result move(const int16_t* goal, const uint16_t* speeds, Writer& out) {
-    if (controller_.phase != Phase::idle) {
+    if (controller_.phase != Phase::idle && controller_.phase != Phase::moving) {
       return wrong_phase(out);
     }
     if (!loaded_) {

@@ -74,7 +74,15 @@ struct Watch {
   Loading loading[MOTORS];
   FreeMotion free[MOTORS];
   int32_t profile_then[MOTORS];  // where the profiles were at that time, from the start
+  int16_t came[MOTORS];  // steps this way before the start, in moves that this one replaced
 };
+
+// What a motor is granted in a move whose profile and loading are known.
+inline void grant(Watch& watch, uint8_t motor) {
+  watch.doubt[motor] = lag_doubt(watch.profile[motor]);
+  watch.early[motor] = granted(watch.profile[motor], watch.loading[motor].velocity);
+  watch.share[motor] = granted(watch.profile[motor], 0);
+}
 
 // A watch over motors that set off now; the caller gives it profile, start, direction and loading.
 inline void begin(Watch& watch, const Rule& rule) {
@@ -83,11 +91,10 @@ inline void begin(Watch& watch, const Rule& rule) {
   for (uint8_t motor = 0; motor < MOTORS; motor++) {
     watch.expected[motor] = watch.measured[motor] = 0;
     watch.since[motor] = 0;
-    watch.doubt[motor] = lag_doubt(watch.profile[motor]);
-    watch.early[motor] = granted(watch.profile[motor], watch.loading[motor].velocity);
-    watch.share[motor] = granted(watch.profile[motor], 0);
+    grant(watch, motor);
     watch.free[motor] = set_off(watch.loading[motor]);
     watch.profile_then[motor] = watch.loading[motor].offset;
+    watch.came[motor] = 0;
   }
 }
 
@@ -111,13 +118,52 @@ inline void follow(Watch& watch, const Rule& rule, uint8_t motor, int32_t steps)
   // The load is straight between what it is at both ends; the share is in 1/256. A division takes
   // long, and most loads stay as they are.
   int32_t sag = loading.begin;
-  if (loading.end != loading.begin && profile.distance > 0) {
+  if (loading.end != loading.begin && profile.distance > 0 && went > 0) {
     sag += ((loading.end - loading.begin) * (went / profile.distance)) >> 8;
   }
   const int32_t now = loading.offset + went;
   advance(watch.free[motor], rule.servos[motor], watch.profile_then[motor], now, steps, sag,
           loading.most);
   watch.profile_then[motor] = now;
+}
+
+// How far a reading is into the model's next step, in 1/256; and what a motor should have travelled.
+inline int32_t into_step(const Watch& watch, int64_t time) {
+  return static_cast<int32_t>(time - watch.modelled) * static_cast<int32_t>(FINE) / MODEL_STEP;
+}
+inline int32_t expected_of(const FreeMotion& free, int32_t into) {
+  return (free.x >> 8) + (((free.v >> 8) * into) >> 8);
+}
+
+// A watch whose move is replaced: one motor goes on from a new start, in a direction that may have
+// turned. Nothing is forgotten, so a hand that holds a motor back is seen however often moves replace
+// one another. Only the window of a motor that turns round begins anew: it would add up both ways.
+// `seen` and `elapsed`: µs from the earlier start to the latest reading, and to the new start.
+inline void go_on(Watch& watch, uint8_t motor, int16_t start, int8_t direction, int64_t seen,
+                  int64_t elapsed) {
+  const int32_t fine = static_cast<int32_t>(FINE);
+  const bool turned = direction != watch.direction[motor];
+  const int32_t steps = (static_cast<int32_t>(watch.start[motor]) - start) * direction;
+  const int32_t moved = steps * fine;
+  if (turned) {
+    watch.expected[motor] = moved - expected_of(watch.free[motor], into_step(watch, seen));
+    watch.measured[motor] = 0;
+    watch.since[motor] = seen - elapsed;
+    watch.came[motor] = 0;
+    watch.free[motor].x = moved * fine - watch.free[motor].x;
+    watch.free[motor].v = -watch.free[motor].v;
+    watch.profile_then[motor] = moved - watch.profile_then[motor];
+  } else {
+    const int32_t came = watch.came[motor] - steps;
+    watch.expected[motor] += moved;
+    watch.measured[motor] += moved;
+    watch.since[motor] -= elapsed;
+    watch.came[motor] = static_cast<int16_t>(came > 0 ? came : 0);
+    watch.free[motor].x += moved * fine;
+    watch.profile_then[motor] += moved;
+  }
+  watch.start[motor] = start;
+  watch.direction[motor] = direction;
 }
 
 // Keeps the suspect that fell furthest behind; of equals, the first.
@@ -140,14 +186,13 @@ inline Contact look(Watch& watch, const Rule& rule, const int16_t* positions, in
   }
   const int32_t steps = static_cast<int32_t>(time - watch.modelled) / MODEL_STEP;
   watch.modelled += static_cast<int64_t>(steps) * MODEL_STEP;
-  const int32_t rest = static_cast<int32_t>(time - watch.modelled) * fine / MODEL_STEP;
+  const int32_t into = into_step(watch, time);
   for (uint8_t motor = 0; motor < MOTORS; motor++) {
     const Guards& guards = rule.guards[motor];
     if (steps > 0) {
       follow(watch, rule, motor, steps);
     }
-    const FreeMotion& free = watch.free[motor];
-    const int32_t expected = (free.x >> 8) + (((free.v >> 8) * rest) >> 8);
+    const int32_t expected = expected_of(watch.free[motor], into);
     const int32_t measured = travelled(watch, motor, positions);
     const int32_t share = time < SETTLES ? watch.early[motor] : watch.share[motor];
     const int32_t should = expected - watch.expected[motor];

@@ -1,5 +1,5 @@
-// One body's states and rule: idle → moving → stopped (latched) → returning → idle. A body at rest
-// that somebody leads by the hand stops, too.
+// One body's states and rule: idle → moving → stopped (latched) → returning → idle. A move may
+// replace another that runs. A body at rest that somebody leads by the hand stops, too.
 //
 // The twin of miburi/safety/controller.py. It knows joint positions in encoder steps and a clock
 // in µs; the servos are told by the caller.
@@ -173,21 +173,35 @@ inline int32_t error_of(const Rule& rule, uint16_t pwm) {
   return static_cast<int32_t>((static_cast<uint32_t>(pwm) * rule.error_per_pwm) >> 8);
 }
 
-// Start a motion that the caller has found to be allowed; speeds in 1/256 steps/s, more than 0.
+// Start a motion that the caller has found to be allowed; speeds in 1/256 steps/s, more than 0. One
+// that replaces another goes on with the speeds that the motors have, and the rule with what it knows.
 inline void start(Controller& c, const Rule& rule, Phase phase, const int16_t* goal,
                   const uint32_t* speeds, const Load* loads, uint16_t acceleration,
                   const int16_t* positions, int64_t time) {
-  c.phase = phase;
-  c.began = time;
-  c.kept_since = 0;
+  const bool goes_on = c.phase == Phase::moving;
+  const int64_t elapsed = time - c.began;
+  const int32_t fine = static_cast<int32_t>(FINE);
   for (uint8_t motor = 0; motor < MOTORS; motor++) {
-    const int32_t way = static_cast<int32_t>(goal[motor]) - c.origin[motor];
+    int32_t velocity = 0;
+    if (goes_on) {
+      const Profile& before = c.watch.profile[motor];
+      velocity = speed_at(before, elapsed) * c.watch.direction[motor];
+      const int32_t went =
+          static_cast<int32_t>(travel(before, elapsed)) * c.watch.direction[motor];
+      c.origin[motor] = static_cast<int16_t>((c.origin[motor] * fine + went + fine / 2) >> 8);
+    } else {
+      note_sag(c, motor, positions);
+    }
     c.goal[motor] = goal[motor];
-    note_sag(c, motor, positions);
-    c.watch.profile[motor] =
-        plan(way < 0 ? -way : way, static_cast<int32_t>(speeds[motor]), acceleration);
-    const int8_t direction = way < 0 ? -1 : 1;
+    const int32_t way = static_cast<int32_t>(goal[motor]) - c.origin[motor];
+    // Where a motor goes is told from where it would stop.
+    const int8_t direction = way * fine < stopping(velocity, acceleration) ? -1 : 1;
+    c.watch.profile[motor] = plan(way * direction, static_cast<int32_t>(speeds[motor]), acceleration,
+                                  velocity * direction);
     const Load& load = loads[motor];
+    if (goes_on) {
+      go_on(c.watch, motor, positions[motor], direction, c.seen_at - c.began, elapsed);
+    }
     c.watch.direction[motor] = direction;
     c.watch.start[motor] = positions[motor];
     c.watch.loading[motor].offset = (static_cast<int32_t>(c.origin[motor]) - positions[motor]) *
@@ -196,9 +210,22 @@ inline void start(Controller& c, const Rule& rule, Phase phase, const int16_t* g
     c.watch.loading[motor].begin = (load.begin * weight) >> 8;
     c.watch.loading[motor].end = (load.end * weight) >> 8;
     c.watch.loading[motor].most = error_of(rule, load.pwm);
-    note_drift(c, motor, positions[motor], time, c.watch.loading[motor]);
+    if (goes_on) {
+      c.watch.loading[motor].velocity = c.watch.loading[motor].gone = 0;
+      grant(c.watch, motor);
+    } else {
+      note_drift(c, motor, positions[motor], time, c.watch.loading[motor]);
+    }
   }
-  begin(c.watch, rule);
+  c.phase = phase;
+  c.began = time;
+  c.kept_since = 0;
+  if (goes_on) {
+    c.watch.period_ends -= elapsed;
+    c.watch.modelled -= elapsed;
+  } else {
+    begin(c.watch, rule);
+  }
 }
 
 // Whether all motors have sped up since the latest start: then they need less.
@@ -231,7 +258,8 @@ inline void give_way(const Watch& watch, uint8_t met, const int16_t* positions, 
   int32_t way[MOTORS];
   int32_t longest = 0;
   for (uint8_t motor = 0; motor < MOTORS; motor++) {
-    const int32_t came = travelled(watch, motor, positions) / static_cast<int32_t>(FINE);
+    const int32_t came =
+        travelled(watch, motor, positions) / static_cast<int32_t>(FINE) + watch.came[motor];
     way[motor] = came > 0 ? came : 0;
     longest = way[motor] > longest ? way[motor] : longest;
   }

@@ -51,10 +51,14 @@ inline FreeMotion set_off(const Loading& loading) {
 inline void advance(FreeMotion& motion, const FreeServo& servo, int32_t before, int32_t now,
                     int32_t steps, int32_t sag, int32_t most) {
   const int32_t weight = (servo.pull * sag) >> 8;
-  // A profile never goes back. Its k-th part of the way is (now - before) · k / steps; a division
-  // for each would take the card as long as all the rest.
-  const int32_t part = (now - before) / steps;
-  const int32_t left = (now - before) % steps;
+  // The k-th part of the profile's way is (now - before) · k / steps; a division for each would take
+  // the card as long as all the rest. The rest is not negative, also of a way back.
+  int32_t part = (now - before) / steps;
+  int32_t left = (now - before) % steps;
+  if (left < 0) {
+    left += steps;
+    part--;
+  }
   int32_t way = before;
   int32_t more = 0;
   for (int32_t k = 1; k <= steps; k++) {

@@ -1,8 +1,8 @@
-// Ramped motion of one motor from rest to rest: speed up, cruise, slow down.
+// Ramped motion of one motor until it rests: speed up, cruise, slow down.
 //
-// The twin of miburi/motion.py: integer arithmetic throughout, equal to the last bit. Distances
-// are encoder steps, speeds 1/256 steps/s, accelerations steps/s², times µs. State and time are
-// arguments; nothing here knows of Arduino.
+// The twin of miburi/safety/profile.py: integer arithmetic throughout, equal to the last bit.
+// Distances are encoder steps, speeds 1/256 steps/s, accelerations steps/s², times µs. State and
+// time are arguments; nothing here knows of Arduino.
 #pragma once
 
 #include <stdint.h>
@@ -17,7 +17,11 @@ struct Profile {
   int32_t distance;
   int32_t speed;
   int32_t acceleration;
-  int64_t ramp;
+  int32_t initial;  // speed at the start: in a move that replaced another
+  int8_t slows;     // -1 if the first ramp slows down from that speed, else 1
+  int64_t ramp;     // to the cruising speed
+  int64_t fall;     // from there to rest
+  int64_t shift;    // how far it is behind one that began at its cruising speed, twice
   int64_t total;
 };
 
@@ -35,22 +39,59 @@ inline uint64_t square_root(uint64_t n) {
   return root;
 }
 
-// A distance is not negative; a speed and an acceleration are at least 1.
-inline Profile plan(int32_t distance, int32_t speed, int32_t acceleration) {
-  const int64_t full_ramp = speed * SECOND / (acceleration * FINE);
-  // A triangle's ramp is √(d/a); it is one where that is less than the full ramp.
-  const int64_t short_ramp =
-      static_cast<int64_t>(square_root(static_cast<uint64_t>(distance * SECOND * SECOND / acceleration)));
-  if (short_ramp < full_ramp) {
-    return Profile{distance, speed, acceleration, short_ramp, 2 * short_ramp};
-  }
-  return Profile{distance, speed, acceleration, full_ramp, distance * FINE * SECOND / speed + full_ramp};
+// The speed that the motor comes to between its ramps, 1/256 steps/s; a triangle's is its tip.
+inline int32_t tip_of(const Profile& p) {
+  const int32_t tip = static_cast<int32_t>(p.acceleration * p.fall * FINE / SECOND);
+  return tip < p.speed ? tip : p.speed;
 }
 
-// The largest speed that the motor comes to, 1/256 steps/s; a triangle's is its tip.
+// The largest speed that it has.
 inline int32_t fastest(const Profile& p) {
-  const int32_t tip = static_cast<int32_t>(p.acceleration * p.ramp * FINE / SECOND);
-  return tip < p.speed ? tip : p.speed;
+  const int32_t tip = tip_of(p);
+  const int32_t initial = p.initial < 0 ? -p.initial : p.initial;
+  return tip < initial ? initial : tip;
+}
+
+// How far a motor with a speed goes until it stops, 1/256 steps.
+inline int32_t stopping(int32_t speed, int32_t acceleration) {
+  const int64_t own = speed < 0 ? -static_cast<int64_t>(speed) : speed;
+  return static_cast<int32_t>(speed * own / (2 * FINE * acceleration));
+}
+
+// A speed and an acceleration are at least 1. A motor with an initial speed must be able to stop
+// within the distance: where it cannot, that and the distance are negative, and it comes back.
+inline Profile plan(int32_t distance, int32_t speed, int32_t acceleration, int32_t initial = 0) {
+  const int64_t full = speed * SECOND / (acceleration * FINE);
+  const int64_t halt = initial * SECOND / (acceleration * FINE);  // from that speed to rest
+  // The last ramp of a triangle is √(d/a + halt²/2); it is one where that is less than the full ramp.
+  const int64_t square = distance * SECOND * SECOND / acceleration + halt * halt / 2;
+  const int64_t tip =
+      square > 0 ? static_cast<int64_t>(square_root(static_cast<uint64_t>(square))) : 0;
+  Profile p = {distance, speed, acceleration, initial, 1, 0, 0, 0, 0};
+  if (tip < full) {
+    p.fall = tip;
+    p.ramp = tip > halt ? tip - halt : 0;
+    p.total = p.ramp + p.fall;
+  } else {
+    p.fall = full;
+    p.ramp = full > halt ? full - halt : halt - full;
+    p.shift = p.ramp * (speed - initial) / speed;
+    p.total = distance * FINE * SECOND / speed + (p.shift + full) / 2;
+  }
+  p.slows = initial > tip_of(p) ? -1 : 1;
+  return p;
+}
+
+// Its speed after `time` µs, 1/256 steps/s.
+inline int32_t speed_at(const Profile& p, int64_t time) {
+  const int64_t left = p.total - time;
+  if (left < 0) {
+    return 0;
+  }
+  if (time < p.ramp) {
+    return p.initial + p.slows * static_cast<int32_t>(p.acceleration * time * FINE / SECOND);
+  }
+  return left <= p.fall ? static_cast<int32_t>(p.acceleration * left * FINE / SECOND) : p.speed;
 }
 
 // n / (2 · SECOND) for n below 2^55, digit by digit: the card takes a division of 64 bits for longer
@@ -63,22 +104,31 @@ inline int64_t over_two_seconds(uint64_t n) {
   return (static_cast<int64_t>(high / odd) << 16) + low / odd;
 }
 
-// Travel in 1/256 steps after `time` µs.
+// A speed times a time, in steps of a 1/256: towards zero.
+inline int64_t way_of(int32_t speed, int64_t twice) {
+  const int64_t way = speed * twice;
+  return way < 0 ? -over_two_seconds(static_cast<uint64_t>(-way))
+                 : over_two_seconds(static_cast<uint64_t>(way));
+}
+
+// Travel in 1/256 steps after `time` µs. Before the start a motor is taken to have come with its
+// initial speed.
 inline int64_t travel(const Profile& p, int64_t time) {
   if (time < 0) {
-    return 0;
+    return p.initial == 0 ? 0 : way_of(p.initial, 2 * time);
   }
   const int64_t left = p.total - time;
   if (left < 0) {
     return p.distance * FINE;
   }
   if (time < p.ramp) {
-    return p.acceleration * time * time * (FINE / 2) / (SECOND * SECOND);
+    const int64_t risen = p.acceleration * time * time * (FINE / 2) / (SECOND * SECOND);
+    return p.initial == 0 ? risen : way_of(p.initial, 2 * time) + p.slows * risen;
   }
-  if (left <= p.ramp) {
+  if (left <= p.fall) {
     return p.distance * FINE - p.acceleration * left * left * (FINE / 2) / (SECOND * SECOND);
   }
-  return over_two_seconds(static_cast<uint64_t>(p.speed * (2 * time - p.ramp)));
+  return way_of(p.speed, 2 * time - p.shift);
 }
 
 }  // namespace miburi

@@ -128,13 +128,19 @@ class Twin:
             self.controller = Controller(self.robot, self.settings.rule, neutral)
             for report in self.whole:
                 self.controller.note(np.array(report.positions), report.time)
-        origin = self.controller.origin
-        self.controller.start(Phase.MOVING, order.goals, order.speeds, here, began)
-        profile, direction = order.profile(self.settings, origin)
-        velocity, gone = self.controller.drift(here, direction, began)
-        loading = order.loading(self.settings, here, origin)
-        loading = replace(loading, velocity=velocity, gone=gone)
-        self.controller.watch = self.settings.rule.watch(profile, here, direction, loading)
+        c, speeds = self.controller, None
+        before, since = (c.watch, began - c.began) if c.phase is Phase.MOVING else (None, 0)
+        if before is not None:
+            speeds = c.speed(began)
+        c.start(Phase.MOVING, order.goals, order.speeds, here, began)
+        profile, direction = order.profile(self.settings, c.origin, speeds)
+        loading = order.loading(self.settings, here, c.origin, direction)
+        if before is None:
+            velocity, gone = c.drift(here, direction, began)
+            loading = replace(loading, velocity=velocity, gone=gone)
+        c.watch = self.settings.rule.watch(profile, here, direction, loading)
+        if before is not None:
+            c.watch.go_on(before, self.last.time - (began - since), since)
         self.detectable = None
 
     def hear(self, kind: FrameKind, payload: bytes, answer: bytes) -> None:

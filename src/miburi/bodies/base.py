@@ -9,7 +9,7 @@ from typing import Protocol
 
 from miburi.robot import Array, Robot
 from miburi.safety.contact import Rule, Window
-from miburi.safety.move import Move
+from miburi.safety.move import Course, Move
 from miburi.safety.stop import Phase, Stop
 
 __all__ = ["Body", "BodyState", "Motor", "Motors", "Touch", "Touchable"]
@@ -174,13 +174,16 @@ class Body(Protocol):
         """Return the condition of the motors; a card updates it twice a second."""
 
     def move(self, move: Move) -> None:
-        """Start a move to final positions; only an idle body takes one.
+        """Start a move to final positions, from rest or from within another move.
 
         Raises
         ------
         BodyError
-            The body is not idle, or the move goes outside the limits.
+            The body is stopped or returning, or the move goes outside the limits.
         """
+
+    def course(self) -> Course:
+        """Return where the motors' profiles are now: the start of a move that begins at once."""
 
     def stop(self) -> None:
         """Stop all motors and hold softly until released."""

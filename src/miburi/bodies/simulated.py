@@ -18,7 +18,7 @@ from miburi.robot.mjcf import TIMESTEP
 from miburi.safety.contact import Rule, Window
 from miburi.safety.controller import Controller
 from miburi.safety.drive import aim
-from miburi.safety.move import Move
+from miburi.safety.move import Course, Move
 from miburi.safety.profile import FINE, SECOND, Steps, to_steps
 from miburi.safety.stop import Phase
 
@@ -118,6 +118,12 @@ class Simulated:
         """Start a move; see :meth:`miburi.bodies.Body.move`."""
         aimed = replace(move, angles=aim(self._robot, move.angles))
         self._controller.move(aimed, self.encoders, self._clock)
+
+    def course(self) -> Course:
+        """Return where the motors' profiles are now."""
+        step, now = self._robot.servo.step / FINE, self._clock
+        fine, fast = self._controller.setpoint(now), self._controller.speed(now)
+        return Course(np.multiply(fine, step, dtype=np.float64), np.multiply(fast, step))
 
     def stop(self) -> None:
         """Stop all motors and hold softly until released."""

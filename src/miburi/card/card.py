@@ -44,8 +44,8 @@ from miburi.robot import JOINTS, Robot
 from miburi.safety.contact import Window
 from miburi.safety.controller import check_move
 from miburi.safety.free import granted_share
-from miburi.safety.move import Move
-from miburi.safety.profile import FINE, SECOND, Steps
+from miburi.safety.move import Course, Move
+from miburi.safety.profile import FINE, SECOND, Profile, Steps
 from miburi.safety.stop import Phase, Stop, StopReason
 
 __all__ = ["Card"]
@@ -109,6 +109,7 @@ class Card:
         self._share = np.full(len(JOINTS), FINE)
         #: The latest move as the card was told of it.
         self.order: Order | None = None
+        self._motion: tuple[Profile, Steps, Steps] | None = None  # with directions, and its origin
         #: Goals of the latest move or return, steps, and its start, µs on the card's clock.
         self.goals: tuple[int, ...] = ()
         self.move_began = 0
@@ -179,16 +180,48 @@ class Card:
 
     def move(self, move: Move, driven: Robot | None = None) -> None:
         """Start a move (:meth:`miburi.bodies.Body.move`), motors driven as another robot's are."""
-        check_move(self._robot, self.state.phase, move)
-        here, origin = np.array(self.report.positions), np.array(self.goals)
-        self.start(Order.of(driven or self._robot, self._settings, here, origin, move))
+        phase = self.state.phase
+        check_move(self._robot, phase, move)
+        here, origin, velocity = np.array(self.report.positions), np.array(self.goals), None
+        if phase is Phase.MOVING:
+            fine, velocity = self._under_way()
+            origin = (fine + FINE // 2) >> 8
+        order = Order.of(driven or self._robot, self._settings, here, origin, move, velocity)
+        self._begin(order, origin, FrameKind.MOVE, order.pack(), velocity)
 
     def start(self, order: Order) -> None:
         """Start a move that may have other loads or ceilings; BodyError where it is refused."""
         self._begin(order, np.array(self.goals), FrameKind.MOVE, order.pack())
 
-    def _begin(self, order: Order, origin: Steps, kind: FrameKind, payload: bytes = b"") -> None:
-        self._share = granted_share(order.profile(self._settings, origin)[0])
+    def course(self) -> Course:
+        """Return where the motors' profiles are now, as far as the host can tell."""
+        fine, velocity = self._under_way()
+        step = self._robot.servo.step / FINE
+        return Course(np.multiply(fine, step), np.multiply(velocity, step))
+
+    def _under_way(self) -> tuple[Steps, Steps]:
+        """Return where the profiles are, (8,) 1/256 steps, and how fast, 1/256 steps/s."""
+        goals = np.array(self.goals, dtype=np.int64)
+        if self._motion is None or self.state.phase is not Phase.MOVING:
+            return goals * FINE, np.zeros_like(goals)
+        profile, direction, origin = self._motion
+        since = round((self._line.now() - self._heard) * SECOND)
+        elapsed = self.report.time + since - self.move_began
+        return (
+            origin * FINE + direction * profile.position(elapsed),
+            direction * profile.velocity(elapsed),
+        )
+
+    def _begin(
+        self,
+        order: Order,
+        origin: Steps,
+        kind: FrameKind,
+        payload: bytes = b"",
+        velocity: Steps | None = None,
+    ) -> None:
+        profile, direction = order.profile(self._settings, origin, velocity)
+        self._share, self._motion = granted_share(profile), (profile, direction, origin)
         self.ask(FrameKind.LOADS, order.pack_loads())
         (self.move_began,) = struct.unpack("<q", self.ask(kind, payload))
         self._own_stop, self.order, self.goals = None, order, tuple(order.goals.tolist())

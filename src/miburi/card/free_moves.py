@@ -152,5 +152,5 @@ def _record_one(card: Card, move: Move, driven: Robot | None) -> Trace:
         direction,
         times=np.array([report.time - card.move_began for report in complete]),
         positions=np.array([report.positions for report in complete]),
-        loading=order.loading(card.settings, start, origin),
+        loading=order.loading(card.settings, start, origin, direction),
     )

@@ -16,7 +16,7 @@ from miburi.safety.contact import Loading
 from miburi.safety.controller import return_speed
 from miburi.safety.drive import aim, demand
 from miburi.safety.move import Move
-from miburi.safety.profile import FINE, Profile, Steps, to_steps
+from miburi.safety.profile import FINE, Profile, Steps, plan_towards, to_steps
 
 __all__ = ["Order"]
 
@@ -47,16 +47,25 @@ class Order(NamedTuple):
 
     @classmethod
     def of(
-        cls, robot: Robot, settings: CardSettings, positions: Steps, origin: Steps, move: Move
+        cls,
+        robot: Robot,
+        settings: CardSettings,
+        positions: Steps,
+        origin: Steps,
+        move: Move,
+        velocity: Steps | None = None,
     ) -> "Order":
-        """Return the order for motors at ``positions``, that are held at ``origin``; steps."""
+        """Return the order for motors at ``positions`` whose profiles are at ``origin``; steps.
+
+        ``velocity`` is the profiles', (8,) 1/256 steps/s; None if the motors are held.
+        """
         robot = settings.identified(robot)
         lower, upper = to_steps(robot, robot.lower), to_steps(robot, robot.upper)
         goals = np.clip(to_steps(robot, aim(robot, move.angles)), lower, upper)
         # A slow motor whose speed were rounded down would arrive long after the others.
         asked = to_steps(robot, move.speeds).tolist()
         speeds = np.minimum([next_speed(speed) for speed in asked], settings.general.max_speed)
-        return cls._loaded(robot, settings, positions, origin, goals, speeds)
+        return cls._loaded(robot, settings, positions, origin, goals, speeds, velocity)
 
     @classmethod
     def home(cls, robot: Robot, settings: CardSettings, positions: Steps, *, led: bool) -> "Order":
@@ -80,8 +89,9 @@ class Order(NamedTuple):
         origin: Steps,
         goals: Steps,
         speeds: Steps,
+        velocity: Steps | None = None,
     ) -> "Order":
-        profile, direction = _profile(settings, origin, goals, speeds)
+        profile, direction = _profile(settings, origin, goals, speeds, velocity)
         needs = demand(robot, positions, origin, profile, direction)
 
         def duty(torque: Array) -> Steps:
@@ -104,13 +114,16 @@ class Order(NamedTuple):
             cruise,
         )
 
-    def profile(self, settings: CardSettings, origin: Steps) -> tuple[Profile, Steps]:
+    def profile(
+        self, settings: CardSettings, origin: Steps, velocity: Steps | None = None
+    ) -> tuple[Profile, Steps]:
         """Return the motion that the servos make of it, and each motor's direction."""
-        return _profile(settings, origin, self.goals, self.speeds)
+        return _profile(settings, origin, self.goals, self.speeds, velocity)
 
-    def loading(self, settings: CardSettings, positions: Steps, origin: Steps) -> Loading:
+    def loading(
+        self, settings: CardSettings, positions: Steps, origin: Steps, direction: Steps
+    ) -> Loading:
         """Return what the card's rule expects to bear on the motors."""
-        direction = np.where(self.goals < origin, -1, 1)
         return Loading(
             offset=(origin - positions) * direction * FINE,
             begin=self.begin * _QUARTER * direction,
@@ -135,12 +148,16 @@ class Order(NamedTuple):
 
 
 def _profile(
-    settings: CardSettings, origin: Steps, goals: Steps, speeds: Steps
+    settings: CardSettings,
+    origin: Steps,
+    goals: Steps,
+    speeds: Steps,
+    velocity: Steps | None = None,
 ) -> tuple[Profile, Steps]:
-    way = goals - origin
-    profile = Profile.plan(
-        np.abs(way),
+    return plan_towards(
+        origin,
+        goals,
         np.array([real_speed(speed) for speed in speeds.tolist()]),
         np.full(len(JOINTS), real_acceleration(settings.general.acceleration)),
+        velocity,
     )
-    return profile, np.where(way < 0, -1, 1)

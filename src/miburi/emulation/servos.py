@@ -229,6 +229,7 @@ class Servo:
         if self.segment is None:
             return
         began, self.before = time + self.start_delay, self.segment
+        initial = self.segment.speed_at(began, 1.0)
         origin, goal = self.segment.at(began), self._to_shaft(self.get("goal_position"))
         speed, ramp = self.get("profile_speed"), self.get("profile_acceleration")
         if self.get("drive_mode") & _IN_TIME:
@@ -241,6 +242,7 @@ class Servo:
             goal,
             speed * SPEED_UNIT * self.clock,
             ramp * ACCELERATION_UNIT * self.clock**2,
+            initial if speed and ramp else 0.0,
         )
 
     def _set_torque(self, on: bool, time: float) -> None:

@@ -1,4 +1,8 @@
-"""The way that a servo makes of a goal: speed up, cruise, slow down."""
+"""The way that a servo makes of a goal: speed up, cruise, slow down.
+
+A goal that comes while the servo moves keeps its speed (the manual's *velocity override*). A profile
+without ramps has its own speed at once.
+"""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,13 +16,14 @@ _STEP, _RECTANGLE, _TRIANGLE, _TRAPEZOID = 0x00, 0x10, 0x20, 0x30
 
 @dataclass(frozen=True)
 class Segment:
-    """A stretch of the servo's trajectory: from rest at ``origin`` to rest at ``goal``."""
+    """A stretch of the servo's trajectory: from ``origin`` to rest at ``goal``."""
 
     began: float
     origin: float
     goal: float
     speed: float  # steps/s; 0 for at once
     acceleration: float  # steps/s²; 0 for at once
+    initial: float = 0.0  # steps/s at the origin, with its sign
 
     @classmethod
     def in_time(
@@ -36,36 +41,39 @@ class Segment:
             return _STEP
         if self.acceleration == 0:
             return _RECTANGLE
-        far = self.speed * self.speed / self.acceleration
-        return _TRIANGLE if far > abs(self.goal - self.origin) else _TRAPEZOID
+        return _TRAPEZOID if self._shape[2] >= self.speed else _TRIANGLE
 
     @cached_property
-    def _shape(self) -> tuple[float, float, float]:
-        """Its ramp, s, the speed that it reaches, steps/s, and its whole time, s."""
-        way = abs(self.goal - self.origin)
-        if self.speed == 0 or way == 0:
-            return 0.0, 0.0, 0.0
-        ramp = self.speed / self.acceleration if self.acceleration else 0.0
-        if self.acceleration and self.speed * ramp > way:
-            ramp = sqrt(way / self.acceleration)
-        top = self.acceleration * ramp if self.acceleration else self.speed
-        return ramp, top, way / top + ramp
+    def _shape(self) -> tuple[int, float, float, float, float]:
+        """Its direction, first ramp, s, speed between the ramps, steps/s, last ramp and time, s."""
+        way, a = self.goal - self.origin, self.acceleration
+        if self.speed == 0 or (way == 0 and self.initial == 0):
+            return 1, 0.0, 0.0, 0.0, 0.0
+        if a == 0:
+            return (1 if way > 0 else -1), 0.0, self.speed, 0.0, abs(way) / self.speed
+        sign = 1 if way > self.initial * abs(self.initial) / (2 * a) else -1
+        way, u = way * sign, self.initial * sign
+        top = min(sqrt(max(a * way + u * u / 2, 0.0)), self.speed)
+        first, last = abs(top - u) / a, top / a
+        ramps = (first * (u + top) + last * top) / 2
+        return sign, first, top, last, first + last + (max(way - ramps, 0.0) / top if top else 0.0)
 
     def at(self, time: float) -> float:
         """Where the trajectory is at ``time``, in steps."""
         t = (time - self.began) / 1e6
         if t <= 0:
             return self.origin
-        ramp, top, total = self._shape
+        sign, first, top, last, total = self._shape
         if t >= total:
             return self.goal
-        if t < ramp:
-            done = self.acceleration * t * t / 2
-        elif t > total - ramp:
-            done = abs(self.goal - self.origin) - self.acceleration * (total - t) ** 2 / 2
+        u = self.initial * sign
+        if t < first:
+            done = u * t + (self.acceleration if top > u else -self.acceleration) * t * t / 2
+        elif t > total - last:
+            done = (self.goal - self.origin) * sign - self.acceleration * (total - t) ** 2 / 2
         else:
-            done = top * (t - ramp / 2)
-        return self.origin + done * (1 if self.goal > self.origin else -1)
+            done = first * (u + top) / 2 + top * (t - first)
+        return self.origin + done * sign
 
     def speed_at(self, time: float, span: float) -> float:
         """How fast it is, in steps/s, over the latest ``span`` µs."""

@@ -28,7 +28,8 @@ class Effort(Table):
         Sustained 0, sudden 1: the tempo is 0.5 + time, so 0.5 leaves it as written.
     flow
         Bound 0, free 1: below 0.5 a wide movement halts half-way, and the halt is longer the more
-        bound it is. From 0.5 on there is no halt.
+        bound it is. From 0.5 on there is no halt, and above it a lively partner passes a key pose
+        without stopping.
     """
 
     space: Share
@@ -45,6 +46,11 @@ class Effort(Table):
     def stroke(self) -> float:
         """The share of its time that a movement takes before it halts, 1 to 0.5."""
         return 1.0 - self.weight / 2
+
+    @property
+    def free(self) -> bool:
+        """Whether a body passes the key poses at which nothing asks it to stay."""
+        return self.flow > 0.5
 
     @property
     def hesitation(self) -> float:

@@ -8,7 +8,7 @@ coordinates; the inverse kinematics makes the angles.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -71,6 +71,8 @@ class KeyPose:
         s, from rest to rest; a body that cannot be so fast takes longer.
     hold
         s, the pause before the next key pose.
+    passes
+        Whether a body that can do so passes it without a stop or a hold, on its way to the next.
     """
 
     right: Array
@@ -78,6 +80,7 @@ class KeyPose:
     head: Array
     duration: float
     hold: float = 0.0
+    passes: bool = False
 
     @property
     def target(self) -> Array:
@@ -92,6 +95,7 @@ class _Beat:
     weights: Array
     duration: float
     hold: float
+    passes: bool = False
 
 
 def membership(function: MovementFunction, mood: float) -> float:
@@ -172,7 +176,8 @@ def blend(
         if rng is not None:
             offset = offset * rng.uniform(1 - REACH_VARIES, 1, len(offset))
             slower *= rng.uniform(1 - TIME_VARIES, 1 + TIME_VARIES)
-        performance.append(key_pose(robot, offset, beat.duration * slower, beat.hold * slower))
+        pose = key_pose(robot, offset, beat.duration * slower, beat.hold * slower)
+        performance.append(replace(pose, passes=beat.passes))
     return performance
 
 
@@ -244,22 +249,23 @@ def _timeline(robot: Robot, function: MovementFunction) -> list[_Beat]:
     for index, pose in enumerate(function.pose):
         span = pose.phase - left
         halt = pose.leaves - pose.phase + span * (1 - effort.stroke)
-        moves.append((np.eye(count)[index], span * effort.stroke, halt))
+        passes = effort.free and pose.leaves == pose.phase
+        moves.append((np.eye(count)[index], span * effort.stroke, halt, passes))
         left = pose.leaves
     if function.repeat:
         first, last = function.repeat.first - 1, function.repeat.last
-        (weights, _, halt), *others = once = moves[first:last]
-        again = [(weights, function.repeat.back * effort.stroke, halt), *others]
+        (weights, _, halt, passes), *others = once = moves[first:last]
+        again = [(weights, function.repeat.back * effort.stroke, halt, passes), *others]
         moves[first:last] = once + again * (function.repeat.times - 1)
-    moves.append((np.zeros(count), 1 - left, 0.0))
+    moves.append((np.zeros(count), 1 - left, 0.0, False))
     written = _offsets(robot, function)
     before, beats = np.zeros(count), []
-    for weights, share, halt in moves:
+    for weights, share, halt, passes in moves:
         duration = share * function.duration
         pause = duration * effort.hesitation
         if pause and np.abs((weights - before) @ written).max() > WIDE:
             duration = (duration - pause) / 2
             beats.append(_Beat((before + weights) / 2, duration, pause))
-        beats.append(_Beat(weights, duration, halt * function.duration))
+        beats.append(_Beat(weights, duration, halt * function.duration, passes))
         before = weights
     return beats

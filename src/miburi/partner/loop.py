@@ -37,7 +37,7 @@ from miburi.partner.recovery import Recovery
 from miburi.partner.rest import Attention, Rest, may_go_on
 from miburi.partner.shown import ShownEmotion
 from miburi.robot import JOINTS, Array, Robot
-from miburi.safety.move import Move, plan_move
+from miburi.safety.move import Move, plan_move, plan_on
 from miburi.safety.stop import Phase, Stop, StopReason
 
 __all__ = ["HOMECOMING", "LAPSES", "Partner", "Solve", "solve_with"]
@@ -71,7 +71,7 @@ class Partner:
     period
         A gesture starts at every multiple of this many seconds at which the body is at rest
         (Section 5: 2 s). One that does not fit into a period leaves out the multiples that it
-        covers. With ``life`` a new emotion waits for none, and shows in three gestures at most.
+        covers. With ``life`` a new emotion waits for nothing, and shows in three gestures at most.
     solve
         The inverse kinematics: robot, target (9,) m and present angles (8,) rad to a solution.
     life
@@ -203,7 +203,7 @@ class Partner:
         wish
             A name for this wish; the events that it causes carry it.
         interrupt
-            Whether the present gesture is broken off at its next key pose.
+            Whether the present gesture is broken off: at its next key pose, or at once with life.
 
         Raises
         ------
@@ -305,6 +305,9 @@ class Partner:
             # One by one, so that those before an error are told by the next step.
             for event in self._while_idle(state, due=due):
                 self._untold.append(event)
+        elif state.phase is Phase.MOVING and self._life is not None and not self._quiet:
+            for event in self._while_moving(state.time):
+                self._untold.append(event)
         events, self._untold = self._untold, []
         return events
 
@@ -362,6 +365,20 @@ class Partner:
         if self._performance is None and self._quiet:
             self._go_home()
 
+    def _while_moving(self, time: float) -> Iterator[Event]:
+        """Go on in the middle of a move: what is more urgent waits for no arrival."""
+        performance = self._performance
+        if performance is None:
+            broken_off = self._asked is not None or self._is_new(self._felt())
+        else:
+            broken_off = self._gives_way(performance, time)
+            if broken_off:
+                yield from self._end(time, complete=False)
+        if broken_off:
+            yield from self._begin(time)
+        if self._performance is not None and (broken_off or self._performance.passes(time)):
+            yield from self._go_on(self._performance, time)
+
     def _begin(self, time: float) -> Iterator[Event]:
         """Begin the requested performance, else a gesture, else an act at rest."""
         robot, expression = self.body.robot, self._felt()
@@ -409,6 +426,12 @@ class Partner:
     def _is_new(self, felt: Expression | None) -> bool:
         return felt is not None and self._emotion is not None and self._emotion.shown == 0
 
+    def _startles(self, shown: Expression | None) -> bool:
+        """Whether another feeling than the one that is shown has risen above it."""
+        felt = self._felt()
+        other = felt is not None and shown is not None and felt.feeling != shown.feeling
+        return other and self._emotion is not None and self._emotion.rises
+
     def _go_on(self, performance: Performance, time: float) -> Iterator[Event]:
         """Send the next key pose at the present mood, or end the performance."""
         robot, shown = self.body.robot, performance.expression
@@ -419,12 +442,15 @@ class Partner:
             for index, pose in performance.go_on(self._mood_of(shown)):
                 target = gestures.turned(pose.target, performance.turn)
                 solution = self._solve(robot, target, self._angles)
-                move = plan_move(robot, self._angles, solution.angles, pose.duration)
+                if self.body.state.phase is Phase.MOVING:
+                    move = plan_on(robot, self.body.course(), solution.angles, pose.duration)
+                else:
+                    move = plan_move(robot, self._angles, solution.angles, pose.duration)
                 if np.max(np.abs(solution.angles - self._angles)) < robot.servo.step:
                     continue  # the body is there already, as at a mood of 0
                 if self._send(move):
                     self._angles = solution.angles
-                    performance.hold(pose.hold)
+                    performance.sent(pose, time + move.slows_at if self._life else None)
                     yield MoveSent(time, index, move, solution)
                 return
         yield from self._end(time, complete=performance.complete)
@@ -434,8 +460,10 @@ class Partner:
         shows = performance.expression is not None
         if self._asked is not None and (not shows or self._interrupts):
             return True
+        if shows and performance.asked:
+            return False
         if shows:
-            return self.calm and not performance.asked
+            return self.calm or self._startles(performance.expression)
         felt = not performance.asked and self._felt() is not None
         if felt or not performance.rests:
             return felt

@@ -54,6 +54,7 @@ class Performance:
         self._next, self._count = 0, -1
         self._hold = 0.0
         self._hold_until: float | None = None
+        self._passes_at: float | None = None
 
     @classmethod
     def of_gesture(
@@ -95,6 +96,14 @@ class Performance:
         """Whether no key pose is left."""
         return self._next == self._count
 
-    def hold(self, seconds: float) -> None:
-        """Hold the key pose that was just sent for ``seconds``, counted from its arrival."""
-        self._hold, self._hold_until = seconds, None
+    def passes(self, time: float) -> bool:
+        """Whether a body that moves at ``time`` s is to go on to the next key pose."""
+        return self._passes_at is not None and time >= self._passes_at and not self.complete
+
+    def sent(self, pose: KeyPose, slows_at: float | None) -> None:
+        """Note the key pose that was just sent: it is held from its arrival on, or passed.
+
+        ``slows_at`` is when the body slows down for it, s; None for a body that stops at each.
+        """
+        self._hold, self._hold_until = pose.hold, None
+        self._passes_at = slows_at if pose.passes else None

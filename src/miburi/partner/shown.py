@@ -22,10 +22,13 @@ class ShownEmotion:
     ----------
     shown
         Gestures that have shown it.
+    rises
+        Whether none has yet, and it has become the strongest by rising: not because another faded.
     """
 
     def __init__(self) -> None:
-        self.shown = 0
+        self.shown, self._rose = 0, False
+        self._before: Array | None = None
         self._feeling: str | None = None
         self._lowest = 0.0
 
@@ -34,11 +37,19 @@ class ShownEmotion:
 
         ``emotion`` is the fastest level of all feelings, (n,) from 0 to 1.
         """
+        before, self._before = self._before, emotion.copy()
         if felt is None:
             self._feeling = None
             return None
-        level = float(emotion[FEELINGS.index(felt.feeling)])
+        index = FEELINGS.index(felt.feeling)
+        level = float(emotion[index])
+        if felt.feeling != self._feeling:
+            self._rose = before is None or level > before[index]
         if felt.feeling != self._feeling or level > self._lowest + _RISES:
             self.shown, self._feeling, self._lowest = 0, felt.feeling, level
         self._lowest = min(self._lowest, level)
         return felt if self.shown < MOST else None
+
+    @property
+    def rises(self) -> bool:
+        return self._rose and self.shown == 0

@@ -236,11 +236,14 @@ class Watch:
     profile
         The commanded motion of the eight motors.
     start, direction
-        (8,) positions in steps when the move began; (8,) +1 or −1.
+        (8,) positions in steps at the latest reading before the move began; (8,) +1 or −1.
     loading
         What bears on the motors; the delayed profile does not look at it.
     window
         What the rule compared at the latest reading; None before the first.
+    came
+        (8,) steps that each motor had come this way before its start, in moves that this one
+        replaced.
     """
 
     rule: Rule
@@ -249,6 +252,7 @@ class Watch:
     direction: Steps
     loading: Loading = UNLOADED
     window: Window | None = field(init=False, default=None)
+    came: Steps = field(init=False, default_factory=lambda: _NOTHING)
     _expected: Steps = field(init=False)
     _measured: Steps = field(init=False)
     _since: Steps = field(init=False)
@@ -270,6 +274,29 @@ class Watch:
         self._measured = np.zeros_like(self.start)
         self._since = np.zeros_like(self.start)
         self._end = int(np.max(self.profile.total + self.rule.guards.lag))
+
+    def go_on(self, before: "Watch", seen: int, elapsed: int) -> None:
+        """Go on from the watch over a move that this one replaced: nothing is forgotten.
+
+        A hand that holds a motor back is seen however often moves replace one another. Only the
+        window of a motor that turns round begins anew: it would add up both ways.
+
+        Parameters
+        ----------
+        before
+            The watch that was used until now.
+        seen, elapsed
+            µs from the earlier move's start to the latest reading, and to this move's start.
+        """
+        turned = before.direction * self.direction
+        moved = (before.start - self.start) * self.direction * FINE
+        now = turned * before.expected_travel(seen) + moved
+        on = turned > 0
+        self._expected = np.where(on, before._expected + moved, now)
+        self._measured = np.where(on, before._measured + moved, 0)
+        self._since = np.where(on, before._since, seen) - elapsed
+        self._period_ends = before._period_ends - elapsed
+        self.came = np.where(on, np.maximum(before.came - moved // FINE, 0), 0)
 
     def look(self, positions: Steps, time: int) -> Contact | None:
         """Judge the motors' positions (8,) at ``time`` µs since the move began.

@@ -6,10 +6,14 @@ The controller knows no more than a card does: encoder steps and a clock. The fi
 ``controller.h`` makes the same decisions::
 
     IDLE ──move──▶ MOVING ──goal reached──▶ IDLE
+    MOVING ──another move──▶ MOVING
     MOVING or RETURNING ──contact──▶ STOPPED
     IDLE ──a motor is pushed away──▶ STOPPED
     any phase ──stop──▶ STOPPED
     STOPPED ──release──▶ RETURNING ──neutral reached──▶ IDLE
+
+A move that comes while another runs replaces it: motors go on with the speeds that they have, and
+the rule goes on with what it has seen.
 
 A stop latches: only a release ends it. A stop that somebody asked for holds the motors where they
 are. After a contact the body first gives way, since a motor that holds where it was blocked goes
@@ -80,10 +84,11 @@ def check_move(robot: Robot, phase: Phase, move: Move) -> None:
     Raises
     ------
     BodyError
-        The body is not idle, an angle is outside the joint limits, or a speed is above the servo's.
+        The body is stopped or returning, an angle is outside the joint limits, or a speed is above
+        the servo's.
     """
-    if phase is not Phase.IDLE:
-        raise BodyError(f"The body is {phase}; only an idle body takes a move.")
+    if phase not in (Phase.IDLE, Phase.MOVING):
+        raise BodyError(f"The body is {phase}; it takes a move when it rests, or in another move.")
     half_step = robot.servo.step / 2
     outside = (move.angles < robot.lower - half_step) | (move.angles > robot.upper + half_step)
     for motor in np.flatnonzero(outside):
@@ -135,14 +140,16 @@ class Controller:
         self.watch = self._plan(self.origin, self.origin, np.ones(len(JOINTS), dtype=np.int64))
 
     def move(self, move: Move, positions: Steps, time: int) -> None:
-        """Start ``move``.
+        """Start ``move``, also while another one runs.
 
         Raises
         ------
         BodyError
-            The body is not idle, an angle is outside the joint limits, or a speed is above the
-            servo's.
+            The body is stopped or returning, an angle is outside the joint limits, or a speed is
+            above the servo's.
         """
+        if self.phase is Phase.MOVING:
+            self.update(positions, time)  # what this reading tells is not lost
         check_move(self.robot, self.phase, move)
         self.note(positions, time)
         robot = self.robot
@@ -227,6 +234,11 @@ class Controller:
         travel = self.watch.profile.position(time - self.began)
         return self.origin * FINE + self.watch.direction * travel
 
+    def speed(self, time: int) -> Steps:
+        """Return how fast the profiles are, (8,) 1/256 steps/s."""
+        velocity: Steps = self.watch.direction * self.watch.profile.velocity(time - self.began)
+        return velocity
+
     def ceiling(self, time: int) -> Array:
         """Return the most that the motors may give, (8,) N·m; a stopped body holds with less."""
         needs = self._needs
@@ -254,10 +266,18 @@ class Controller:
 
     def start(self, phase: Phase, goal: Steps, speeds: Steps, positions: Steps, time: int) -> None:
         """Start towards ``goal``, in steps, at ``speeds`` in steps/s; nothing is checked here."""
-        self.phase = phase
-        self.began = time
-        self._sag = self._measure_sag(positions)
-        self.watch = self._plan(goal, positions, speeds, time)
+        before, began = self.watch, self.began
+        goes_on = self.phase is Phase.MOVING
+        velocity = None
+        if goes_on:
+            velocity = self.speed(time)
+            self.origin = (self.setpoint(time) + FINE // 2) >> 8
+        else:
+            self._sag = self._measure_sag(positions)
+        self.phase, self.began = phase, time
+        self.watch = self._plan(goal, positions, speeds, time, velocity)
+        if goes_on:
+            self.watch.go_on(before, self._seen_at - began, time - began)
 
     @property
     def _is_led(self) -> bool:
@@ -270,7 +290,7 @@ class Controller:
     def _retreat(self, motor: int, positions: Steps) -> Steps:
         """Return the positions to go back to after ``motor`` met something."""
         step, direction = self.robot.servo.step, self.watch.direction
-        travel = np.maximum((positions - self.watch.start) * direction, 0)
+        travel = np.maximum((positions - self.watch.start) * direction + self.watch.came, 0)
         # All motors go back by the same share of their travel, so that the body keeps to its path.
         part, whole = 1, 1
         for limit, longest in ((GIVE_WAY, int(travel[motor])), (FURTHEST, int(travel.max()))):
@@ -324,13 +344,20 @@ class Controller:
                 goals = np.clip(goals, to_steps(robot, robot.lower), to_steps(robot, robot.upper))
             self._stay(goals)
 
-    def _plan(self, goal: Steps, positions: Steps, speeds: Steps, time: int | None = None) -> Watch:
-        profile, direction = plan_profile(self.robot, self.origin, goal, speeds)
+    def _plan(
+        self,
+        goal: Steps,
+        positions: Steps,
+        speeds: Steps,
+        time: int | None = None,
+        velocity: Steps | None = None,
+    ) -> Watch:
+        profile, direction = plan_profile(self.robot, self.origin, goal, speeds, velocity)
         needs = demand(self.robot, positions, self.origin, profile, direction)
         self._needs, loading = needs, needs.loading
-        if time is not None:
-            velocity, gone = self.drift(positions, direction, time)
-            loading = replace(loading, velocity=velocity, gone=gone)
+        if time is not None and velocity is None:
+            drift, gone = self.drift(positions, direction, time)
+            loading = replace(loading, velocity=drift, gone=gone)
         return self.rule.watch(profile, positions, direction, loading)
 
     def _hold(self, stop: Stop, positions: Steps) -> None:

@@ -116,16 +116,19 @@ def _needed(robot: Robot, profile: Profile, along: Array, inertia: Array) -> Arr
     ``inertia`` (9, 8) what is moved.
     """
     servo, step, ramp = robot.servo.model, robot.servo.step, robot.servo.acceleration
-    moves = profile.distance > 0
+    moves = (profile.distance != 0) | (profile.initial != 0)
     fastest = np.where(moves, profile.fastest, 0) * step / FINE
     # A motor that rests must hold out while the others ramp, wherever its weight pulls.
     against = np.where(moves, along, np.abs(along))
     # A motor speeds up over the first part of its way, looked at to the next share beyond it, and
     # slows down over the last.
-    way = np.where(moves, profile.distance * step, 1.0)
+    way = np.where(profile.distance != 0, np.abs(profile.distance) * step, 1.0)
     part = fastest**2 / (2 * ramp) / way
     rises = _SHARES[:, None] < part + _SHARES[1]
     after = _SHARES[:, None] > part - _SHARES[1]
+    # One that is under way already may do any of these anywhere.
+    under_way = profile.initial != 0
+    rises, after = rises | under_way, after | under_way
     accelerations = np.array([0.0, ramp, -ramp])[:, None, None]
     torques = required_torque(servo, fastest, accelerations, against, inertia)
     falls, never = rises[::-1], np.zeros_like(rises)

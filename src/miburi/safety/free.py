@@ -98,6 +98,16 @@ class _FreeWatch(Watch):
         self._slack = guards.slack * share
         self._behind, self._ahead = guards.behind * share + doubt, guards.ahead * share + doubt
 
+    def go_on(self, before: Watch, seen: int, elapsed: int) -> None:
+        """Go on from another watch: the free servo, too, keeps its place and its speed."""
+        super().go_on(before, seen, elapsed)
+        assert isinstance(before, _FreeWatch)
+        turned = before.direction * self.direction
+        moved = (before.start - self.start) * self.direction * FINE
+        self._x, self._v = turned * before._x + moved * FINE, turned * before._v
+        self._profile_then = turned * before._profile_then + moved
+        self._model_time = before._model_time - elapsed
+
     def look(self, positions: Steps, time: int) -> Contact | None:
         """Judge the positions; motors that swing are granted more until ``SETTLES``."""
         if self._swings and time >= SETTLES:
@@ -113,7 +123,7 @@ class _FreeWatch(Watch):
             self._model_time += steps * STEP
             went = self.profile.position(self._model_time - self.rule.guards.lag)
             way = np.maximum(self.profile.distance, 1)
-            share = went // way  # in 1/256, as positions are
+            share = np.maximum(went, 0) // way  # in 1/256, as positions are
             sag = loading.begin + (((loading.end - loading.begin) * share) >> 8)
             now = loading.offset + went
             then = self._profile_then

@@ -1,10 +1,11 @@
 """Moves: the final positions and speeds that the paper's phone sends to the card (Section 2).
 
 :func:`plan_move` takes two poses and a duration and returns a :class:`Move`, in which all motors
-start and arrive together.
+start and arrive together. :func:`plan_on` does the same for motors that are under way already.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from miburi.robot import JOINTS, Array, Robot
 from miburi.safety.drive import aim
 from miburi.safety.profile import to_steps
 
-__all__ = ["Move", "plan_move"]
+__all__ = ["Course", "Move", "plan_move", "plan_on"]
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,9 @@ class Move:
         (8,) rad, where each motor ends.
     speeds
         (8,) rad/s, the largest speed of each motor; not negative.
+    slows_at, ends_at
+        s after its start: the first motor slows down for its goal, and all have arrived. 0 where
+        nobody planned it.
 
     Raises
     ------
@@ -35,6 +39,8 @@ class Move:
 
     angles: Array
     speeds: Array
+    slows_at: float = 0.0
+    ends_at: float = 0.0
 
     def __post_init__(self) -> None:
         for name, values in (("angles", self.angles), ("speeds", self.speeds)):
@@ -42,6 +48,19 @@ class Move:
                 raise InputError(f"{name} must be {len(JOINTS)} finite numbers, got {values!r}.")
         if np.any(self.speeds < 0):
             raise InputError(f"speeds must not be negative, got {self.speeds!r}.")
+
+
+class Course(NamedTuple):
+    """Where the motors' commanded profiles are, and how fast they are there.
+
+    Attributes
+    ----------
+    angles, velocities
+        (8,) rad and rad/s, of the goals that the servos get: these lie above the sag.
+    """
+
+    angles: Array
+    velocities: Array
 
 
 def plan_move(robot: Robot, start: Array, end: Array, duration: float) -> Move:
@@ -81,4 +100,42 @@ def plan_move(robot: Robot, start: Array, end: Array, duration: float) -> Move:
     time = max(duration, float(needed.max()))
     under_root = np.maximum((ramp * time) ** 2 - 4 * ramp * distance, 0.0)
     speeds = np.minimum((ramp * time - np.sqrt(under_root)) / 2, fastest)
-    return Move(np.array(end, dtype=np.float64), speeds)
+    slows_at = time - float(speeds.max()) / ramp
+    return Move(np.array(end, dtype=np.float64), speeds, slows_at, time)
+
+
+def plan_on(robot: Robot, course: Course, end: Array, duration: float) -> Move:
+    """Plan a move of motors that are under way, in which all arrive together.
+
+    A motor that comes with the speed u along its way of d cruises at v: where it has to speed up,
+    v = (aT + u − √((aT + u)² − 4ad − 2u²)) / 2; where it has to slow down,
+    v = (d − u² / 2a) / (T − u / a).
+
+    Parameters
+    ----------
+    robot, end, duration
+        As for :func:`plan_move`.
+    course
+        Where the motors are, and how fast.
+
+    Raises
+    ------
+    InputError
+        The duration is not a positive number.
+    """
+    if not duration > 0:
+        raise InputError(f"duration must be more than 0 s, got {duration!r}.")
+    a, fastest = robot.servo.acceleration, robot.servo.max_speed
+    way = aim(robot, end) - course.angles
+    stops = course.velocities * np.abs(course.velocities) / (2 * a)
+    direction = np.where(way < stops, -1.0, 1.0)
+    d, u = way * direction, course.velocities * direction
+    # The shortest time: up to the tip of a triangle, or to the fastest speed, and down again.
+    tip = np.minimum(np.sqrt(np.maximum(a * d + u * u / 2, 0.0)), fastest)
+    shortest = (d + (2 * tip * tip - 2 * tip * u + u * u) / (2 * a)) / np.maximum(tip, 1e-9)
+    time = max(duration, float(np.where(tip > 1e-6, shortest, 0.0).max()))
+    under_root = np.maximum((a * time + u) ** 2 - 4 * a * d - 2 * u * u, 0.0)
+    faster = (a * time + u - np.sqrt(under_root)) / 2
+    slower = (d - u * u / (2 * a)) / np.maximum(time - u / a, 1e-9)
+    speeds = np.clip(np.where(d >= u * time - u * u / (2 * a), faster, slower), 0.0, fastest)
+    return Move(np.array(end, dtype=np.float64), speeds, time - float(speeds.max()) / a, time)

@@ -3,9 +3,12 @@
 In go start, goal and speed of each motor; out comes a :class:`Profile`, which gives the commanded
 position at any time. Positions are whole encoder steps and times whole µs. All arithmetic is
 integer, so that the firmware, in C++ on an 8-bit card, gets the same numbers to the last bit.
+
+A move that begins before the last one has ended goes on with the speed that each motor has. So does
+the servo: its manual calls it *velocity override*.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import isqrt
 
 import numpy as np
@@ -13,7 +16,7 @@ from numpy.typing import NDArray
 
 from miburi.robot import Array, Robot
 
-__all__ = ["FINE", "SECOND", "Profile", "Steps", "plan_profile", "to_steps"]
+__all__ = ["FINE", "SECOND", "Profile", "Steps", "plan_profile", "plan_towards", "to_steps", "truncated"]
 
 Steps = NDArray[np.int64]
 
@@ -29,21 +32,33 @@ def to_steps(robot: Robot, angles: Array) -> Steps:
     return steps
 
 
+def truncated(number: Steps, by: Steps | int) -> Steps:
+    """Return the quotient towards zero, as C++ has it; ``by`` is more than 0."""
+    quotient: Steps = np.sign(number) * np.floor_divide(np.abs(number), by, dtype=np.int64)
+    return quotient
+
+
 @dataclass(frozen=True)
 class Profile:
-    """Ramped motion of n motors from rest to rest: speed up, cruise, slow down.
+    """Ramped motion of n motors until they rest: speed up, cruise, slow down.
 
     A motor that does not get far enough to reach its cruising speed only speeds up and slows down:
-    a triangle.
+    a triangle. One that begins faster than it may cruise slows down to that speed first. One that
+    begins against its way turns round on its first ramp.
 
     Attributes
     ----------
     distance
-        (n,) steps, never negative: the direction is separate. All are int64.
+        (n,) steps along the motor's direction, which is separate. It is negative only where a motor
+        cannot stop in time: it passes its goal and comes back. All are int64.
     speed, acceleration
         (n,) the cruising speed in 1/256 steps/s, and the ramps' acceleration in steps/s².
-    ramp, total
-        (n,) how long it speeds up, and the whole move, in µs.
+    ramp, fall, total
+        (n,) how long it takes to its cruising speed, from there to rest, and in all, µs.
+    initial
+        (n,) speed at the start, 1/256 steps/s along the direction; 0 from rest.
+    shift
+        (n,) µs by which a motor is behind one that began at its cruising speed, twice.
     """
 
     distance: Steps
@@ -51,56 +66,104 @@ class Profile:
     acceleration: Steps
     ramp: Steps
     total: Steps
+    fall: Steps
+    initial: Steps
+    shift: Steps
+    _moves: bool = field(init=False)
+    _slows: Steps = field(init=False)
+
+    def __post_init__(self) -> None:
+        # Nearly all moves begin at rest, and then there is less to compute.
+        object.__setattr__(self, "_moves", bool(self.initial.any()))
+        tip = np.minimum(self.speed, self.acceleration * self.fall * FINE // SECOND)
+        object.__setattr__(self, "_slows", np.where(self.initial > tip, -1, 1))
 
     @classmethod
-    def plan(cls, distance: Steps, speed: Steps, acceleration: Steps) -> "Profile":
-        """Compute ramp and total time; speeds and accelerations must be at least 1."""
-        full_ramp = speed * SECOND // (acceleration * FINE)
-        # The ramp of a triangle is √(d/a); a motion is a triangle if that is the shorter ramp.
-        short_ramp = np.array(
-            [
-                isqrt(int(d) * SECOND * SECOND // int(a))
-                for d, a in zip(distance, acceleration, strict=True)
-            ],
-            dtype=np.int64,
-        )
-        ramp = np.minimum(full_ramp, short_ramp)
-        total = np.where(
-            short_ramp < full_ramp,
-            2 * short_ramp,
-            distance * FINE * SECOND // speed + full_ramp,
-        )
-        return cls(distance, speed, acceleration, ramp, total)
+    def plan(
+        cls, distance: Steps, speed: Steps, acceleration: Steps, initial: Steps | None = None
+    ) -> "Profile":
+        """Compute ramps and total time; speeds and accelerations must be at least 1.
+
+        A motor with an ``initial`` speed must be able to stop within ``distance``, which may
+        therefore be negative if the speed is.
+        """
+        initial = np.zeros_like(distance) if initial is None else initial
+        full = speed * SECOND // (acceleration * FINE)
+        halt = truncated(initial * SECOND, acceleration * FINE)  # from that speed to rest
+        # The last ramp of a triangle is √(d/a + halt²/2); it is one if that is the shorter ramp.
+        squares = truncated(distance * SECOND * SECOND, acceleration) + halt * halt // 2
+        short = np.array([isqrt(max(square, 0)) for square in squares.tolist()], dtype=np.int64)
+        triangle = short < full
+        fall = np.where(triangle, short, full)
+        ramp = np.where(triangle, np.maximum(short - halt, 0), np.abs(full - halt))
+        shift = truncated(ramp * (speed - initial), speed)
+        cruises = truncated(distance * FINE * SECOND, speed) + truncated(shift + full, 2)
+        total = np.where(triangle, ramp + fall, cruises)
+        return cls(distance, speed, acceleration, ramp, total, fall, initial, shift)
 
     @property
     def fastest(self) -> Steps:
         """The top speed that each motor reaches, (n,) 1/256 steps/s; a triangle's is at its tip."""
-        fastest: Steps = np.minimum(self.speed, self.acceleration * self.ramp * FINE // SECOND)
+        tip = np.minimum(self.speed, self.acceleration * self.fall * FINE // SECOND)
+        fastest: Steps = np.maximum(tip, np.abs(self.initial))
         return fastest
 
     def position(self, time: Steps | int) -> Steps:
-        """Return the travel in 1/256 steps after ``time`` µs, broadcast against the motors."""
+        """Return the travel in 1/256 steps after ``time`` µs, broadcast against the motors.
+
+        Before the start a motor is taken to have come with its initial speed.
+        """
+        time = np.asarray(time, dtype=np.int64)
         t = np.minimum(np.maximum(time, 0), self.total)
         left = self.total - t
         # With t clipped to the ramp, a t² · 128 fits into 64 bits for every allowed servo.
         risen = np.minimum(t, self.ramp)
         rising = self.acceleration * risen * risen * (FINE // 2) // SECOND**2
-        to_go = np.minimum(left, self.ramp)
+        to_go = np.minimum(left, self.fall)
         falling = (
             self.distance * FINE - self.acceleration * to_go * to_go * (FINE // 2) // SECOND**2
         )
-        cruising = self.speed * (2 * t - self.ramp) // (2 * SECOND)
-        return np.where(t < self.ramp, rising, np.where(left <= self.ramp, falling, cruising))
+        if not self._moves:
+            cruising = self.speed * (2 * t - self.shift) // (2 * SECOND)
+            return np.where(t < self.ramp, rising, np.where(left <= self.fall, falling, cruising))
+        began = truncated(self.initial * np.minimum(time, risen), SECOND)
+        rising = began + np.where(time < 0, 0, self._slows * rising)
+        cruising = truncated(self.speed * (2 * t - self.shift), 2 * SECOND)
+        return np.where(time < self.ramp, rising, np.where(left <= self.fall, falling, cruising))
+
+    def velocity(self, time: int) -> Steps:
+        """Return the speed along the direction after ``time`` µs, (n,) 1/256 steps/s."""
+        t = np.minimum(max(time, 0), self.total)
+        left = self.total - t
+        rising = self.initial + self._slows * (self.acceleration * t * FINE // SECOND)
+        falling = self.acceleration * left * FINE // SECOND
+        slow = np.where(left <= self.fall, falling, self.speed)
+        velocity: Steps = np.where(t < self.ramp, rising, slow)
+        return velocity
 
 
-def plan_profile(robot: Robot, origin: Steps, goal: Steps, speeds: Steps) -> tuple[Profile, Steps]:
+def plan_profile(
+    robot: Robot, origin: Steps, goal: Steps, speeds: Steps, velocity: Steps | None = None
+) -> tuple[Profile, Steps]:
     """Plan the servos' motion from ``origin`` to ``goal``, (8,) steps, at ``speeds`` in steps/s.
+
+    ``velocity`` is what each motor's profile has at the origin, (8,) 1/256 steps/s; None at rest.
 
     Returns
     -------
     The profile, and the direction of each motor: (8,) +1 or −1.
     """
-    distance = goal - origin
-    ramp = np.full_like(distance, round(robot.servo.acceleration / robot.servo.step))
-    profile = Profile.plan(np.abs(distance), np.maximum(speeds, 1) * FINE, ramp)
-    return profile, np.where(distance < 0, -1, 1)
+    acceleration = np.full_like(goal, round(robot.servo.acceleration / robot.servo.step))
+    return plan_towards(origin, goal, np.maximum(speeds, 1) * FINE, acceleration, velocity)
+
+
+def plan_towards(
+    origin: Steps, goal: Steps, speed: Steps, acceleration: Steps, velocity: Steps | None = None
+) -> tuple[Profile, Steps]:
+    """Plan as :func:`plan_profile`; ``speed`` in 1/256 steps/s, ``acceleration`` in steps/s²."""
+    way = goal - origin
+    velocity = np.zeros_like(way) if velocity is None else velocity
+    # Where a motor goes is told from where it would stop.
+    stops = truncated(velocity * np.abs(velocity), 2 * FINE * acceleration)
+    direction = np.where(way * FINE < stops, -1, 1)
+    return Profile.plan(way * direction, speed, acceleration, velocity * direction), direction
