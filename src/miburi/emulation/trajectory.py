@@ -1,7 +1,7 @@
 """The way that a servo makes of a goal: speed up, cruise, slow down.
 
-A goal that comes while the servo moves keeps its speed (the manual's *velocity override*). A profile
-without ramps has its own speed at once.
+A goal that comes while the servo moves keeps its speed (the manual's *velocity override*). A
+profile without ramps has its own speed at once.
 """
 
 from dataclasses import dataclass

@@ -10,8 +10,9 @@ from miburi.partner.events import (
     Stopped,
     WishDropped,
 )
-from miburi.partner.loop import LAPSES, Partner, Solve, solve_with
+from miburi.partner.loop import LAPSES, Partner
 from miburi.partner.recovery import UnsettledError
+from miburi.partner.solving import Solve, solve_with
 
 __all__ = [
     "LAPSES",

@@ -12,13 +12,12 @@ lowers the mood by 20 %, waits, and lets the body go back to neutral (Section 4)
 """
 
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from miburi import gestures, ik
-from miburi.bma.settings import Settings
+from miburi import gestures
 from miburi.bodies import Body, BodyState
 from miburi.errors import BodyError, InputError
 from miburi.feelings import FEELINGS, Expression, FeelingModel
@@ -36,11 +35,12 @@ from miburi.partner.performance import Performance
 from miburi.partner.recovery import Recovery
 from miburi.partner.rest import Attention, Rest, may_go_on
 from miburi.partner.shown import ShownEmotion
-from miburi.robot import JOINTS, Array, Robot
+from miburi.partner.solving import Solve, solve_with
+from miburi.robot import JOINTS
 from miburi.safety.move import Move, plan_move, plan_on
 from miburi.safety.stop import Phase, Stop, StopReason
 
-__all__ = ["HOMECOMING", "LAPSES", "Partner", "Solve", "solve_with"]
+__all__ = ["HOMECOMING", "LAPSES", "Partner"]
 
 #: The shortest time of the last move, back to neutral, s (ours).
 HOMECOMING = 1.5
@@ -52,8 +52,6 @@ _LATE = 0.05
 #: The choice among gestures draws from its own stream of random numbers.
 _CHOICES = 1
 _WAIST, _HEAD = JOINTS.index("waist"), JOINTS.index("head")
-
-Solve = Callable[[Robot, Array, Array], ik.Solution]
 
 
 class Partner:
@@ -306,8 +304,7 @@ class Partner:
             for event in self._while_idle(state, due=due):
                 self._untold.append(event)
         elif state.phase is Phase.MOVING and self._life is not None and not self._quiet:
-            for event in self._while_moving(state.time):
-                self._untold.append(event)
+            self._untold.extend(self._while_moving(state.time))
         events, self._untold = self._untold, []
         return events
 
@@ -501,8 +498,3 @@ class Partner:
         if expression is None:
             return 0.0
         return float(self.feelings.mood[FEELINGS.index(expression.feeling)])
-
-
-def solve_with(settings: Settings | None = None) -> Solve:
-    """Return the inverse kinematics with settings; None for Miburi's own (:func:`ik.solve`)."""
-    return lambda robot, target, start: ik.solve(robot, target, start=start, settings=settings)

@@ -22,8 +22,6 @@ class ShownEmotion:
     ----------
     shown
         Gestures that have shown it.
-    rises
-        Whether none has yet, and it has become the strongest by rising: not because another faded.
     """
 
     def __init__(self) -> None:
@@ -52,4 +50,5 @@ class ShownEmotion:
 
     @property
     def rises(self) -> bool:
+        """Whether it has risen above another, and nothing has shown it yet."""
         return self._rose and self.shown == 0

@@ -101,7 +101,8 @@ class _FreeWatch(Watch):
     def go_on(self, before: Watch, seen: int, elapsed: int) -> None:
         """Go on from another watch: the free servo, too, keeps its place and its speed."""
         super().go_on(before, seen, elapsed)
-        assert isinstance(before, _FreeWatch)
+        if not isinstance(before, _FreeWatch):
+            raise TypeError(f"a free servo goes on from a free servo's watch, got {before!r}.")
         turned = before.direction * self.direction
         moved = (before.start - self.start) * self.direction * FINE
         self._x, self._v = turned * before._x + moved * FINE, turned * before._v

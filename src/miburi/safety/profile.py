@@ -16,7 +16,16 @@ from numpy.typing import NDArray
 
 from miburi.robot import Array, Robot
 
-__all__ = ["FINE", "SECOND", "Profile", "Steps", "plan_profile", "plan_towards", "to_steps", "truncated"]
+__all__ = [
+    "FINE",
+    "SECOND",
+    "Profile",
+    "Steps",
+    "plan_profile",
+    "plan_towards",
+    "to_steps",
+    "truncated",
+]
 
 Steps = NDArray[np.int64]
 
@@ -114,7 +123,7 @@ class Profile:
         Before the start a motor is taken to have come with its initial speed.
         """
         time = np.asarray(time, dtype=np.int64)
-        t = np.minimum(np.maximum(time, 0), self.total)
+        t: Steps = np.minimum(np.maximum(time, 0), self.total)
         left = self.total - t
         # With t clipped to the ramp, a t² · 128 fits into 64 bits for every allowed servo.
         risen = np.minimum(t, self.ramp)
