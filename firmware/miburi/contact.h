@@ -118,8 +118,10 @@ inline void follow(Watch& watch, const Rule& rule, uint8_t motor, int32_t steps)
   // The load is straight between what it is at both ends; the share is in 1/256. A division takes
   // long, and most loads stay as they are.
   int32_t sag = loading.begin;
-  if (loading.end != loading.begin && profile.distance > 0 && went > 0) {
-    sag += ((loading.end - loading.begin) * (went / profile.distance)) >> 8;
+  if (loading.end != loading.begin && profile.distance > 0) {
+    // A motor that comes back from beyond its ends is outside.
+    const int32_t share = clipped(went / profile.distance, static_cast<int32_t>(FINE));
+    sag += ((loading.end - loading.begin) * share) >> 8;
   }
   const int32_t now = loading.offset + went;
   advance(watch.free[motor], rule.servos[motor], watch.profile_then[motor], now, steps, sag,
@@ -145,12 +147,13 @@ inline void go_on(Watch& watch, uint8_t motor, int16_t start, int8_t direction, 
   const bool turned = direction != watch.direction[motor];
   const int32_t steps = (static_cast<int32_t>(watch.start[motor]) - start) * direction;
   const int32_t moved = steps * fine;
+  const int64_t carried = static_cast<int64_t>(watch.free[motor].x) * (turned ? -1 : 1) +
+                          static_cast<int64_t>(moved) * fine;
   if (turned) {
     watch.expected[motor] = moved - expected_of(watch.free[motor], into_step(watch, seen));
     watch.measured[motor] = 0;
     watch.since[motor] = seen - elapsed;
     watch.came[motor] = 0;
-    watch.free[motor].x = moved * fine - watch.free[motor].x;
     watch.free[motor].v = -watch.free[motor].v;
     watch.profile_then[motor] = moved - watch.profile_then[motor];
   } else {
@@ -158,12 +161,18 @@ inline void go_on(Watch& watch, uint8_t motor, int16_t start, int8_t direction, 
     watch.expected[motor] += moved;
     watch.measured[motor] += moved;
     watch.since[motor] -= elapsed;
-    watch.came[motor] = static_cast<int16_t>(came > 0 ? came : 0);
-    watch.free[motor].x += moved * fine;
+    watch.came[motor] = static_cast<int16_t>(clipped(came, 0x7FFF));
     watch.profile_then[motor] += moved;
   }
+  watch.free[motor].x = static_cast<int32_t>(carried);
   watch.start[motor] = start;
   watch.direction[motor] = direction;
+}
+
+// The clock of a watch whose move was replaced begins anew.
+inline void restart(Watch& watch, int64_t elapsed) {
+  watch.period_ends -= elapsed;
+  watch.modelled -= elapsed;
 }
 
 // Keeps the suspect that fell furthest behind; of equals, the first.

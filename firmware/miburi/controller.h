@@ -221,8 +221,7 @@ inline void start(Controller& c, const Rule& rule, Phase phase, const int16_t* g
   c.began = time;
   c.kept_since = 0;
   if (goes_on) {
-    c.watch.period_ends -= elapsed;
-    c.watch.modelled -= elapsed;
+    restart(c.watch, elapsed);
   } else {
     begin(c.watch, rule);
   }

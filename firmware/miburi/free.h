@@ -42,6 +42,13 @@ inline int32_t clamped(int32_t value, int32_t most) {
   return value > most ? most : value < -most ? -most : value;
 }
 
+inline int32_t clipped(int32_t value, int32_t most) {
+  if (value < 0) {
+    return 0;
+  }
+  return value > most ? most : value;
+}
+
 // A free motor at the start of a move; it is no faster than 4000 steps/s.
 inline FreeMotion set_off(const Loading& loading) {
   return FreeMotion{loading.gone * 256, loading.velocity * 32 / 25};

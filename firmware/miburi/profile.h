@@ -45,17 +45,19 @@ inline int32_t tip_of(const Profile& p) {
   return tip < p.speed ? tip : p.speed;
 }
 
+inline int32_t size_of(int32_t speed) { return speed < 0 ? -speed : speed; }
+
 // The largest speed that it has.
 inline int32_t fastest(const Profile& p) {
   const int32_t tip = tip_of(p);
-  const int32_t initial = p.initial < 0 ? -p.initial : p.initial;
+  const int32_t initial = size_of(p.initial);
   return tip < initial ? initial : tip;
 }
 
 // How far a motor with a speed goes until it stops, 1/256 steps.
 inline int32_t stopping(int32_t speed, int32_t acceleration) {
-  const int64_t own = speed < 0 ? -static_cast<int64_t>(speed) : speed;
-  return static_cast<int32_t>(speed * own / (2 * FINE * acceleration));
+  const int64_t square = static_cast<int64_t>(speed) * size_of(speed);
+  return static_cast<int32_t>(square / (2 * FINE * acceleration));
 }
 
 // A speed and an acceleration are at least 1. A motor with an initial speed must be able to stop
@@ -67,7 +69,11 @@ inline Profile plan(int32_t distance, int32_t speed, int32_t acceleration, int32
   const int64_t square = distance * SECOND * SECOND / acceleration + halt * halt / 2;
   const int64_t tip =
       square > 0 ? static_cast<int64_t>(square_root(static_cast<uint64_t>(square))) : 0;
-  Profile p = {distance, speed, acceleration, initial, 1, 0, 0, 0, 0};
+  Profile p = Profile();
+  p.distance = distance;
+  p.speed = speed;
+  p.acceleration = acceleration;
+  p.initial = initial;
   if (tip < full) {
     p.fall = tip;
     p.ramp = tip > halt ? tip - halt : 0;
@@ -115,7 +121,7 @@ inline int64_t way_of(int32_t speed, int64_t twice) {
 // initial speed.
 inline int64_t travel(const Profile& p, int64_t time) {
   if (time < 0) {
-    return p.initial == 0 ? 0 : way_of(p.initial, 2 * time);
+    return way_of(p.initial, 2 * time);
   }
   const int64_t left = p.total - time;
   if (left < 0) {
@@ -123,7 +129,7 @@ inline int64_t travel(const Profile& p, int64_t time) {
   }
   if (time < p.ramp) {
     const int64_t risen = p.acceleration * time * time * (FINE / 2) / (SECOND * SECOND);
-    return p.initial == 0 ? risen : way_of(p.initial, 2 * time) + p.slows * risen;
+    return way_of(p.initial, 2 * time) + p.slows * risen;
   }
   if (left <= p.fall) {
     return p.distance * FINE - p.acceleration * left * left * (FINE / 2) / (SECOND * SECOND);

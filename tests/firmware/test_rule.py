@@ -48,6 +48,7 @@ def test_a_model_that_nothing_holds_stays_where_the_card_can_count(native: Path)
     trace["rule"] = (20_000, 9372)
     trace["motors"] = (2033, 5, 1, 32, 45, 29, 13_920, 1, 0, 0)
     trace["motion"] = (1893, 131_072, 3514, 687, -1, -1658, 4820, -5031, 5031, 0, 0)
+    trace["again"] = LOOKS
     trace["looks"]["time"] = [151_841, 160_000, 3_865_001, 3_875_000]
     trace["looks"]["positions"] = 687
     traces = np.array([trace])
@@ -80,6 +81,7 @@ def test_a_look_takes_at_most_6_ms_on_the_avr(firmware: Path, rule_on_avr: Path)
     for name, value in (("distance", 2000), ("speed", 2000 * 256), ("acceleration", 13_000)):
         trace["motion"][name] = value
     trace["looks"]["time"] = np.arange(1, LOOKS + 1) * 20_000
+    trace["again"] = LOOKS
     ended = []
     for count in (1, LOOKS):
         trace["count"] = count

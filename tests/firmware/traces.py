@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from miburi.robot import guards as table
 from miburi.safety.contact import Loading, Sign, Watch, lag_doubt
 from miburi.safety.free import SETTLES, FreeRule, granted_share
-from miburi.safety.profile import FINE, SECOND, Profile
+from miburi.safety.profile import FINE, SECOND, Profile, plan_towards
 from miburi.servos.free import STEP, FreeServo
 
 MOTORS = 8
@@ -36,6 +36,11 @@ TRACE = np.dtype(
         ("rule", RULE),
         ("motors", OF_MOTOR, MOTORS),
         ("motion", MOTION, MOTORS),
+        # A move that replaces it before the look `again`, `elapsed` µs after its start. There,
+        # `distance` has a sign, and direction is not looked at.
+        ("next", MOTION, MOTORS),
+        ("again", "<i2"),
+        ("elapsed", "<i8"),
         ("count", "<i2"),
         ("looks", LOOK, LOOKS),
     ]
@@ -45,6 +50,7 @@ DECISION = np.dtype(
         ("sign", "u1"),
         ("motor", "u1"),
         ("arrived", "u1"),
+        ("came", "<u4"),
         ("measured", "<i4"),
         ("expected", "<i4"),
         ("length", "<i8"),
@@ -60,6 +66,7 @@ def random_traces(rng: np.random.Generator, n: int) -> Records:
     traces["count"] = LOOKS
     _draw_rules(rng, traces["rule"], traces["motors"])
     _draw_motions(rng, traces["motors"], traces["motion"])
+    _draw_next(rng, traces)
     # Some have nothing but the window's limit in mind, which is seldom a whole number of steps.
     exact = rng.random(n) < 0.25
     traces["rule"]["ratio"][exact] = 10_000
@@ -113,7 +120,7 @@ def _draw_motions(rng: np.random.Generator, motors: Records, motion: Records) ->
     )
     ends = np.stack([profile.ramp, profile.total - profile.ramp, profile.total])
     end = rng.choice(ends).reshape(shape)
-    hits = rng.random(shape) < 0.4
+    hits = rng.random(shape) < 0.6
     motors["lag"][hits] = (-end % STEP)[hits]
     motion["start"] = rng.integers(-2400, 2400, shape)
     motion["direction"] = rng.choice([-1, 1], shape)
@@ -144,6 +151,24 @@ def _draw_motions(rng: np.random.Generator, motors: Records, motion: Records) ->
         motion[name] = np.clip(motion[name], -motion["most"], motion["most"])
 
 
+def _draw_next(rng: np.random.Generator, traces: Records) -> None:
+    next_, shape = traces["next"], traces["next"].shape
+    traces["again"] = rng.choice([1, 2, 3, LOOKS, LOOKS], len(traces))
+    traces["elapsed"] = rng.choice([0, 1, 5000, 20_000, 7001], len(traces))  # after that look
+    # Some just where a motor can stop, and some where it is.
+    ways = (rng.integers(-2000, 2001, shape), rng.integers(-60, 61, shape), np.zeros(shape))
+    next_["distance"] = np.choose(rng.choice(3, shape, p=[0.5, 0.4, 0.1]), ways)
+    slowest = np.maximum(np.abs(next_["distance"]) * FINE // 2, FINE)
+    next_["speed"] = np.maximum(
+        np.exp(rng.uniform(np.log(FINE), np.log(3e3 * FINE), shape)), slowest
+    )
+    next_["acceleration"] = np.exp(rng.uniform(np.log(2440), np.log(40_000), shape))
+    for name in OF_LOADING[:4]:
+        next_[name] = rng.permuted(traces["motion"][name], axis=1)
+    for name in ("begin", "end"):
+        next_[name] = np.clip(next_[name], -next_["most"], next_["most"])
+
+
 def _draw_looks(rng: np.random.Generator, trace: np.void, only_window: bool) -> None:
     """Choose moments and places, one motor's on a boundary of the rule as it stands then."""
     odd = int(rng.integers(MOTORS))
@@ -156,24 +181,41 @@ def _draw_looks(rng: np.random.Generator, trace: np.void, only_window: bool) -> 
         # At rest on a whole step, with the whole guards: then it can be just on the limit.
         _stiffen(trace["motors"], trace["motion"], odd)
     watch = _watch(trace)
-    rule, guards, profile = watch.rule, watch.rule.guards, watch.profile
+    rule, guards = watch.rule, watch.rule.guards
     # One that judges nothing tells what is expected since the move began.
     never = np.full(MOTORS, 1 << 40)
     blind = replace(guards, slack=never, least=never, behind=never, ahead=never, arrival=never)
     blind_watch = replace(watch, rule=replace(rule, guards=blind))
-    early, later = granted_share(profile, watch.loading.velocity), granted_share(profile)
-    doubt, goal = lag_doubt(profile), profile.distance * FINE
-    goal = goal + trace["motion"]["offset"] - trace["motion"]["end"]
     # As the rule has them: what it had seen when the latest period ended.
     based, period_ends, time = np.zeros((2, MOTORS), dtype=np.int64), rule.period, 0
-    for look in trace["looks"]:
+    begun, seen = np.zeros(MOTORS, dtype=np.int64), np.zeros((2, MOTORS), dtype=np.int64)
+    for k, look in enumerate(trace["looks"]):
+        if k == trace["again"]:
+            # In the seam of a profile, or some time after the latest look.
+            ends = (watch.profile.ramp, watch.profile.total - watch.profile.fall)
+            elapsed = time + int(trace["elapsed"])
+            near = [int(end[odd]) for end in ends if time <= end[odd] <= time + 100_000]
+            trace["elapsed"] = rng.choice([elapsed, *near])
+            trace["next"]["start"] = trace["looks"]["positions"][k - 1]
+            before, blind_watch = blind_watch, _replaced(blind_watch, trace, time)
+            watch = _replaced(watch, trace, time)
+            on = before.direction == watch.direction
+            moved = (before.start - watch.start) * watch.direction * FINE
+            now = np.where(on, seen[0], -seen[0]) + moved
+            begun = np.where(on, begun + moved, now)
+            based = np.where(on, based + moved, np.stack([now, np.zeros_like(now)]))
+            period_ends, time = period_ends - int(trace["elapsed"]), 0
+        profile = watch.profile
+        early, later = granted_share(profile, watch.loading.velocity), granted_share(profile)
+        doubt, goal = lag_doubt(profile), profile.distance * FINE
+        goal = goal + watch.loading.offset - watch.loading.end
         time = max(time, _moment(rng, watch, odd, time, period_ends))
         due = time >= period_ends
         share = early if time < SETTLES else later
         period_ends += rule.period if due else 0
         blind_watch.look(watch.start, time)
         assert blind_watch.window is not None
-        expected = blind_watch.window.expected
+        expected = blind_watch.window.expected + begun
         should = expected - based[0]
         measured = np.rint(expected / FINE).astype(np.int64) * FINE
         window = based[1][odd] + should[odd] * rule.ratio // 10_000 - guards.slack[odd] * share[odd]
@@ -193,8 +235,9 @@ def _draw_looks(rng: np.random.Generator, trace: np.void, only_window: bool) -> 
             measured[odd] = (limit // FINE + rng.integers(-1, 2)) * FINE
         if alike:
             measured[other] = measured[odd]
-        places = trace["motion"]["start"] + trace["motion"]["direction"] * (measured // FINE)
-        look["time"], look["positions"] = time, np.clip(places, -32_000, 32_000)
+        places = np.clip(watch.start + watch.direction * (measured // FINE), -6000, 6000)
+        look["time"], look["positions"] = time, places
+        seen = np.stack([expected, measured])
         judged = due & (should >= guards.least * FINE)
         based = np.where(judged, np.stack([expected, measured]), based)
 
@@ -220,7 +263,7 @@ def _moment(rng: np.random.Generator, watch: Watch, odd: int, time: int, period_
                 time + rng.integers(15_000, 40_000),
                 (time // STEP + rng.integers(1, 9)) * STEP + rng.integers(-1, 2),
                 period_ends + rng.integers(-1, 2),
-                SETTLES + rng.integers(-1, 2),
+                *(SETTLES + rng.integers(-1, 2, 3)),
                 ended + rng.integers(-1, 2),
                 last + rng.integers(-1, 2),
                 ended + rule.period + rng.integers(-1, 2),
@@ -248,21 +291,44 @@ def _watch(trace: np.void) -> Watch:
     return rule.watch(profile, motion["start"], motion["direction"], loading)
 
 
+def _replaced(watch: Watch, trace: np.void, seen: int) -> Watch:
+    """Watch the move that replaces another, of which the latest look was at ``seen`` µs."""
+    motion, elapsed = trace["next"], int(trace["elapsed"])
+    way, speed, acceleration, start = (
+        motion[name].astype(np.int64) for name in ("distance", "speed", "acceleration", "start")
+    )
+    velocity = watch.direction * watch.profile.velocity(elapsed)
+    profile, direction = plan_towards(np.zeros_like(way), way, speed, acceleration, velocity)
+    loading = Loading(*(motion[name].astype(np.int64) for name in OF_LOADING))
+    after = watch.rule.watch(profile, start, direction, loading)
+    after.go_on(watch, seen, elapsed)
+    return after
+
+
 def decide(traces: Records) -> Records:
     """Let free.py decide every look: (n, LOOKS) of ``DECISION``."""
     decisions = np.zeros((len(traces), LOOKS), dtype=DECISION)
     for trace, of_trace in zip(traces, decisions, strict=True):
-        watch = _watch(trace)
+        watch, seen = _watch(trace), 0
         for k, look in enumerate(trace["looks"]):
+            if k == trace["again"]:
+                watch = _replaced(watch, trace, seen)
+            seen = int(look["time"])
             time, positions = int(look["time"]), look["positions"].astype(np.int64)
             contact = watch.look(positions, time)
-            came = watch.arrived(positions, time)
+            arrived, came = watch.arrived(positions, time), 0
+            seams = watch.profile.position(watch.profile.ramp).tolist()
+            for steps, seam in zip(watch.came.tolist(), seams, strict=True):
+                came = (came * 31 + steps) % (1 << 32)
+                if k in (0, trace["again"]):
+                    came = (came * 31 + seam) % (1 << 32)
             of_trace[k] = (
-                (0, 0, came, 0, 0, 0)
+                (0, 0, arrived, came, 0, 0, 0)
                 if contact is None
                 else (
                     SIGNS[contact.sign],
                     contact.motor,
+                    arrived,
                     came,
                     contact.measured,
                     contact.expected,

@@ -3,8 +3,8 @@
 
 #include "trace.h"
 
-const uint8_t OF_MOTOR = miburi::GUARDS_SIZE + miburi::FREE_SERVO_SIZE + 40;
-const uint16_t TRACE = 8 + miburi::MOTORS * OF_MOTOR + 2 + 4 * 24;  // bytes
+const uint8_t OF_MOTOR = miburi::GUARDS_SIZE + miburi::FREE_SERVO_SIZE + 2 * 40;
+const uint16_t TRACE = 8 + miburi::MOTORS * OF_MOTOR + 12 + 4 * 24;  // bytes
 
 // A trace is taken in whole before it is judged: nobody listens meanwhile.
 struct Uart {

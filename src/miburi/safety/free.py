@@ -123,8 +123,9 @@ class _FreeWatch(Watch):
         if steps > 0:
             self._model_time += steps * STEP
             went = self.profile.position(self._model_time - self.rule.guards.lag)
-            way = np.maximum(self.profile.distance, 1)
-            share = np.maximum(went, 0) // way  # in 1/256, as positions are
+            distance = self.profile.distance
+            # In 1/256, as positions are. Motors that come back from beyond their ends are outside.
+            share = np.clip(went // np.maximum(distance, 1), 0, np.where(distance > 0, FINE, 0))
             sag = loading.begin + (((loading.end - loading.begin) * share) >> 8)
             now = loading.offset + went
             then = self._profile_then
