@@ -298,9 +298,20 @@ def test_what_belongs_together_begins_together_while_it_breathes(runner: Runner)
         assert "performance_ended" in begun
 
 
-def test_a_pause_ends_what_has_not_begun(runner: Runner) -> None:
-    """At rest it breathes: the act waits for that, and the pause comes before."""
+def returning(runner: Runner) -> None:
+    """Release a stopped body: nothing begins before it is back at neutral."""
     until(runner, lambda state: state.phase == "moving")
+    run(runner, 0.2)
+    runner.stop()
+    until(runner, lambda state: state.phase == "stopped")
+    run(runner, 1.0)
+    runner.ask(Release(by_person=True))
+    until(runner, lambda state: state.phase == "returning")
+
+
+def test_a_pause_ends_what_has_not_begun(runner: Runner) -> None:
+    """A body that goes home takes no act: the pause comes before it."""
+    returning(runner)
     acts = [Act(0.0, expression=Expression("surprise", 0.5)), Act(0.5, words="Hello.")]
     wish = runner.ask(PerformActs(acts, queued=True))
     run(runner, 3 * STEP)
@@ -310,7 +321,7 @@ def test_a_pause_ends_what_has_not_begun(runner: Runner) -> None:
 
 
 def test_what_is_replaced_before_it_begins_is_never_performed(runner: Runner) -> None:
-    until(runner, lambda state: state.phase == "moving")
+    returning(runner)
     first = runner.ask(PerformActs([Act(0.0, expression=Expression("sadness", 0.5))], queued=True))
     run(runner, 3 * STEP)
     runner.ask(PerformActs([Act(0.0, words="No, wait.")], queued=False))

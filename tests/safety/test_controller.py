@@ -1,5 +1,7 @@
 """The card's logic: idle → moving → stopped → returning → idle, and no other order."""
 
+from contextlib import suppress
+
 import numpy as np
 import pytest
 
@@ -24,6 +26,11 @@ class Motors:
         self.blocked: int | None = None
         self.positions: Steps = controller.origin.copy()
         self.lag = int(controller.rule.guards.lag[0])
+
+    @property
+    def read_at(self) -> int:
+        """When the positions were read."""
+        return self.time - TICK
 
     def run(self, seconds: float) -> None:
         for _ in range(round(seconds * SECOND / TICK)):
@@ -237,8 +244,68 @@ def test_wrong_calls_are_refused(motors: Motors, robot: Robot) -> None:
             controller.move(Move(neutral.copy(), fast), motors.positions, 0)
     assert controller.phase is Phase.IDLE
     controller.move(raised(robot), motors.positions, 0)
-    with pytest.raises(BodyError, match="only an idle body"):
+    controller.stop(motors.positions, 0)
+    with pytest.raises(BodyError, match="The body is stopped"):
         controller.move(raised(robot), motors.positions, 0)
+    motors.time = 10_000
+    controller.release(motors.positions, motors.time)
+    with pytest.raises(BodyError, match="The body is returning"):
+        controller.move(raised(robot), motors.positions, motors.time)
+
+
+def test_a_move_within_a_move_goes_on_at_its_speed(motors: Motors, robot: Robot) -> None:
+    controller = motors.controller
+    controller.move(raised(robot), motors.positions, motors.time)
+    motors.run(0.4)
+    place, speed = controller.setpoint(motors.read_at), controller.speed(motors.read_at)
+    assert np.abs(speed).max() > 500 * FINE
+    back = plan_move(robot, robot.neutral, robot.neutral, 0.5)
+    controller.move(Move(back.angles, np.full(8, 2.0)), motors.positions, motors.read_at)
+    assert np.abs(controller.setpoint(motors.read_at) - place).max() <= FINE // 2
+    np.testing.assert_array_equal(controller.speed(motors.read_at), speed)
+    motors.run(2.0)
+    assert controller.phase is Phase.IDLE, controller.latched
+    np.testing.assert_array_equal(motors.positions, to_steps(robot, robot.neutral))
+
+
+@pytest.mark.parametrize("motor", [1, 3, 6])
+@pytest.mark.parametrize("every", [0.02, 0.05, 0.13])
+def test_moves_that_replace_one_another_do_not_hide_a_contact(
+    motors: Motors, robot: Robot, motor: int, every: float
+) -> None:
+    """There and back, so that no window lasts; the motor is held all the while."""
+    controller = motors.controller
+    ends = (raised(robot, 0.6), Move(np.array(robot.neutral), np.full(8, 2.5)))
+    controller.move(ends[0], motors.positions, motors.time)
+    motors.run(0.3)
+    motors.blocked = motor
+    for turn in range(40):
+        if controller.phase is Phase.STOPPED:
+            break
+        with suppress(BodyError):  # a move judges the latest reading, too
+            controller.move(ends[turn // 8 % 2], motors.positions, motors.read_at)
+        motors.run(every)
+    assert controller.latched is not None
+    assert (controller.latched.reason, controller.latched.motor) == (
+        StopReason.CONTACT,
+        JOINTS[motor],
+    )
+    assert motors.time <= 700_000
+
+
+def test_a_contact_soon_after_another_move_began_gives_way_as_far(
+    motors: Motors, robot: Robot
+) -> None:
+    """The way back may lead beyond where the present move began."""
+    controller, move = motors.controller, raised(robot)
+    controller.move(move, motors.positions, motors.time)
+    motors.run(0.4)
+    motors.blocked = 1
+    while controller.phase is not Phase.STOPPED:
+        with suppress(BodyError):
+            controller.move(move, motors.positions, motors.read_at)
+        motors.run(0.01)
+    assert motors.positions[1] - controller.origin[1] >= 0.9 * GIVE_WAY / robot.servo.step
 
 
 def test_a_second_stop_keeps_the_first_reason(motors: Motors) -> None:

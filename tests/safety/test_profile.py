@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from miburi.errors import InputError
 from miburi.robot import iphonoid
 from miburi.safety.drive import aim
-from miburi.safety.move import Move, plan_move
-from miburi.safety.profile import FINE, SECOND, Profile, to_steps
+from miburi.safety.move import Course, Move, plan_move, plan_on
+from miburi.safety.profile import FINE, SECOND, Profile, plan_profile, plan_towards, to_steps
 
 ROBOT = iphonoid()
 STEP = ROBOT.servo.step
@@ -45,6 +45,43 @@ def test_a_profile_keeps_speed_and_ramp(distance: int, speed: int, acceleration:
     assert velocity.max(initial=0.0) <= speed + 0.02 * SECOND / tick
     change = np.diff(velocity) * SECOND / tick
     assert np.abs(change).max(initial=0.0) <= acceleration + 0.04 * (SECOND / tick) ** 2
+
+
+@given(
+    st.integers(-2000, 2000),
+    st.integers(100, 8000),
+    st.integers(2000, 32_000),
+    st.integers(-2000 * FINE, 2000 * FINE),
+)
+def test_a_profile_that_begins_with_a_speed_keeps_it_and_ends_at_its_goal(
+    way: int, speed: int, acceleration: int, velocity: int
+) -> None:
+    fast = np.array([velocity])
+    profile, direction = plan_towards(
+        *(np.array([value]) for value in (0, way, speed * FINE, acceleration)), fast
+    )
+    tick = 2000
+    total = int(profile.total[0])
+    times = np.arange(-2 * tick, total + 3 * tick, tick, dtype=np.int64)
+    places = (direction * profile.position(times[:, None]))[:, 0] / FINE
+    assert places[-1] == way
+    speeds_seen = np.diff(places) * SECOND / tick
+    # It comes with its speed, and no speed changes faster than the ramp.
+    assert abs(speeds_seen[0] - velocity / FINE) <= 0.02 * SECOND / tick
+    change = np.diff(speeds_seen) * SECOND / tick
+    assert np.abs(change).max() <= acceleration + 0.05 * (SECOND / tick) ** 2
+    for index in np.linspace(2, len(times) - 4, 20).astype(int).tolist():
+        told = int((direction * profile.velocity(int(times[index]) + tick // 2))[0]) / FINE
+        assert abs(told - speeds_seen[index]) <= acceleration * tick / SECOND + 10
+
+
+def test_a_motor_that_cannot_stop_in_time_comes_back() -> None:
+    """At 1000 steps/s it takes 50 steps to stop; its goal is 20 steps ahead."""
+    numbers = (np.array([value]) for value in (0, 20, 1000 * FINE, 10_000))
+    profile, direction = plan_towards(*numbers, np.array([1000 * FINE]))
+    assert direction[0] == -1
+    assert -profile.position(100_000)[0] == 50 * FINE
+    assert -profile.position(int(profile.total[0]))[0] == 20 * FINE
 
 
 def test_a_profile_in_numbers() -> None:
@@ -96,6 +133,30 @@ def test_all_motors_arrive_together(seed: int, duration: float, share: float) ->
         whole = to_steps(ROBOT, move.speeds)[moving]
         late = np.abs(profile.total[moving] / SECOND - together)
         assert np.all(late <= 0.01 + together * 0.6 / whole)
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(0.05, 2.0), st.floats(0.0, 1.0))
+def test_all_motors_arrive_together_also_from_within_a_move(
+    seed: int, duration: float, share: float
+) -> None:
+    rng = np.random.default_rng(seed)
+    start, end = rng.uniform(ROBOT.lower, ROBOT.upper, (2, 8))
+    velocities = share * rng.uniform(-1, 1, 8) * ROBOT.servo.max_speed
+    move = plan_on(ROBOT, Course(start, velocities), end, duration)
+    assert np.all(move.speeds <= ROBOT.servo.max_speed)
+    assert move.ends_at >= duration
+    assert 0 <= move.slows_at <= move.ends_at
+    profile, _ = plan_profile(
+        ROBOT,
+        to_steps(ROBOT, start),
+        to_steps(ROBOT, aim(ROBOT, end)),
+        to_steps(ROBOT, move.speeds),
+        np.rint(velocities / STEP * FINE).astype(np.int64),
+    )
+    # Slow motors count whole steps/s, and arrive a little early or late.
+    whole = np.maximum(to_steps(ROBOT, move.speeds), 1)
+    late = np.abs(profile.total / SECOND - move.ends_at)[whole >= 100]
+    assert np.all(late <= 0.02 + move.ends_at * 1.5 / whole[whole >= 100])
 
 
 def test_a_move_that_is_too_fast_takes_the_time_it_needs() -> None:

@@ -121,9 +121,8 @@ class Simulated:
 
     def course(self) -> Course:
         """Return where the motors' profiles are now."""
-        step, now = self._robot.servo.step / FINE, self._clock
-        fine, fast = self._controller.setpoint(now), self._controller.speed(now)
-        return Course(np.multiply(fine, step, dtype=np.float64), np.multiply(fast, step))
+        controller, now = self._controller, self._clock
+        return Course.of(self._robot, controller.setpoint(now), controller.speed(now))
 
     def stop(self) -> None:
         """Stop all motors and hold softly until released."""

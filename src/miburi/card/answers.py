@@ -5,8 +5,43 @@ from miburi.card.report import PHASES, unready
 from miburi.card.settings import CardSettings
 from miburi.errors import BodyError
 from miburi.robot import JOINTS
+from miburi.safety.stop import Stop
 
-__all__ = ["NoAnswerError", "OutOfRangeError", "read_answer"]
+__all__ = [
+    "LOST",
+    "UNREADABLE",
+    "NoAnswerError",
+    "OutOfRangeError",
+    "foreign",
+    "not_home",
+    "read_answer",
+]
+
+#: Why a card cannot be released.
+LOST = (
+    "The card cannot be reached. Check its cable and power; Miburi looks for it every second. It "
+    "stays stopped until you release it."
+)
+UNREADABLE = (
+    "The card's settings were saved by another version of the firmware, and it cannot read them: "
+    "it does not know how its servos are mounted. Load its calibration (miburi card load), or "
+    "calibrate it again (miburi card calibrate --zeros)."
+)
+
+
+def foreign(version: int, motors: int) -> str:
+    """Say that a card's firmware is not this Miburi's."""
+    return (
+        f"The card's firmware speaks version {version} of the link and has {motors} motors; "
+        f"{VERSION} and {len(JOINTS)} are needed. Upload the firmware of this Miburi (miburi card "
+        "upload)."
+    )
+
+
+def not_home(stop: Stop | None) -> str:
+    """Say why a released body did not come to neutral."""
+    why = "" if stop is None else f": {stop.reason.spoken}, {stop.motor or 'no single motor'}"
+    return f"The body did not reach neutral{why}. Clear its way, then try again."
 
 
 class NoAnswerError(BodyError):

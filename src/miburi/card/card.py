@@ -22,7 +22,15 @@ from contextlib import suppress
 import numpy as np
 
 from miburi.bodies.base import BodyState, Motors, Touchable
-from miburi.card.answers import NoAnswerError, OutOfRangeError, read_answer
+from miburi.card.answers import (
+    LOST,
+    UNREADABLE,
+    NoAnswerError,
+    OutOfRangeError,
+    foreign,
+    not_home,
+    read_answer,
+)
 from miburi.card.line import Line, SerialLine
 from miburi.card.link import (
     ANSWER,
@@ -45,7 +53,7 @@ from miburi.safety.contact import Window
 from miburi.safety.controller import check_move
 from miburi.safety.free import granted_share
 from miburi.safety.move import Course, Move
-from miburi.safety.profile import FINE, SECOND, Profile, Steps
+from miburi.safety.profile import FINE, SECOND, Motion, Steps, whole
 from miburi.safety.stop import Phase, Stop, StopReason
 
 __all__ = ["Card"]
@@ -109,13 +117,12 @@ class Card:
         self._share = np.full(len(JOINTS), FINE)
         #: The latest move as the card was told of it.
         self.order: Order | None = None
-        self._motion: tuple[Profile, Steps, Steps] | None = None  # with directions, and its origin
+        self._motion: Motion | None = None
         #: Goals of the latest move or return, steps, and its start, µs on the card's clock.
         self.goals: tuple[int, ...] = ()
         self.move_began = 0
         self._connected = self._fresh = False
-        #: The card's EEPROM has settings that another version of the firmware saved.
-        self._unreadable = self._guessed = False
+        self._unreadable = self._guessed = False  # settings that another firmware saved
         self._settings = settings or CardSettings.of(self._robot)
         #: A function that is called with every report, for recorders and tests.
         self.on_report: Callable[[Report], None] = lambda _: None
@@ -180,48 +187,32 @@ class Card:
 
     def move(self, move: Move, driven: Robot | None = None) -> None:
         """Start a move (:meth:`miburi.bodies.Body.move`), motors driven as another robot's are."""
-        phase = self.state.phase
-        check_move(self._robot, phase, move)
-        here, origin, velocity = np.array(self.report.positions), np.array(self.goals), None
-        if phase is Phase.MOVING:
-            fine, velocity = self._under_way()
-            origin = (fine + FINE // 2) >> 8
-        order = Order.of(driven or self._robot, self._settings, here, origin, move, velocity)
-        self._begin(order, origin, FrameKind.MOVE, order.pack(), velocity)
+        check_move(self._robot, self.state.phase, move)
+        here, (origin, velocity) = np.array(self.report.positions), self._motion_now()
+        asked = driven or self._robot
+        self.start(Order.of(asked, self._settings, here, whole(origin), move, velocity))
 
     def start(self, order: Order) -> None:
         """Start a move that may have other loads or ceilings; BodyError where it is refused."""
-        self._begin(order, np.array(self.goals), FrameKind.MOVE, order.pack())
+        self._begin(order, *self._motion_now(), FrameKind.MOVE, order.pack())
 
     def course(self) -> Course:
         """Return where the motors' profiles are now, as far as the host can tell."""
-        fine, velocity = self._under_way()
-        step = self._robot.servo.step / FINE
-        return Course(np.multiply(fine, step), np.multiply(velocity, step))
+        return Course.of(self._robot, *self._motion_now())
 
-    def _under_way(self) -> tuple[Steps, Steps]:
+    def _motion_now(self) -> tuple[Steps, Steps]:
         """Return where the profiles are, (8,) 1/256 steps, and how fast, 1/256 steps/s."""
         goals = np.array(self.goals, dtype=np.int64)
         if self._motion is None or self.state.phase is not Phase.MOVING:
             return goals * FINE, np.zeros_like(goals)
-        profile, direction, origin = self._motion
         since = round((self._line.now() - self._heard) * SECOND)
-        elapsed = self.report.time + since - self.move_began
-        return (
-            origin * FINE + direction * profile.position(elapsed),
-            direction * profile.velocity(elapsed),
-        )
+        return self._motion.at(self.report.time + since - self.move_began)
 
     def _begin(
-        self,
-        order: Order,
-        origin: Steps,
-        kind: FrameKind,
-        payload: bytes = b"",
-        velocity: Steps | None = None,
+        self, order: Order, place: Steps, velocity: Steps, kind: FrameKind, payload: bytes = b""
     ) -> None:
-        profile, direction = order.profile(self._settings, origin, velocity)
-        self._share, self._motion = granted_share(profile), (profile, direction, origin)
+        profile, direction = order.profile(self._settings, whole(place), velocity)
+        self._share, self._motion = granted_share(profile), Motion(profile, direction, whole(place))
         self.ask(FrameKind.LOADS, order.pack_loads())
         (self.move_began,) = struct.unpack("<q", self.ask(kind, payload))
         self._own_stop, self.order, self.goals = None, order, tuple(order.goals.tolist())
@@ -236,9 +227,7 @@ class Card:
     def halt(self) -> None:
         """Send a stop, and wait for no answer; see :meth:`miburi.bodies.Body.halt`."""
         with suppress(OSError):
-            self._line.write(
-                encode(Frame(FrameKind.STOP, 0))
-            )  # no request of ours has the number 0
+            self._line.write(encode(Frame(FrameKind.STOP, 0)))  # no request of ours has that number
 
     def release(self) -> None:
         """End a stop; see :meth:`miburi.bodies.Body.release`. Torque comes on if it was off.
@@ -252,19 +241,12 @@ class Card:
         if phase is not Phase.STOPPED:
             raise BodyError(f"The body is {phase}; only a stopped body can be released.")
         if not self._connected:
-            raise BodyError(
-                "The card cannot be reached. Check its cable and power; Miburi looks for it every "
-                "second. It stays stopped until you release it."
-            )
+            raise BodyError(LOST)
         if self._guessed:
-            raise BodyError(
-                "The card's settings were saved by another version of the firmware, and it cannot "
-                "read them: it does not know how its servos are mounted. Load its calibration "
-                "(miburi card load), or calibrate it again (miburi card calibrate --zeros)."
-            )
+            raise BodyError(UNREADABLE)
         here, led = np.array(self.report.positions), self.report.reason == Reason.TOUCHED
         order = Order.home(self._robot, self._settings, here, led=led)
-        self._begin(order, here, FrameKind.RELEASE)
+        self._begin(order, here * FINE, np.zeros_like(here), FrameKind.RELEASE)
 
     def wake(self) -> None:
         """Release a stopped body and wait until it rests at neutral.
@@ -278,13 +260,7 @@ class Card:
         while self.state.phase is Phase.RETURNING:
             self.step(0.02)
         if self.state.phase is not Phase.IDLE:
-            stop = self.state.stop
-            reason = (
-                "" if stop is None else f": {stop.reason.spoken}, {stop.motor or 'no single motor'}"
-            )
-            raise BodyError(
-                f"The body did not reach neutral{reason}. Clear its way, then try again."
-            )
+            raise BodyError(not_home(self.state.stop))
 
     def relax(self) -> None:
         """Switch a stopped body's torque off, so that it can be moved by hand."""
@@ -418,11 +394,7 @@ class Card:
         version, *_, motors, complete, stored, crc = struct.unpack("<7BH", answer)
         self._unreadable = stored == _OTHER_LAYOUT
         if version != VERSION or motors != len(JOINTS):
-            raise BodyError(
-                f"The card's firmware speaks version {version} of the link and has {motors} "
-                f"motors; {VERSION} and {len(JOINTS)} are needed. Upload the firmware of this "
-                "Miburi (miburi card upload)."
-            )
+            raise BodyError(foreign(version, motors))
         return crc, bool(complete), stored == _STORED
 
     def _greet(self, patience: float) -> None:
@@ -523,11 +495,6 @@ class Card:
         """Start the body's clock at 0 now, by the latest report: the first one may come late."""
         self._began = self._due = self._line.now()
         self._offset = self._heard - self._began - self.report.time / SECOND
-
-    @property
-    def _epoch(self) -> float:
-        """The time on the line's clock at which the body's clock began, s."""
-        return self._began
 
     def _time_of(self, micros: int) -> float:
         return micros / SECOND + self._offset

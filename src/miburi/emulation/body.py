@@ -156,7 +156,7 @@ class EmulatedBody(Card):
         touch = self._world.touch
         if touch.began is None:
             return touch
-        return Touch(touch.force, touch.began - self._epoch, touch.part, touch.itself)
+        return Touch(touch.force, touch.began - self._began, touch.part, touch.itself)
 
     @property
     def configuration(self) -> tuple[Array, Array]:

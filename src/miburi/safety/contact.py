@@ -258,6 +258,7 @@ class Watch:
     _since: Steps = field(init=False)
     _period_ends: int = field(init=False)
     _end: int = field(init=False)
+    _offset: Steps = field(init=False, default_factory=lambda: _NOTHING)
     _upcoming: dict[int, Steps] = field(init=False, default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -296,6 +297,9 @@ class Watch:
         self._measured = np.where(on, before._measured + moved, 0)
         self._since = np.where(on, before._since, seen) - elapsed
         self._period_ends = before._period_ends - elapsed
+        # A motor under way is behind its profile.
+        self._offset = self.loading.offset
+        self._goal = self._goal + self._offset
         self.came = np.where(on, np.maximum(before.came - moved // FINE, 0), 0)
 
     def look(self, positions: Steps, time: int) -> Contact | None:
@@ -342,7 +346,7 @@ class Watch:
         if time not in self._upcoming:
             # Twenty regular readings at once cost hardly more than one.
             times = time + _READINGS
-            travels = self.profile.position(times[:, None] - self.rule.guards.lag)
+            travels = self.profile.position(times[:, None] - self.rule.guards.lag) + self._offset
             self._upcoming = dict(zip(times.tolist(), travels, strict=True))
         return self._upcoming[time]
 

@@ -42,7 +42,7 @@ from miburi.robot import JOINTS, Array, Robot
 from miburi.safety.contact import Rule, Watch, Window
 from miburi.safety.drive import aim, demand
 from miburi.safety.move import Move
-from miburi.safety.profile import FINE, SECOND, Steps, plan_profile, to_steps
+from miburi.safety.profile import FINE, SECOND, Steps, plan_profile, to_steps, whole
 from miburi.safety.stop import Phase, Stop, StopReason
 
 __all__ = [
@@ -271,7 +271,7 @@ class Controller:
         velocity = None
         if goes_on:
             velocity = self.speed(time)
-            self.origin = (self.setpoint(time) + FINE // 2) >> 8
+            self.origin = whole(self.setpoint(time))
         else:
             self._sag = self._measure_sag(positions)
         self.phase, self.began = phase, time

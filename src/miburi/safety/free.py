@@ -100,7 +100,9 @@ class _FreeWatch(Watch):
 
     def go_on(self, before: Watch, seen: int, elapsed: int) -> None:
         """Go on from another watch: the free servo, too, keeps its place and its speed."""
+        goal = self._goal
         super().go_on(before, seen, elapsed)
+        self._goal = goal  # it has the offset already
         if not isinstance(before, _FreeWatch):
             raise TypeError(f"a free servo goes on from a free servo's watch, got {before!r}.")
         turned = before.direction * self.direction

@@ -12,7 +12,7 @@ import numpy as np
 from miburi.errors import InputError
 from miburi.robot import JOINTS, Array, Robot
 from miburi.safety.drive import aim
-from miburi.safety.profile import to_steps
+from miburi.safety.profile import FINE, Steps, to_steps
 
 __all__ = ["Course", "Move", "plan_move", "plan_on"]
 
@@ -61,6 +61,12 @@ class Course(NamedTuple):
 
     angles: Array
     velocities: Array
+
+    @classmethod
+    def of(cls, robot: Robot, place: Steps, velocity: Steps) -> "Course":
+        """Return it from places, (8,) 1/256 steps, and velocities, 1/256 steps/s."""
+        step = robot.servo.step / FINE
+        return cls(np.multiply(place, step), np.multiply(velocity, step))
 
 
 def plan_move(robot: Robot, start: Array, end: Array, duration: float) -> Move:

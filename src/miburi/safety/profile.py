@@ -10,6 +10,7 @@ the servo: its manual calls it *velocity override*.
 
 from dataclasses import dataclass, field
 from math import isqrt
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,12 +20,14 @@ from miburi.robot import Array, Robot
 __all__ = [
     "FINE",
     "SECOND",
+    "Motion",
     "Profile",
     "Steps",
     "plan_profile",
     "plan_towards",
     "to_steps",
     "truncated",
+    "whole",
 ]
 
 Steps = NDArray[np.int64]
@@ -149,6 +152,25 @@ class Profile:
         slow = np.where(left <= self.fall, falling, self.speed)
         velocity: Steps = np.where(t < self.ramp, rising, slow)
         return velocity
+
+
+class Motion(NamedTuple):
+    """What motors do: their profiles, each one's direction, and where these began, in steps."""
+
+    profile: Profile
+    direction: Steps
+    origin: Steps
+
+    def at(self, time: int) -> tuple[Steps, Steps]:
+        """Return place and velocity after ``time`` µs: (8,) 1/256 steps, and these per second."""
+        travel, speed = self.profile.position(time), self.profile.velocity(time)
+        return self.origin * FINE + self.direction * travel, self.direction * speed
+
+
+def whole(places: Steps) -> Steps:
+    """Return the whole steps nearest to places in 1/256 steps."""
+    steps: Steps = (places + FINE // 2) >> 8
+    return steps
 
 
 def plan_profile(
