@@ -489,6 +489,7 @@ class Body {
     int64_t began = 0;
     uint8_t waiting = ALL;
     uint8_t deaf = 0;
+    int32_t late[MOTORS] = {};
     for (uint8_t copies = 0; copies < COPIES && waiting != 0; copies++) {
       servos_.command(table_.joints, orders_, waiting);
       const int64_t sent = now();
@@ -496,14 +497,16 @@ class Body {
       for (uint8_t i = 0; i < MOTORS; i++) {
         if (waiting & (1u << i)) {
           // A motor that alone missed the first copy sets off later than the others.
-          rule_.guards[i].lag = table_.joints[i].guards.lag + static_cast<int32_t>(sent - began);
+          late[i] = static_cast<int32_t>(sent - began);
+          rule_.guards[i].lag = table_.joints[i].guards.lag + late[i];
         }
       }
       const typename Servos::Taken taken = servos_.taken(table_.joints, orders_);
       waiting = static_cast<uint8_t>(waiting & ~taken.by);
       deaf = waiting & taken.not_by;
     }
-    start(controller_, rule_, phase, goal, real, loads_, acceleration_, readings_.angles(), began);
+    start(controller_, rule_, phase, goal, real, loads_, acceleration_, readings_.angles(), began,
+          late);
     // A motor that says nothing at all is missed by the readings.
     for (uint8_t i = 0; i < MOTORS; i++) {
       if (deaf & (1u << i)) {

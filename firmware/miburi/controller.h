@@ -76,6 +76,7 @@ struct Controller {
   int16_t goal[MOTORS];
   int16_t sag[MOTORS];  // how far the motors, last at rest, hung from their goals
   int64_t began;
+  int32_t late[MOTORS];  // µs after that at which the motors heard of it
   int16_t seen[MOTORS];   // the latest reading …
   int16_t moved[MOTORS];  // … what it is beyond the one before …
   int64_t seen_at;        // … when it was …
@@ -175,9 +176,10 @@ inline int32_t error_of(const Rule& rule, uint16_t pwm) {
 
 // Start a motion that the caller has found to be allowed; speeds in 1/256 steps/s, more than 0. One
 // that replaces another goes on with the speeds that the motors have, and the rule with what it knows.
+// `late`: µs by which a motor heard of it later than the others, and kept to the old move.
 inline void start(Controller& c, const Rule& rule, Phase phase, const int16_t* goal,
                   const uint32_t* speeds, const Load* loads, uint16_t acceleration,
-                  const int16_t* positions, int64_t time) {
+                  const int16_t* positions, int64_t time, const int32_t* late) {
   const bool goes_on = c.phase == Phase::moving;
   const int64_t elapsed = time - c.began;
   const int32_t fine = static_cast<int32_t>(FINE);
@@ -185,13 +187,14 @@ inline void start(Controller& c, const Rule& rule, Phase phase, const int16_t* g
     int32_t velocity = 0;
     if (goes_on) {
       const Profile& before = c.watch.profile[motor];
-      velocity = speed_at(before, elapsed) * c.watch.direction[motor];
-      const int32_t went =
-          static_cast<int32_t>(travel(before, elapsed)) * c.watch.direction[motor];
+      const int64_t until = elapsed + late[motor] - c.late[motor];
+      velocity = speed_at(before, until) * c.watch.direction[motor];
+      const int32_t went = static_cast<int32_t>(travel(before, until)) * c.watch.direction[motor];
       c.origin[motor] = static_cast<int16_t>((c.origin[motor] * fine + went + fine / 2) >> 8);
     } else {
       note_sag(c, motor, positions);
     }
+    c.late[motor] = late[motor];
     c.goal[motor] = goal[motor];
     const int32_t way = static_cast<int32_t>(goal[motor]) - c.origin[motor];
     // Where a motor goes is told from where it would stop.

@@ -6,9 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.firmware.rig import Rig
+from tests.firmware.test_lost_bytes import Damage, is_order
 
 from miburi.errors import BodyError
-from miburi.robot import JOINTS
+from miburi.robot import JOINTS, iphonoid
 from miburi.safety.move import Move, plan_move, plan_on
 from miburi.safety.stop import Phase, StopReason
 
@@ -87,6 +88,26 @@ def test_no_number_of_moves_makes_the_rule_forget_a_hand(firmware: Path) -> None
     assert stop is not None
     assert (stop.reason, stop.motor) == (StopReason.CONTACT, JOINTS[1])
     assert rig.line.now() - held < 0.5
+    rig.close()
+
+
+@pytest.mark.parametrize("numbers", [(0,), (0, 1)])
+def test_an_order_that_is_damaged_within_a_move_is_no_contact(
+    firmware: Path, numbers: tuple[int, ...]
+) -> None:
+    """Motors go on with the old move until they hear of the new one."""
+    rig, robot = Rig(firmware, 72, twin=False), iphonoid()
+    there = rig.robot.neutral.copy()
+    there[[0, 1, 4]] += 0.6, 1.0, 1.0
+    ends = (there, robot.neutral)
+    for index in range(6):
+        damage = Damage(rig, is_order, numbers)
+        course = rig.body.course()
+        rig.body.move(plan_on(rig.robot, course, ends[index % 2], (0.5, 0.7, 1.0)[index % 3]))
+        assert damage.done == len(numbers), damage.seen
+        rig.run(0.25)
+        assert rig.body.state.phase is Phase.MOVING, rig.body.state.stop
+    assert rig.settle() is Phase.IDLE, rig.body.state.stop
     rig.close()
 
 

@@ -1,0 +1,97 @@
+"""Moves that replace one another, on robots as they leave a workshop: false stops and full stops.
+
+    python bench/servos/flow.py [--robots 12] [--minutes 10] [--seed 3] > bench/servos/flow.txt
+
+A lively partner hears another drawn feeling every 1 to 5 s, so that gestures are broken off in
+mid-move; each robot is calibrated as its maker would. Before that, how often each gesture comes to
+a full stop on its way, as the paper performs it and as a lively partner does.
+"""
+
+import argparse
+from concurrent.futures import ProcessPoolExecutor
+from itertools import repeat
+
+import numpy as np
+
+from miburi.bodies.simulated import Simulated
+from miburi.errors import BodyError
+from miburi.feelings import FEELINGS, EmotionalModel, Stimulus
+from miburi.partner import MoveSent, Partner, Stopped
+from miburi.robot import iphonoid
+from miburi.robot.specimens import specimens
+from miburi.safety.stop import Phase
+from miburi.studies.trials.plant import TrialPlant
+from miburi.studies.trials.workshop import calibrate_servos
+
+STEP = 0.02
+#: A joint that is slower than this is still, rad/s.
+STILL = 0.02
+
+
+def main() -> None:
+    options = argparse.ArgumentParser(description=__doc__)
+    for name, default in (("robots", 12), ("minutes", 10), ("seed", 3), ("workers", 2)):
+        options.add_argument(f"--{name}", type=int, default=default)
+    chosen = options.parse_args()
+    print("gesture at 0.9   full stops as in the paper, lively   arms' correlation")
+    for feeling in FEELINGS:
+        (stiff, _), (free, together) = (one_gesture(feeling, life) for life in (None, 1))
+        print(f"{feeling:12} {stiff:6} {free:6} {together:10.2f}", flush=True)
+    print("robot   moves, of them within another   contacts   with its own parts", flush=True)
+    each = (chosen.robots, chosen.seed, chosen.minutes)
+    with ProcessPoolExecutor(chosen.workers) as pool:
+        for line in pool.map(alive, range(-1, chosen.robots), *map(repeat, each)):
+            print(line, flush=True)
+
+
+def one_gesture(feeling: str, life: int | None) -> tuple[int, float]:
+    """Return how often all joints stand still within a gesture, and how alike both arms move."""
+    robot, feelings = iphonoid(), EmotionalModel()
+    partner = Partner(Simulated(robot), feelings, life=life, period=0.5)
+    feelings.set_state(emotion={feeling: 1.0}, mood={feeling: 0.9}, hold=True)
+    while partner.expression is None:
+        partner.step(STEP)
+    speeds, angles = [], []
+    while partner.expression is not None:
+        partner.step(0.01)
+        course = partner.body.course()
+        speeds.append(np.abs(course.velocities).max())
+        angles.append(course.angles)
+    still = np.array(speeds) < STILL
+    stops = int(np.sum(np.diff(still.astype(int)) == 1)) - 1  # the last one is at rest
+    own = np.array(angles)
+    pairs = [(1, 4, 1), (2, 5, -1), (3, 6, -1)]
+    alike = [np.corrcoef(own[:, a], sign * own[:, b])[0, 1] for a, b, sign in pairs]
+    return max(stops, 0), float(np.nanmean(alike))
+
+
+def alive(number: int, robots: int, seed: int, minutes: int) -> str:
+    robot, name = iphonoid(), "as described" if number < 0 else str(number)
+    body = Simulated(robot)
+    if number >= 0:
+        try:
+            done = calibrate_servos(robot, seed, specimens(robot, seed, robots)[number].robot)
+        except BodyError as error:
+            return f"{name:12} refused: {error}"
+        body = Simulated(done.robot, done.rule, plant=TrialPlant(done.robot, done.true))
+    feelings, rng = EmotionalModel(), np.random.default_rng([seed, number + 1])
+    partner = Partner(body, feelings, life=seed, period=0.5)
+    moves = within = contacts = own = 0
+    due = 1.0
+    met = False
+    while body.state.time < 60 * minutes:
+        if body.state.time >= due:
+            feelings.stimulate(Stimulus(rng.choice(FEELINGS), float(rng.uniform(0.5, 1)), "speech"))
+            due += float(rng.uniform(1.0, 5.0))
+        moving = body.phase is Phase.MOVING
+        for event in partner.step(STEP):
+            moves += isinstance(event, MoveSent)
+            within += isinstance(event, MoveSent) and moving
+            contacts += isinstance(event, Stopped)
+            own += isinstance(event, Stopped) and met
+        met = body.touch.itself is not None
+    return f"{name:12} {moves:6} {within:6} {contacts:10} {own:6}"
+
+
+if __name__ == "__main__":
+    main()
