@@ -68,6 +68,7 @@ struct Watch {
   int32_t measured[MOTORS];
   int64_t since[MOTORS];  // when that was
   int32_t doubt[MOTORS];  // what LAG_DOUBT is at the move's top speed
+  int32_t early_doubt[MOTORS];  // the same until SETTLES
   int16_t early[MOTORS];  // the share until SETTLES: a motor that swings is granted more
   int16_t share[MOTORS];  // of slack, behind and ahead, in 1/256: the model misses less at slow speeds
   int64_t modelled;       // until when the free servos have been followed, since the move began
@@ -75,11 +76,12 @@ struct Watch {
   FreeMotion free[MOTORS];
   int32_t profile_then[MOTORS];  // where the profiles were at that time, from the start
   int16_t came[MOTORS];  // steps this way before the start, in moves that this one replaced
+  uint8_t turned;        // motors that went the other way in the one that it replaced
 };
 
 // What a motor is granted in a move whose profile and loading are known.
 inline void grant(Watch& watch, uint8_t motor) {
-  watch.doubt[motor] = lag_doubt(watch.profile[motor]);
+  watch.doubt[motor] = watch.early_doubt[motor] = lag_doubt(watch.profile[motor]);
   watch.early[motor] = granted(watch.profile[motor], watch.loading[motor].velocity);
   watch.share[motor] = granted(watch.profile[motor], 0);
 }
@@ -88,6 +90,7 @@ inline void grant(Watch& watch, uint8_t motor) {
 inline void begin(Watch& watch, const Rule& rule) {
   watch.period_ends = rule.period;
   watch.modelled = 0;
+  watch.turned = 0;
   for (uint8_t motor = 0; motor < MOTORS; motor++) {
     watch.expected[motor] = watch.measured[motor] = 0;
     watch.since[motor] = 0;
@@ -139,7 +142,8 @@ inline int32_t expected_of(const FreeMotion& free, int32_t into) {
 
 // A watch whose move is replaced: one motor goes on from a new start, in a direction that may have
 // turned. Nothing is forgotten, so a hand that holds a motor back is seen however often moves replace
-// one another. Only the window of a motor that turns round begins anew: it would add up both ways.
+// one another. Only the window of a motor that turns round begins anew, where it turns: it would add
+// up both ways.
 // `seen` and `elapsed`: µs from the earlier start to the latest reading, and to the new start.
 inline void go_on(Watch& watch, uint8_t motor, int16_t start, int8_t direction, int64_t seen,
                   int64_t elapsed) {
@@ -149,6 +153,8 @@ inline void go_on(Watch& watch, uint8_t motor, int16_t start, int8_t direction, 
   const int32_t moved = steps * fine;
   const int64_t carried = static_cast<int64_t>(watch.free[motor].x) * (turned ? -1 : 1) +
                           static_cast<int64_t>(moved) * fine;
+  const uint8_t bit = static_cast<uint8_t>(1u << motor);
+  watch.turned = static_cast<uint8_t>(turned ? watch.turned | bit : watch.turned & ~bit);
   if (turned) {
     watch.expected[motor] = moved - expected_of(watch.free[motor], into_step(watch, seen));
     watch.measured[motor] = 0;
@@ -167,6 +173,17 @@ inline void go_on(Watch& watch, uint8_t motor, int16_t start, int8_t direction, 
   watch.free[motor].x = static_cast<int32_t>(carried);
   watch.start[motor] = start;
   watch.direction[motor] = direction;
+}
+
+// What a motor was granted before, `elapsed` µs into a move that was replaced, it still is at first:
+// it may be as far behind.
+inline void grant_on(Watch& watch, uint8_t motor, int64_t elapsed) {
+  const bool early = elapsed < SETTLES;
+  const int16_t share = early ? watch.early[motor] : watch.share[motor];
+  const int32_t doubt = early ? watch.early_doubt[motor] : watch.doubt[motor];
+  grant(watch, motor);
+  watch.early[motor] = share > watch.early[motor] ? share : watch.early[motor];
+  watch.early_doubt[motor] = doubt > watch.early_doubt[motor] ? doubt : watch.early_doubt[motor];
 }
 
 // The clock of a watch whose move was replaced begins anew.
@@ -204,6 +221,11 @@ inline Contact look(Watch& watch, const Rule& rule, const int16_t* positions, in
     const int32_t expected = expected_of(watch.free[motor], into);
     const int32_t measured = travelled(watch, motor, positions);
     const int32_t share = time < SETTLES ? watch.early[motor] : watch.share[motor];
+    if ((watch.turned & (1u << motor)) && expected < watch.expected[motor]) {
+      watch.expected[motor] = expected;  // on the way to where it turns
+      watch.measured[motor] = measured;
+      watch.since[motor] = time;
+    }
     const int32_t should = expected - watch.expected[motor];
     const int32_t did = measured - watch.measured[motor];
     const int64_t length = time - watch.since[motor];
@@ -218,7 +240,7 @@ inline Contact look(Watch& watch, const Rule& rule, const int16_t* positions, in
       }
     }
     const int32_t behind = expected - measured;
-    const int32_t doubt = watch.doubt[motor];
+    const int32_t doubt = time < SETTLES ? watch.early_doubt[motor] : watch.doubt[motor];
     if (behind > guards.behind * share + doubt || -behind > guards.ahead * share + doubt) {
       suspect(astray, Contact{Sign::tracking, motor, measured, expected, time});
     }

@@ -198,7 +198,10 @@ inline void start(Controller& c, const Rule& rule, Phase phase, const int16_t* g
     c.goal[motor] = goal[motor];
     const int32_t way = static_cast<int32_t>(goal[motor]) - c.origin[motor];
     // Where a motor goes is told from where it would stop.
-    const int8_t direction = way * fine < stopping(velocity, acceleration) ? -1 : 1;
+    int8_t direction = way * fine < stopping(velocity, acceleration) ? -1 : 1;
+    if (goes_on && way == 0 && velocity == 0) {
+      direction = c.watch.direction[motor];
+    }
     c.watch.profile[motor] = plan(way * direction, static_cast<int32_t>(speeds[motor]), acceleration,
                                   velocity * direction);
     const Load& load = loads[motor];
@@ -215,7 +218,7 @@ inline void start(Controller& c, const Rule& rule, Phase phase, const int16_t* g
     c.watch.loading[motor].most = error_of(rule, load.pwm);
     if (goes_on) {
       c.watch.loading[motor].velocity = c.watch.loading[motor].gone = 0;
-      grant(c.watch, motor);
+      grant_on(c.watch, motor, c.seen_at - c.began);
     } else {
       note_drift(c, motor, positions[motor], time, c.watch.loading[motor]);
     }
@@ -255,8 +258,10 @@ inline void return_speeds(const int16_t* origin, const int16_t* goal, uint16_t f
   }
 }
 
-// Takes the goals of stopped motors back after `met` met something.
-inline void give_way(const Watch& watch, uint8_t met, const int16_t* positions, int16_t* goals) {
+// Takes the goals of stopped motors back after one met something.
+inline void give_way(const Watch& watch, const Contact& contact, const int16_t* positions,
+                     int16_t* goals) {
+  const uint8_t met = contact.motor;
   int32_t way[MOTORS];
   int32_t longest = 0;
   for (uint8_t motor = 0; motor < MOTORS; motor++) {
@@ -264,6 +269,13 @@ inline void give_way(const Watch& watch, uint8_t met, const int16_t* positions, 
         travelled(watch, motor, positions) / static_cast<int32_t>(FINE) + watch.came[motor];
     way[motor] = came > 0 ? came : 0;
     longest = way[motor] > longest ? way[motor] : longest;
+  }
+  if ((watch.turned & (1u << met)) && way[met] < GIVE_WAY) {
+    // It has not come back yet from the way that it went before, or not far. What it met is where the
+    // free servo would have gone on to.
+    const int32_t back = contact.measured < contact.expected ? GIVE_WAY : -GIVE_WAY;
+    goals[met] = static_cast<int16_t>(goals[met] - watch.direction[met] * back);
+    return;
   }
   // A common part of each motor's way, so that the body goes back along its path.
   int32_t part = 1;
@@ -347,7 +359,7 @@ inline void update(Controller& c, const Rule& rule, const int16_t* positions, in
   const Contact contact = look(c.watch, rule, positions, elapsed);
   if (contact.sign != Sign::none) {
     latch(c, Reason::contact, contact, positions, time);
-    give_way(c.watch, contact.motor, positions, c.origin);
+    give_way(c.watch, contact, positions, c.origin);
     c.yields_at = time + YIELD_AFTER;
     c.yields = 1;
     return;

@@ -133,7 +133,8 @@ class Twin:
         if before is not None:
             speeds = c.speed(began)
         c.start(Phase.MOVING, order.goals, order.speeds, here, began)
-        profile, direction = order.profile(self.settings, c.origin, speeds)
+        was = 1 if before is None else before.direction
+        profile, direction = order.profile(self.settings, c.origin, speeds, was)
         loading = order.loading(self.settings, here, c.origin, direction)
         if before is None:
             velocity, gone = c.drift(here, direction, began)

@@ -27,12 +27,15 @@ inline void replace(miburi::Watch& watch, const Next* next, int64_t seen, int64_
   for (uint8_t i = 0; i < miburi::MOTORS; i++) {
     const Next& n = next[i];
     const int32_t velocity = miburi::speed_at(watch.profile[i], elapsed) * watch.direction[i];
-    const int8_t direction = n.way * 256 < miburi::stopping(velocity, n.acceleration) ? -1 : 1;
+    int8_t direction = n.way * 256 < miburi::stopping(velocity, n.acceleration) ? -1 : 1;
+    if (n.way == 0 && velocity == 0) {
+      direction = watch.direction[i];
+    }
     miburi::go_on(watch, i, n.start, direction, seen, elapsed);
     watch.profile[i] =
         miburi::plan(n.way * direction, n.speed, n.acceleration, velocity * direction);
     watch.loading[i] = n.loading;
-    miburi::grant(watch, i);
+    miburi::grant_on(watch, i, seen);
   }
   miburi::restart(watch, elapsed);
 }

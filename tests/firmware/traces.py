@@ -217,6 +217,8 @@ def _draw_looks(rng: np.random.Generator, trace: np.void, only_window: bool) -> 
         assert blind_watch.window is not None
         expected = blind_watch.window.expected + begun
         should = expected - based[0]
+        back = watch.turned & (should < 0)  # on the way to where it turns
+        based[0], should = np.where(back, expected, based[0]), np.where(back, 0, should)
         measured = np.rint(expected / FINE).astype(np.int64) * FINE
         window = based[1][odd] + should[odd] * rule.ratio // 10_000 - guards.slack[odd] * share[odd]
         if only_window:
@@ -238,6 +240,7 @@ def _draw_looks(rng: np.random.Generator, trace: np.void, only_window: bool) -> 
         places = np.clip(watch.start + watch.direction * (measured // FINE), -6000, 6000)
         look["time"], look["positions"] = time, places
         seen = np.stack([expected, measured])
+        based[1] = np.where(back, measured, based[1])
         judged = due & (should >= guards.least * FINE)
         based = np.where(judged, np.stack([expected, measured]), based)
 
@@ -298,7 +301,8 @@ def _replaced(watch: Watch, trace: np.void, seen: int) -> Watch:
         motion[name].astype(np.int64) for name in ("distance", "speed", "acceleration", "start")
     )
     velocity = watch.direction * watch.profile.velocity(elapsed)
-    profile, direction = plan_towards(np.zeros_like(way), way, speed, acceleration, velocity)
+    here = np.zeros_like(way)
+    profile, direction = plan_towards(here, way, speed, acceleration, velocity, watch.direction)
     loading = Loading(*(motion[name].astype(np.int64) for name in OF_LOADING))
     after = watch.rule.watch(profile, start, direction, loading)
     after.go_on(watch, seen, elapsed)

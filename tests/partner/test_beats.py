@@ -6,6 +6,7 @@ from tests.fixtures.live import run as live_run
 from tests.fixtures.live import until
 from tests.fixtures.partner import PaperBody, at_ease, happy, of, run
 
+from miburi import gestures
 from miburi.bodies.simulated import Simulated
 from miburi.feelings import EmotionalModel, Stimulus
 from miburi.live.runner import Runner
@@ -60,6 +61,19 @@ def test_a_hand_is_farthest_when_a_syllable_stands_out(robot: Robot, seed: int) 
     ]
     assert len(tops) >= 2
     assert max(np.abs(np.subtract.outer(tops, strokes)).min(axis=1)) < 0.08
+
+
+def test_in_distress_it_does_not_beat_either_in_the_middle_of_a_breath(robot: Robot) -> None:
+    partner = Partner(Simulated(robot), at_ease("lively"), life=1)
+    partner.calm = True
+    beat = np.linalg.norm(
+        gestures.beat(robot, np.ones(2))[0].target - forward(robot, robot.neutral)
+    )
+    for _ in range(1500):
+        if partner.body.state.time % 2 < 0.02:
+            partner.gesticulate([1.0, 1.5, 2.0])
+        partner.step(0.02)
+        assert raised(robot, partner) < 0.4 * beat
 
 
 def test_a_feeling_comes_before_a_beat(robot: Robot) -> None:

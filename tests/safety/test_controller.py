@@ -314,3 +314,22 @@ def test_a_second_stop_keeps_the_first_reason(motors: Motors) -> None:
     controller.stop(motors.positions, 10)
     assert controller.latched is not None
     assert controller.latched.reason == StopReason.SERVO_HOT
+
+
+@pytest.mark.parametrize("after", [0.01, 0.03])
+def test_a_motor_that_is_blocked_while_it_turns_round_gives_way(
+    motors: Motors, robot: Robot, after: float
+) -> None:
+    """It still goes the old way; what it meets there is not in its new one."""
+    controller = motors.controller
+    controller.move(raised(robot, 0.6), motors.positions, motors.time)
+    motors.run(0.3)
+    home = Move(np.array(robot.neutral), np.full(8, 2.5))
+    controller.move(home, motors.positions, motors.read_at)
+    motors.run(after)
+    motors.blocked = 1
+    while controller.phase is Phase.MOVING:
+        motors.run(0.01)
+    assert controller.latched is not None
+    assert controller.latched.motor == JOINTS[1]
+    assert motors.positions[1] - controller.origin[1] >= 0.9 * GIVE_WAY / robot.servo.step

@@ -212,9 +212,9 @@ class Card:
         self, order: Order, place: Steps, velocity: Steps, kind: FrameKind, payload: bytes = b""
     ) -> None:
         profile, direction = order.profile(self._settings, whole(place), velocity)
-        self._share, self._motion = granted_share(profile), Motion(profile, direction, whole(place))
         self.ask(FrameKind.LOADS, order.pack_loads())
         (self.move_began,) = struct.unpack("<q", self.ask(kind, payload))
+        self._share, self._motion = granted_share(profile), Motion(profile, direction, whole(place))
         self._own_stop, self.order, self.goals = None, order, tuple(order.goals.tolist())
         self._await_phase()
 

@@ -115,10 +115,14 @@ class Order(NamedTuple):
         )
 
     def profile(
-        self, settings: CardSettings, origin: Steps, velocity: Steps | None = None
+        self,
+        settings: CardSettings,
+        origin: Steps,
+        velocity: Steps | None = None,
+        before: Steps | int = 1,
     ) -> tuple[Profile, Steps]:
         """Return the motion that the servos make of it, and each motor's direction."""
-        return _profile(settings, origin, self.goals, self.speeds, velocity)
+        return _profile(settings, origin, self.goals, self.speeds, velocity, before)
 
     def loading(
         self, settings: CardSettings, positions: Steps, origin: Steps, direction: Steps
@@ -153,6 +157,7 @@ def _profile(
     goals: Steps,
     speeds: Steps,
     velocity: Steps | None = None,
+    before: Steps | int = 1,
 ) -> tuple[Profile, Steps]:
     return plan_towards(
         origin,
@@ -160,4 +165,5 @@ def _profile(
         np.array([real_speed(speed) for speed in speeds.tolist()]),
         np.full(len(JOINTS), real_acceleration(settings.general.acceleration)),
         velocity,
+        before,
     )

@@ -113,8 +113,7 @@ class Partner:
         self.gaze = 0.0
         #: While somebody is in distress it shows no feeling, and rests.
         self.calm = False
-        #: Its part in a conversation, during which it faces the person.
-        self.attends: Attention | None = None
+        self.attends: Attention | None = None  # in a conversation, in which it faces the person
         self._facing = 0.0  # rad to its left: where gestures are turned to
         self._strokes: deque[float] = deque()  # of what it says, s on the body's clock
 
@@ -300,9 +299,8 @@ class Partner:
         if state.phase is Phase.STOPPED:
             self._untold += self._while_stopped(state)
         elif state.phase is Phase.IDLE:
-            # One by one, so that those before an error are told by the next step.
-            for event in self._while_idle(state, due=due):
-                self._untold.append(event)
+            # Those before an error are told by the next step.
+            self._untold.extend(self._while_idle(state, due=due))
         elif state.phase is Phase.MOVING and self._life is not None and not self._quiet:
             self._untold.extend(self._while_moving(state.time))
         events, self._untold = self._untold, []
@@ -342,13 +340,10 @@ class Partner:
 
     def _while_idle(self, state: BodyState, *, due: bool) -> Iterator[Event]:
         self._recovery.forget_stop()
+        self._drop_strokes(state.time)
         felt = self._felt()
         due = due or self._asked is not None or self._is_new(felt)
         due = due or (self.attends is not None and felt is None)
-        if self.calm:
-            self._strokes.clear()
-        while self._strokes and self._strokes[0] < state.time + gestures.BEAT_LEAD - _LATE:
-            self._strokes.popleft()
         due = due or self._beats(state.time)
         if self._performance is None and due and not self._quiet:
             yield from self._begin(state.time)
@@ -364,14 +359,13 @@ class Partner:
 
     def _while_moving(self, time: float) -> Iterator[Event]:
         """Go on in the middle of a move: what is more urgent waits for no arrival."""
-        performance = self._performance
-        if performance is None:
-            broken_off = self._asked is not None or self._is_new(self._felt())
-        else:
+        self._drop_strokes(time)
+        if (performance := self._performance) is not None:
             broken_off = self._gives_way(performance, time)
-            if broken_off:
-                yield from self._end(time, complete=False)
+        else:
+            broken_off = self._asked is not None or self._is_new(self._felt())
         if broken_off:
+            yield from self._end(time, complete=False)
             yield from self._begin(time)
         if self._performance is not None and (broken_off or self._performance.passes(time)):
             yield from self._go_on(self._performance, time)
@@ -415,6 +409,12 @@ class Partner:
         """Return the feeling to show, if any."""
         felt = None if self.calm else self.feelings.express()
         return felt if self._emotion is None else self._emotion.left(felt, self.feelings.emotion)
+
+    def _drop_strokes(self, time: float) -> None:
+        """Forget strokes that would be late, and all while somebody is in distress."""
+        soonest = np.inf if self.calm else time + gestures.BEAT_LEAD - _LATE
+        while self._strokes and self._strokes[0] < soonest:
+            self._strokes.popleft()
 
     def _beats(self, time: float) -> bool:
         """Whether a beat must begin now for a hand to be farthest at the next stroke."""

@@ -41,8 +41,10 @@ class ShownEmotion:
             return None
         index = FEELINGS.index(felt.feeling)
         level = float(emotion[index])
+        rises = level > self._lowest + _RISES
         if felt.feeling != self._feeling:
-            self._rose = before is None or level > before[index]
+            rises = before is None or level > before[index] + _RISES / 5
+        self._rose = rises or (self._rose and felt.feeling == self._feeling)
         if felt.feeling != self._feeling or level > self._lowest + _RISES:
             self.shown, self._feeling, self._lowest = 0, felt.feeling, level
         self._lowest = min(self._lowest, level)

@@ -244,6 +244,8 @@ class Watch:
     came
         (8,) steps that each motor had come this way before its start, in moves that this one
         replaced.
+    turned
+        (8,) whether it went the other way in the move that this one replaced.
     """
 
     rule: Rule
@@ -253,6 +255,7 @@ class Watch:
     loading: Loading = UNLOADED
     window: Window | None = field(init=False, default=None)
     came: Steps = field(init=False, default_factory=lambda: _NOTHING)
+    turned: Flags = field(init=False, default_factory=lambda: _NONE)
     _expected: Steps = field(init=False)
     _measured: Steps = field(init=False)
     _since: Steps = field(init=False)
@@ -280,7 +283,7 @@ class Watch:
         """Go on from the watch over a move that this one replaced: nothing is forgotten.
 
         A hand that holds a motor back is seen however often moves replace one another. Only the
-        window of a motor that turns round begins anew: it would add up both ways.
+        window of a motor that turns round begins anew, where it turns: it would add up both ways.
 
         Parameters
         ----------
@@ -300,6 +303,7 @@ class Watch:
         # A motor under way is behind its profile.
         self._offset = self.loading.offset
         self._goal = self._goal + self._offset
+        self.turned = ~on
         self.came = np.where(on, np.maximum(before.came - moved // FINE, 0), 0)
 
     def look(self, positions: Steps, time: int) -> Contact | None:
@@ -311,6 +315,13 @@ class Watch:
         """
         expected, measured = self.expected_travel(time), self._travel(positions)
         window_expected, window_measured = expected - self._expected, measured - self._measured
+        back = self.turned & (window_expected < 0)
+        if back.any():  # on the way to where it turns
+            self._expected = np.where(back, expected, self._expected)
+            self._measured = np.where(back, measured, self._measured)
+            self._since = np.where(back, time, self._since)
+            window_expected = np.where(back, 0, window_expected)
+            window_measured = np.where(back, 0, window_measured)
         judged, granted = window_expected >= self._least, window_measured + self._slack
         self.window = Window(window_measured, window_expected, granted, judged, time - self._since)
         if time >= self._period_ends:

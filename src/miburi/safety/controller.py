@@ -39,7 +39,7 @@ import numpy as np
 
 from miburi.errors import BodyError
 from miburi.robot import JOINTS, Array, Robot
-from miburi.safety.contact import Rule, Watch, Window
+from miburi.safety.contact import Contact, Rule, Watch, Window
 from miburi.safety.drive import aim, demand
 from miburi.safety.move import Move
 from miburi.safety.profile import FINE, SECOND, Steps, plan_profile, to_steps, whole
@@ -220,7 +220,7 @@ class Controller:
                     contact.sign.value,
                     contact.ratio,
                 ),
-                self._retreat(contact.motor, positions),
+                self._retreat(contact, positions),
             )
             self._yields_at, self._yields = time + YIELD_AFTER, 1
         elif self.watch.arrived(positions, elapsed):
@@ -287,10 +287,19 @@ class Controller:
     def _goal(self) -> Steps:
         return self.origin + self.watch.direction * self.watch.profile.distance
 
-    def _retreat(self, motor: int, positions: Steps) -> Steps:
-        """Return the positions to go back to after ``motor`` met something."""
-        step, direction = self.robot.servo.step, self.watch.direction
+    def _retreat(self, contact: Contact, positions: Steps) -> Steps:
+        """Return the positions to go back to after a motor met something."""
+        step, direction, motor = self.robot.servo.step, self.watch.direction, contact.motor
         travel = np.maximum((positions - self.watch.start) * direction + self.watch.came, 0)
+        most = round(GIVE_WAY / step)
+        if self.watch.turned[motor] and travel[motor] < most:
+            # It has not come back yet from the way that it went before, or not far. What it met is
+            # where the free servo would have gone on to.
+            stays = positions.copy()
+            stays[motor] -= direction[motor] * (
+                most if contact.measured < contact.expected else -most
+            )
+            return stays
         # All motors go back by the same share of their travel, so that the body keeps to its path.
         part, whole = 1, 1
         for limit, longest in ((GIVE_WAY, int(travel[motor])), (FURTHEST, int(travel.max()))):
@@ -352,7 +361,8 @@ class Controller:
         time: int | None = None,
         velocity: Steps | None = None,
     ) -> Watch:
-        profile, direction = plan_profile(self.robot, self.origin, goal, speeds, velocity)
+        before = 1 if velocity is None else self.watch.direction
+        profile, direction = plan_profile(self.robot, self.origin, goal, speeds, velocity, before)
         needs = demand(self.robot, positions, self.origin, profile, direction)
         self._needs, loading = needs, needs.loading
         if time is not None and velocity is None:

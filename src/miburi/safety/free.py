@@ -84,7 +84,7 @@ class _FreeWatch(Watch):
         super().__post_init__()
         loading = self.loading
         self._swings = True
-        self._grant(granted_share(self.profile, loading.velocity))
+        self._grant(granted_share(self.profile, loading.velocity), lag_doubt(self.profile))
         # Where loaded motors come to rest, but for friction.
         self._goal = self._goal + loading.offset - loading.end
         self._x = loading.gone * FINE
@@ -93,8 +93,9 @@ class _FreeWatch(Watch):
         self._profile_then = loading.offset.copy()
         self._model_time = 0
 
-    def _grant(self, share: Steps) -> None:
-        guards, doubt = self.rule.guards, lag_doubt(self.profile)
+    def _grant(self, share: Steps, doubt: Steps) -> None:
+        guards = self.rule.guards
+        self._granted = share, doubt
         self._slack = guards.slack * share
         self._behind, self._ahead = guards.behind * share + doubt, guards.ahead * share + doubt
 
@@ -110,12 +111,14 @@ class _FreeWatch(Watch):
         self._x, self._v = turned * before._x + moved * FINE, turned * before._v
         self._profile_then = turned * before._profile_then + moved
         self._model_time = before._model_time - elapsed
+        # What a motor was granted before, it still is at first: it may be as far behind.
+        self._grant(*map(np.maximum, self._granted, before._granted))
 
     def look(self, positions: Steps, time: int) -> Contact | None:
-        """Judge the positions; motors that swing are granted more until ``SETTLES``."""
+        """Judge the positions; until ``SETTLES`` more is granted, as to motors that swing."""
         if self._swings and time >= SETTLES:
             self._swings = False
-            self._grant(granted_share(self.profile))
+            self._grant(granted_share(self.profile), lag_doubt(self.profile))
         return super().look(positions, time)
 
     def expected_travel(self, time: int) -> Steps:

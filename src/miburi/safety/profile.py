@@ -174,27 +174,40 @@ def whole(places: Steps) -> Steps:
 
 
 def plan_profile(
-    robot: Robot, origin: Steps, goal: Steps, speeds: Steps, velocity: Steps | None = None
+    robot: Robot,
+    origin: Steps,
+    goal: Steps,
+    speeds: Steps,
+    velocity: Steps | None = None,
+    before: Steps | int = 1,
 ) -> tuple[Profile, Steps]:
     """Plan the servos' motion from ``origin`` to ``goal``, (8,) steps, at ``speeds`` in steps/s.
 
     ``velocity`` is what each motor's profile has at the origin, (8,) 1/256 steps/s; None at rest.
+    ``before`` is the direction until now, which a motor that is to stay keeps.
 
     Returns
     -------
     The profile, and the direction of each motor: (8,) +1 or −1.
     """
     acceleration = np.full_like(goal, round(robot.servo.acceleration / robot.servo.step))
-    return plan_towards(origin, goal, np.maximum(speeds, 1) * FINE, acceleration, velocity)
+    fast = np.maximum(speeds, 1) * FINE
+    return plan_towards(origin, goal, fast, acceleration, velocity, before)
 
 
 def plan_towards(
-    origin: Steps, goal: Steps, speed: Steps, acceleration: Steps, velocity: Steps | None = None
+    origin: Steps,
+    goal: Steps,
+    speed: Steps,
+    acceleration: Steps,
+    velocity: Steps | None = None,
+    before: Steps | int = 1,
 ) -> tuple[Profile, Steps]:
     """Plan as :func:`plan_profile`; ``speed`` in 1/256 steps/s, ``acceleration`` in steps/s²."""
     way = goal - origin
     velocity = np.zeros_like(way) if velocity is None else velocity
     # Where a motor goes is told from where it would stop.
     stops = truncated(velocity * np.abs(velocity), 2 * FINE * acceleration)
-    direction = np.where(way * FINE < stops, -1, 1)
+    stays = (way == 0) & (velocity == 0)
+    direction = np.where(stays, before, np.where(way * FINE < stops, -1, 1))
     return Profile.plan(way * direction, speed, acceleration, velocity * direction), direction

@@ -1,0 +1,81 @@
+"""What is more urgent waits for no arrival; what is free stops at no key pose."""
+
+import numpy as np
+import pytest
+from tests.fixtures.partner import at_ease, of, run
+
+from miburi.bodies.simulated import Simulated
+from miburi.feelings import EmotionalModel, Expression, Stimulus
+from miburi.partner import GestureEnded, GestureStarted, MoveSent, Partner, Stopped
+from miburi.robot import Robot
+from miburi.safety.stop import Phase
+
+
+def under_way(partner: Partner) -> float:
+    """Let it show happiness until it is fast, and return when."""
+    partner.feelings.stimulate(Stimulus("happiness", 0.9, "speech"))
+    while np.abs(partner.body.course().velocities).max() < 1.0:
+        partner.step(0.02)
+    return partner.body.state.time
+
+
+@pytest.mark.parametrize("feeling", ["fright", "surprise", "anger"])
+def test_another_feeling_breaks_a_gesture_off_in_mid_move(robot: Robot, feeling: str) -> None:
+    partner = Partner(Simulated(robot), at_ease("still"), life=1, period=0.5)
+    began = under_way(partner)
+    partner.feelings.stimulate(Stimulus(feeling, 1.0, "speech"))
+    events = run(partner, 0.1)
+    (ended,), (started,) = of(GestureEnded, events), of(GestureStarted, events)
+    assert not ended.complete
+    assert started.expression is not None
+    assert started.expression.feeling == feeling
+    assert started.time - began <= 0.05
+    assert of(MoveSent, events)
+    assert not of(Stopped, run(partner, 20.0))
+
+
+def test_what_somebody_asked_for_is_not_broken_off_by_a_feeling(robot: Robot) -> None:
+    partner = Partner(Simulated(robot), at_ease("still"), life=1, period=0.5)
+    partner.perform(Expression("happiness", 0.9), wish="mine")
+    run(partner, 0.5)
+    partner.feelings.stimulate(Stimulus("fright", 1.0, "speech"))
+    (ended, *_) = of(GestureEnded, run(partner, 6.0))
+    assert (ended.wish, ended.complete) == ("mine", True)
+
+
+def test_a_feeling_that_another_one_fades_below_breaks_nothing_off(robot: Robot) -> None:
+    partner = Partner(Simulated(robot), at_ease("still"), life=1, period=0.5)
+    partner.feelings.set_state(emotion={"happiness": 0.6, "surprise": 0.59}, hold=True)
+    while partner.expression is None:
+        partner.step(0.02)
+    run(partner, 0.3)
+    partner.feelings.set_state(emotion={"happiness": 0.5, "surprise": 0.58}, hold=True)
+    (ended, *_) = of(GestureEnded, run(partner, 6.0))
+    assert ended.complete
+
+
+def test_the_papers_experiment_breaks_nothing_off(robot: Robot) -> None:
+    partner = Partner(Simulated(robot), EmotionalModel(), period=2.0)
+    under_way(partner)
+    partner.feelings.stimulate(Stimulus("fright", 1.0, "speech"))
+    (ended, *_) = of(GestureEnded, run(partner, 6.0))
+    assert ended.complete
+
+
+@pytest.mark.parametrize("feeling", ["happiness", "thrill"])
+@pytest.mark.parametrize("life", [None, 1])
+def test_a_free_gesture_of_a_lively_partner_stops_nowhere(
+    robot: Robot, feeling: str, life: int | None
+) -> None:
+    feelings = EmotionalModel()
+    partner = Partner(Simulated(robot), feelings, life=life, period=2.0)
+    feelings.set_state(emotion={feeling: 1.0}, mood={feeling: 0.9}, hold=True)
+    while partner.body.state.phase is Phase.IDLE:
+        partner.step(0.01)
+    from_rest = 0
+    while partner.expression is not None:
+        still = np.abs(partner.body.course().velocities).max() < 0.02
+        events = partner.step(0.01)
+        assert not of(Stopped, events)
+        from_rest += still and len(of(MoveSent, events))
+    assert (from_rest == 0) is (life is not None), from_rest
