@@ -45,6 +45,11 @@ _SPEED = "const int32_t own = distance_between(velocity, 0);"
 _TOP = "const int32_t top = fastest(profile) < own ? own : fastest(profile);"
 _LATER = "watch.share[motor] = granted(watch.profile[motor], 0);"
 _CLIPPED = "return value > most ? most : value;"
+_SHARED = "watch.early[motor] = share > watch.early[motor] ? share : watch.early[motor];"
+_DOUBTED = (
+    "watch.early_doubt[motor] = "
+    "doubt > watch.early_doubt[motor] ? doubt : watch.early_doubt[motor];"
+)
 _SIZE = "inline int32_t size_of(int32_t speed) { return speed < 0 ? -speed : speed; }"
 _FASTEST = "return tip < initial ? initial : tip;"
 _ROOT = "square > 0 ? static_cast<int64_t>(square_root(static_cast<uint64_t>(square))) : 0;"
@@ -80,6 +85,8 @@ EQUIVALENT = {
     ("p.slows = initial > tip_of(p) ? -1 : 1;", ">="),  # a ramp between equal speeds is none
     (_WAY, "<="),  # 0 has no sign
     (_WAY, "1"),
+    (_SHARED, ">="),  # of equals, either is the same
+    (_DOUBTED, ">="),
     (_DISTANCE, "<="),  # of equals, either difference is 0
     ("return tip < p.speed ? tip : p.speed;", "<="),  # of equals, either is the same
 }
@@ -113,8 +120,8 @@ _LIBRARIES = "".join(
 _INCLUDE = re.compile(r'^#include (?:"(.+)"|<.+>)$')
 #: Most changes are seen in a few traces already.
 FEW, ALL = 100, 4000
-#: s of the processor's time for one change, some of which run for ever; the rule takes 0.05.
-LONGEST = 1
+#: s of the processor's time for one change, some of which run for ever; the rule takes 0.5 to 1.
+LONGEST = 3
 
 
 def inline(path: Path, changed: str, text: str, seen: set[Path]) -> str:

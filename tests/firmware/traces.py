@@ -159,9 +159,8 @@ def _draw_next(rng: np.random.Generator, traces: Records) -> None:
     ways = (rng.integers(-2000, 2001, shape), rng.integers(-60, 61, shape), np.zeros(shape))
     next_["distance"] = np.choose(rng.choice(3, shape, p=[0.5, 0.4, 0.1]), ways)
     slowest = np.maximum(np.abs(next_["distance"]) * FINE // 2, FINE)
-    next_["speed"] = np.maximum(
-        np.exp(rng.uniform(np.log(FINE), np.log(3e3 * FINE), shape)), slowest
-    )
+    fast = np.exp(rng.uniform(np.log(FINE), np.log(3000 * FINE), shape))
+    next_["speed"] = np.where(rng.random(shape) < 0.5, slowest, np.maximum(fast, slowest))
     next_["acceleration"] = np.exp(rng.uniform(np.log(2440), np.log(40_000), shape))
     for name in OF_LOADING[:4]:
         next_[name] = rng.permuted(traces["motion"][name], axis=1)
@@ -188,6 +187,7 @@ def _draw_looks(rng: np.random.Generator, trace: np.void, only_window: bool) -> 
     blind_watch = replace(watch, rule=replace(rule, guards=blind))
     # As the rule has them: what it had seen when the latest period ended.
     based, period_ends, time = np.zeros((2, MOTORS), dtype=np.int64), rule.period, 0
+    granted = carried = np.zeros((2, MOTORS), dtype=np.int64)  # share and doubt, and before
     begun, seen = np.zeros(MOTORS, dtype=np.int64), np.zeros((2, MOTORS), dtype=np.int64)
     for k, look in enumerate(trace["looks"]):
         if k == trace["again"]:
@@ -204,14 +204,17 @@ def _draw_looks(rng: np.random.Generator, trace: np.void, only_window: bool) -> 
             now = np.where(on, seen[0], -seen[0]) + moved
             begun = np.where(on, begun + moved, now)
             based = np.where(on, based + moved, np.stack([now, np.zeros_like(now)]))
+            carried = granted
             period_ends, time = period_ends - int(trace["elapsed"]), 0
         profile = watch.profile
         early, later = granted_share(profile, watch.loading.velocity), granted_share(profile)
         doubt, goal = lag_doubt(profile), profile.distance * FINE
+        early, early_doubt = np.maximum(early, carried[0]), np.maximum(doubt, carried[1])
         goal = goal + watch.loading.offset - watch.loading.end
         time = max(time, _moment(rng, watch, odd, time, period_ends))
         due = time >= period_ends
-        share = early if time < SETTLES else later
+        granted = np.stack((early, early_doubt) if time < SETTLES else (later, doubt))
+        share, most = granted
         period_ends += rule.period if due else 0
         blind_watch.look(watch.start, time)
         assert blind_watch.window is not None
@@ -227,8 +230,8 @@ def _draw_looks(rng: np.random.Generator, trace: np.void, only_window: bool) -> 
             limit = rng.choice(
                 [
                     window,
-                    expected[odd] - guards.behind[odd] * share[odd] - doubt[odd],
-                    expected[odd] + guards.ahead[odd] * share[odd] + doubt[odd],
+                    expected[odd] - guards.behind[odd] * share[odd] - most[odd],
+                    expected[odd] + guards.ahead[odd] * share[odd] + most[odd],
                     goal[odd] - guards.arrival[odd] * FINE,
                     goal[odd] + guards.arrival[odd] * FINE,
                     measured[odd],

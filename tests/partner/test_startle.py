@@ -78,4 +78,4 @@ def test_a_free_gesture_of_a_lively_partner_stops_nowhere(
         events = partner.step(0.01)
         assert not of(Stopped, events)
         from_rest += still and len(of(MoveSent, events))
-    assert (from_rest == 0) is (life is not None), from_rest
+    assert bool(from_rest == 0) is (life is not None), from_rest
