@@ -4,7 +4,8 @@
 
 A lively partner hears another drawn feeling every 1 to 5 s, so that gestures are broken off in
 mid-move; each robot is calibrated as its maker would. Before that, how often each gesture comes to
-a full stop on its way, as the paper performs it and as a lively partner does.
+a full stop on its way, as the paper performs it and as a lively partner does; and what a stiff hand
+feels that gets into the right hand's way, 0.15 s before it comes there.
 """
 
 import argparse
@@ -17,7 +18,7 @@ from miburi.bodies.simulated import Simulated
 from miburi.errors import BodyError
 from miburi.feelings import FEELINGS, EmotionalModel, Stimulus
 from miburi.partner import MoveSent, Partner, Stopped
-from miburi.robot import iphonoid
+from miburi.robot import forward, iphonoid
 from miburi.robot.specimens import specimens
 from miburi.safety.stop import Phase
 from miburi.studies.trials.plant import TrialPlant
@@ -37,6 +38,11 @@ def main() -> None:
     for feeling in FEELINGS:
         (stiff, _), (free, together) = (one_gesture(feeling, life) for life in (None, 1))
         print(f"{feeling:12} {stiff:6} {free:6} {together:10.2f}", flush=True)
+    print(
+        "hands in the way   stopped, missed (2 N over 0.1 s)   s to the stop: median, p95, most   N"
+    )
+    for life in (None, 1):
+        print(f"{'lively' if life else 'as in the paper':18} {met_hands(life)}", flush=True)
     print("robot   moves, of them within another   contacts   with its own parts", flush=True)
     each = (chosen.robots, chosen.seed, chosen.minutes)
     with ProcessPoolExecutor(chosen.workers) as pool:
@@ -46,9 +52,7 @@ def main() -> None:
 
 def one_gesture(feeling: str, life: int | None) -> tuple[int, float]:
     """Return how often all joints stand still within a gesture, and how alike both arms move."""
-    robot, feelings = iphonoid(), EmotionalModel()
-    partner = Partner(Simulated(robot), feelings, life=life, period=0.5)
-    feelings.set_state(emotion={feeling: 1.0}, mood={feeling: 0.9}, hold=True)
+    partner, _ = shown(feeling, life)
     while partner.expression is None:
         partner.step(STEP)
     speeds, angles = [], []
@@ -63,6 +67,51 @@ def one_gesture(feeling: str, life: int | None) -> tuple[int, float]:
     pairs = [(1, 4, 1), (2, 5, -1), (3, 6, -1)]
     alike = [np.corrcoef(own[:, a], sign * own[:, b])[0, 1] for a, b, sign in pairs]
     return max(stops, 0), float(np.nanmean(alike))
+
+
+def met_hands(life: int | None) -> str:
+    """Let hands be in the way of free gestures at many moments, and say what came of it."""
+    waits, forces, missed = [], [], 0
+    for feeling in ("happiness", "thrill", "surprise"):
+        for when in np.linspace(0.6, 3.4, 29):
+            took, longest, most = met_hand(feeling, float(when), life)
+            if most > 0:
+                forces.append(most)
+                missed += took is None and longest > 0.1
+                waits += [] if took is None else [took]
+    late = np.quantile(waits, (0.5, 0.95, 1.0))
+    seconds = " ".join(f"{quantile:.2f}" for quantile in late)
+    return f"{len(waits):4} {missed:4}      {seconds}      {max(forces):.1f}"
+
+
+def met_hand(feeling: str, when: float, life: int | None) -> tuple[float | None, float, float]:
+    """Return s from the first touch to the stop, the longest press over 2 N, s, and the force."""
+    free, _ = shown(feeling, life)
+    while free.body.state.time < when + 0.15:
+        free.step(0.01)
+    body = free.body
+    place = forward(body.robot, body.state.angles)[:3]
+    partner, body = shown(feeling, life)
+    touched, pressed, longest, most = None, 0.0, 0.0, 0.0
+    while body.state.time < when + 1.5:
+        before = body.state.time
+        partner.step(0.01)
+        if before < when <= body.state.time:
+            body.place_hand(place, np.array([1.0, 0.0, 0.0]))
+        force = body.touch.force
+        if force > 0 and touched is None:
+            touched = body.state.time
+        pressed = pressed + 0.01 if force > 2 else 0.0
+        longest, most = max(longest, pressed), max(most, force)
+        if body.phase is Phase.STOPPED and touched is not None:
+            return body.state.time - touched, longest, most
+    return None, longest, most
+
+
+def shown(feeling: str, life: int | None) -> tuple[Partner, Simulated]:
+    feelings, body = EmotionalModel(), Simulated(iphonoid())
+    feelings.set_state(emotion={feeling: 1.0}, mood={feeling: 0.9}, hold=True)
+    return Partner(body, feelings, life=life, period=0.5), body
 
 
 def alive(number: int, robots: int, seed: int, minutes: int) -> str:

@@ -10,7 +10,7 @@ from miburi.bma.settings import Settings
 from miburi.bodies.simulated import Simulated
 from miburi.gestures import KeyPose
 from miburi.robot import Array, Robot, forward
-from miburi.safety.move import plan_move
+from miburi.safety.move import plan_move, plan_on
 from miburi.safety.stop import Phase, Stop
 
 __all__ = ["PERIOD", "Rehearsal", "rehearse"]
@@ -48,11 +48,16 @@ class Rehearsal:
 
 
 def rehearse(
-    robot: Robot, performance: Sequence[KeyPose], settings: Settings | None = None
+    robot: Robot,
+    performance: Sequence[KeyPose],
+    settings: Settings | None = None,
+    *,
+    flows: bool = False,
 ) -> Rehearsal:
     """Perform key poses from neutral on a new simulated body.
 
-    ``settings`` are those of the inverse kinematics; see :func:`miburi.ik.solve`.
+    ``settings`` are those of the inverse kinematics; see :func:`miburi.ik.solve`. With ``flows``
+    key poses are passed without a stop where they may be, as a lively partner does.
     """
     body = Simulated(robot)
     present = np.array(robot.neutral)
@@ -70,16 +75,24 @@ def rehearse(
         solution = ik.solve(robot, pose.target, start=present, settings=settings)
         worst = max(worst, float(solution.error.max()))
         began = len(poses)
-        body.move(plan_move(robot, present, solution.angles, pose.duration))
+        if body.state.phase is Phase.MOVING:
+            move = plan_on(robot, body.course(), solution.angles, pose.duration)
+        else:
+            move = plan_move(robot, present, solution.angles, pose.duration)
+        body.move(move)
         present = solution.angles
+        passes = flows and pose.passes
+        least = move.slows_at if passes else pose.duration
         # A move of no distance takes its time, too.
-        while body.state.phase is Phase.MOVING or (len(poses) - began) * PERIOD < pose.duration:
+        while (len(poses) - began) * PERIOD < least or (
+            not passes and body.state.phase is Phase.MOVING
+        ):
             pass_time()
             if body.state.phase is Phase.STOPPED:
                 break
         if body.state.phase is Phase.STOPPED:
             break
-        for _ in range(round(pose.hold / PERIOD)):
+        for _ in range(0 if passes else round(pose.hold / PERIOD)):
             pass_time()
     angles = np.array(poses)
     return Rehearsal(

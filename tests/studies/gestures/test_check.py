@@ -25,6 +25,10 @@ def test_no_variation_stops_or_meets_itself(robot, feeling):
         rehearsal = rehearse(robot, key_poses(robot, load(feeling), mood, variation=seed))
         assert rehearsal.stop is None
         assert rehearsal.met is None
+        poses = key_poses(robot, load(feeling), mood, variation=seed)
+        flowing = rehearse(robot, poses, flows=True)
+        assert (flowing.stop, flowing.met) == (None, None)
+        assert (len(flowing.angles) < len(rehearsal.angles)) is any(pose.passes for pose in poses)
 
 
 def test_a_gesture_that_crosses_its_arms_is_told_so(robot):
