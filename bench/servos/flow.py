@@ -1,6 +1,6 @@
 """Moves that replace one another, on robots as they leave a workshop: false stops and full stops.
 
-    python bench/servos/flow.py [--robots 12] [--minutes 10] [--seed 3] > bench/servos/flow.txt
+    python bench/servos/flow.py [--robots 12] [--minutes 4] [--seed 3] > bench/servos/flow.txt
 
 A lively partner hears another drawn feeling every 1 to 5 s, so that gestures are broken off in
 mid-move; each robot is calibrated as its maker would. Before that, how often each gesture comes to
@@ -31,16 +31,14 @@ STILL = 0.02
 
 def main() -> None:
     options = argparse.ArgumentParser(description=__doc__)
-    for name, default in (("robots", 12), ("minutes", 10), ("seed", 3), ("workers", 2)):
+    for name, default in (("robots", 12), ("minutes", 4), ("seed", 3), ("workers", 2)):
         options.add_argument(f"--{name}", type=int, default=default)
     chosen = options.parse_args()
     print("gesture at 0.9   full stops as in the paper, lively   arms' correlation")
     for feeling in FEELINGS:
         (stiff, _), (free, together) = (one_gesture(feeling, life) for life in (None, 1))
         print(f"{feeling:12} {stiff:6} {free:6} {together:10.2f}", flush=True)
-    print(
-        "hands in the way   stopped, missed (2 N over 0.1 s)   s to the stop: median, p95, most   N"
-    )
+    print("hands in the way   stopped, missed (2 N over 0.1 s)   s to the stop: median, p95, most")
     for life in (None, 1):
         print(f"{'lively' if life else 'as in the paper':18} {met_hands(life)}", flush=True)
     print("robot   moves, of them within another   contacts   with its own parts", flush=True)
@@ -71,28 +69,26 @@ def one_gesture(feeling: str, life: int | None) -> tuple[int, float]:
 
 def met_hands(life: int | None) -> str:
     """Let hands be in the way of free gestures at many moments, and say what came of it."""
-    waits, forces, missed = [], [], 0
+    waits, missed = [], 0
     for feeling in ("happiness", "thrill", "surprise"):
         for when in np.linspace(0.6, 3.4, 29):
-            took, longest, most = met_hand(feeling, float(when), life)
-            if most > 0:
-                forces.append(most)
-                missed += took is None and longest > 0.1
-                waits += [] if took is None else [took]
+            took, longest = met_hand(feeling, float(when), life)
+            missed += took is None and longest > 0.1
+            waits += [] if took is None else [took]
     late = np.quantile(waits, (0.5, 0.95, 1.0))
     seconds = " ".join(f"{quantile:.2f}" for quantile in late)
-    return f"{len(waits):4} {missed:4}      {seconds}      {max(forces):.1f}"
+    return f"{len(waits):4} {missed:4}      {seconds}"
 
 
-def met_hand(feeling: str, when: float, life: int | None) -> tuple[float | None, float, float]:
-    """Return s from the first touch to the stop, the longest press over 2 N, s, and the force."""
+def met_hand(feeling: str, when: float, life: int | None) -> tuple[float | None, float]:
+    """Return s from the first touch to the stop, and s of the longest press over 2 N."""
     free, _ = shown(feeling, life)
     while free.body.state.time < when + 0.15:
         free.step(0.01)
     body = free.body
     place = forward(body.robot, body.state.angles)[:3]
     partner, body = shown(feeling, life)
-    touched, pressed, longest, most = None, 0.0, 0.0, 0.0
+    touched, pressed, longest = None, 0.0, 0.0
     while body.state.time < when + 1.5:
         before = body.state.time
         partner.step(0.01)
@@ -102,10 +98,10 @@ def met_hand(feeling: str, when: float, life: int | None) -> tuple[float | None,
         if force > 0 and touched is None:
             touched = body.state.time
         pressed = pressed + 0.01 if force > 2 else 0.0
-        longest, most = max(longest, pressed), max(most, force)
+        longest = max(longest, pressed)
         if body.phase is Phase.STOPPED and touched is not None:
-            return body.state.time - touched, longest, most
-    return None, longest, most
+            return body.state.time - touched, longest
+    return None, longest
 
 
 def shown(feeling: str, life: int | None) -> tuple[Partner, Simulated]:
