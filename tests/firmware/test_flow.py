@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from tests.firmware.rig import Rig
 from tests.firmware.test_lost_bytes import Damage, is_order
+from tests.firmware.toolchain import changed_card
 
 from miburi.errors import BodyError
 from miburi.robot import JOINTS, iphonoid
@@ -125,3 +126,38 @@ def test_no_move_cuts_the_way_back_short(firmware: Path) -> None:
         rig.body.move(plan_move(rig.robot, rig.robot.neutral, rig.robot.lower, 1.0))
     assert rig.settle() is Phase.IDLE
     rig.close()
+
+
+#: What each changed line of the firmware would do, and which test notices it.
+MUTANTS = {
+    "forgets a hand at each move": (
+        "  if (goes_on) {\n    restart(c.watch, elapsed);\n  } else {\n    begin(c.watch, rule);\n"
+        "  }",
+        "  begin(c.watch, rule);",
+        test_no_number_of_moves_makes_the_rule_forget_a_hand,
+    ),
+    "takes all for punctual": (
+        "elapsed + late[motor] - c.late[motor]",
+        "elapsed",
+        lambda firmware: test_an_order_that_is_damaged_within_a_move_is_no_contact(
+            firmware, (0, 1)
+        ),
+    ),
+    "takes motors for still": (
+        "velocity = speed_at(before, until) * c.watch.direction[motor];",
+        "velocity = 0;",
+        lambda firmware: test_free_moves_that_replace_one_another_are_never_stopped(firmware, 0),
+    ),
+}
+
+
+@pytest.mark.proof("test_free_moves_that_replace_one_another_are_never_stopped")
+@pytest.mark.parametrize("name", MUTANTS)
+def test_a_changed_card_is_noticed(firmware: Path, tmp_path: Path, name: str) -> None:
+    text, other, notices = MUTANTS[name]
+    built = changed_card(tmp_path, "controller.h", text, other)
+    try:
+        notices(built)
+    except (AssertionError, BodyError, pytest.fail.Exception):
+        return
+    pytest.fail("the changed card passed")

@@ -177,7 +177,7 @@ def test_no_packet_of_a_release_is_so_dear_that_its_damage_fails_it(rig: Rig) ->
 
 #: Changes to body.h, by what the changed card would do.
 MUTANTS = {
-    "expects all at once": (" + static_cast<int32_t>(sent - began);", ";"),
+    "expects all at once": ("guards.lag + late[i];", "guards.lag;"),
     "orders once": ("COPIES = 3;", "COPIES = 1;"),
 }
 
