@@ -125,7 +125,6 @@ class Profile:
 
         Before the start a motor is taken to have come with its initial speed.
         """
-        time = np.asarray(time, dtype=np.int64)
         t: Steps = np.minimum(np.maximum(time, 0), self.total)
         left = self.total - t
         # With t clipped to the ramp, a t² · 128 fits into 64 bits for every allowed servo.
@@ -138,6 +137,7 @@ class Profile:
         if not self._moves:
             cruising = self.speed * (2 * t - self.shift) // (2 * SECOND)
             return np.where(t < self.ramp, rising, np.where(left <= self.fall, falling, cruising))
+        time = np.asarray(time, dtype=np.int64)
         began = truncated(self.initial * np.minimum(time, risen), SECOND)
         rising = began + np.where(time < 0, 0, self._slows * rising)
         cruising = truncated(self.speed * (2 * t - self.shift), 2 * SECOND)
