@@ -79,7 +79,7 @@ struct Watch {
   uint8_t turned;        // motors that went the other way in the one that it replaced
 };
 
-// What a motor is granted in a move whose profile and loading are known.
+// Sets a motor's guards for a move whose profile and loading are known.
 inline void grant(Watch& watch, uint8_t motor) {
   watch.doubt[motor] = watch.early_doubt[motor] = lag_doubt(watch.profile[motor]);
   watch.early[motor] = granted(watch.profile[motor], watch.loading[motor].velocity);
@@ -142,8 +142,8 @@ inline int32_t expected_of(const FreeMotion& free, int32_t into) {
 
 // A watch whose move is replaced: one motor goes on from a new start, in a direction that may have
 // turned. Nothing is forgotten, so a hand that holds a motor back is seen however often moves replace
-// one another. Only the window of a motor that turns round begins anew, where it turns: it would add
-// up both ways.
+// one another. Only the window of a motor that turns round starts again, at its turning point:
+// otherwise it would add up both ways.
 // `seen` and `elapsed`: µs from the earlier start to the latest reading, and to the new start.
 inline void go_on(Watch& watch, uint8_t motor, int16_t start, int8_t direction, int64_t seen,
                   int64_t elapsed) {
@@ -186,7 +186,7 @@ inline void grant_on(Watch& watch, uint8_t motor, int64_t elapsed) {
   watch.early_doubt[motor] = doubt > watch.early_doubt[motor] ? doubt : watch.early_doubt[motor];
 }
 
-// The clock of a watch whose move was replaced begins anew.
+// Restarts the clock of a watch whose move was replaced.
 inline void restart(Watch& watch, int64_t elapsed) {
   watch.period_ends -= elapsed;
   watch.modelled -= elapsed;

@@ -197,7 +197,7 @@ inline void start(Controller& c, const Rule& rule, Phase phase, const int16_t* g
     c.late[motor] = late[motor];
     c.goal[motor] = goal[motor];
     const int32_t way = static_cast<int32_t>(goal[motor]) - c.origin[motor];
-    // Where a motor goes is told from where it would stop.
+    // A motor's direction depends on where it would stop.
     int8_t direction = way * fine < stopping(velocity, acceleration) ? -1 : 1;
     if (goes_on && way == 0 && velocity == 0) {
       direction = c.watch.direction[motor];

@@ -1,4 +1,4 @@
-"""What is more urgent waits for no arrival; what is free stops at no key pose."""
+"""Urgent gestures break off a move at once; free gestures pass their key poses."""
 
 import numpy as np
 import pytest

@@ -283,7 +283,8 @@ class Watch:
         """Go on from the watch over a move that this one replaced: nothing is forgotten.
 
         A hand that holds a motor back is seen however often moves replace one another. Only the
-        window of a motor that turns round begins anew, where it turns: it would add up both ways.
+        window of a motor that turns round starts again, at its turning point: otherwise it would
+        add up both ways.
 
         Parameters
         ----------

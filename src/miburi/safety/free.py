@@ -111,7 +111,7 @@ class _FreeWatch(Watch):
         self._x, self._v = turned * before._x + moved * FINE, turned * before._v
         self._profile_then = turned * before._profile_then + moved
         self._model_time = before._model_time - elapsed
-        # What a motor was granted before, it still is at first: it may be as far behind.
+        # At first a motor keeps its wider guards: it may still be as far behind.
         self._grant(*map(np.maximum, self._granted, before._granted))
 
     def look(self, positions: Steps, time: int) -> Contact | None:

@@ -155,7 +155,7 @@ class Profile:
 
 
 class Motion(NamedTuple):
-    """What motors do: their profiles, each one's direction, and where these began, in steps."""
+    """The motion of the motors: profiles, directions, and origins in steps."""
 
     profile: Profile
     direction: Steps
@@ -206,7 +206,7 @@ def plan_towards(
     """Plan as :func:`plan_profile`; ``speed`` in 1/256 steps/s, ``acceleration`` in steps/s²."""
     way = goal - origin
     velocity = np.zeros_like(way) if velocity is None else velocity
-    # Where a motor goes is told from where it would stop.
+    # A motor's direction depends on where it would stop.
     stops = truncated(velocity * np.abs(velocity), 2 * FINE * acceleration)
     stays = (way == 0) & (velocity == 0)
     direction = np.where(stays, before, np.where(way * FINE < stops, -1, 1))
