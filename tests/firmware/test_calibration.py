@@ -139,16 +139,24 @@ def test_a_servo_with_more_friction_is_named_in_words(
 ) -> None:
     emulation.plant.friction[JOINTS.index("left_elbow"), :4] *= 2.0
     words = measure(Card(lambda: emulation, real)).words
-    assert words == ("left elbow: twice the friction of the right",)
+    assert words == ("left elbow: about twice the friction of the right",)
 
 
 @pytest.mark.proof("test_a_servo_that_gives_hardly_any_torque_is_refused_by_name")
 @pytest.mark.usefixtures("not_slowest")
-def test_a_servo_with_a_third_of_the_torque_is_refused_by_name(
-    emulation: EmulatedRobot, real: Robot
+@pytest.mark.parametrize(
+    ("share", "words"),
+    [
+        (0.45, r"right fingertip turns back with 1\.\d N.* horn's screw"),
+        # It sags as it rests. The card stopped after it was looked at, and refused the next move.
+        (0.35, r"^Stopped: touched \(right_fingertip\)\..* horn and screws"),
+    ],
+)
+def test_a_servo_with_little_torque_is_refused_by_name(
+    emulation: EmulatedRobot, real: Robot, share: float, words: str
 ) -> None:
-    weaken(emulation.bus.servos[JOINTS.index("right_fingertip")], 0.35)
-    with pytest.raises(BodyError, match=r"right fingertip turns back with 1\.\d N.* horn's screw"):
+    weaken(emulation.bus.servos[JOINTS.index("right_fingertip")], share)
+    with pytest.raises(BodyError, match=words):
         measure(Card(lambda: emulation, real))
 
 

@@ -13,7 +13,7 @@ from miburi.feelings import FEELINGS
 from miburi.gestures import key_poses, load
 from miburi.robot import JOINTS, Array, Robot
 from miburi.safety.move import Move, plan_move
-from miburi.safety.stop import Phase
+from miburi.safety.stop import Phase, StopReason
 
 __all__ = ["free_moves", "gestures", "record", "swings"]
 
@@ -124,6 +124,16 @@ def record(card: Card, moves: Iterable[Move], driven: Robot | None = None) -> li
     return [_record_one(card, move, driven) for move in moves]
 
 
+def _check_free(card: Card) -> None:
+    stop = card.state.stop
+    if stop is None:
+        return
+    where = "" if stop.motor is None else f" ({stop.motor})"
+    met = stop.sign is not None or stop.reason is StopReason.TOUCHED
+    hint = _ROOM if met else "Mend that, then calibrate again."
+    raise BodyError(f"Stopped: {stop.reason.spoken}{where}. {hint}")
+
+
 def _record_one(card: Card, move: Move, driven: Robot | None) -> Trace:
     origin, reports = np.array(card.goals), [card.report]
     previous, card.on_report = card.on_report, reports.append
@@ -131,12 +141,14 @@ def _record_one(card: Card, move: Move, driven: Robot | None) -> Trace:
         card.move(move, driven)
         while card.step(0.02).phase is Phase.MOVING:
             pass
-        stop = card.state.stop
-        if stop is not None:
-            where = "" if stop.motor is None else f" ({stop.motor})"
-            hint = _ROOM if stop.sign else "Mend that, then calibrate again."
-            raise BodyError(f"Stopped: {stop.reason.spoken}{where}. {hint}")
+        if card.state.stop is None:
+            card.step(_AFTER)
+        _check_free(card)
+    except BodyError:
+        # A card that refuses to move may have stopped meanwhile: a weak motor sags at rest.
         card.step(_AFTER)
+        _check_free(card)
+        raise
     finally:
         card.on_report = previous
     before = [report for report in reports if report.time <= card.move_began]
