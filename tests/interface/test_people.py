@@ -122,6 +122,22 @@ def test_a_person_corrects_and_deletes(house: House) -> None:
     assert list(house.folder.iterdir()) == []
 
 
+@pytest.mark.parametrize(
+    ("method", "path"), [("DELETE", "/Anna"), ("DELETE", "/Anna/facts/1"), ("POST", "/allowed")]
+)
+def test_what_is_deleted_is_not_taken_up_again(house: House, method: str, path: str) -> None:
+    """Of the last remarks it still knew who "she" was, and what "that" was."""
+    house.post("/allowed", allowed=True)
+    house.say("My name is Anna.")
+    house.say("My sister Wilhelmina lives in Leeds.")
+    body = {"allowed": False} if method == "POST" else None
+    assert house.client.request(method, f"/api/v1/people{path}", json=body).status_code == 204
+    house.say("My name is Anna.")
+    house.say("Remember that.")
+    house.say("Remember that her birthday is on Friday.")
+    assert [fact for fact in house.facts() if "Anna" not in fact] == ["her birthday is on Friday"]
+
+
 def test_kindness_shows_in_the_resting_mood_of_that_person_alone(
     house: House, live: Runner
 ) -> None:

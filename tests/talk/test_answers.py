@@ -188,8 +188,7 @@ def test_it_takes_up_what_was_said() -> None:
 def test_remember_that_takes_the_sentence_before(language: Language, told: str, asks: str) -> None:
     one = Answerer()
     assert answer(asks, language, one).words is None  # nothing stood before
-    answer(told, language, one)
-    kept = answer(asks, language, one)
+    kept = one.answer(asks, NOTHING, None, language, NOW, {"before": told})
     assert kept.do == "remember"
     assert kept.words == told.rstrip(".。")
 

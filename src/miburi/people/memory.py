@@ -5,7 +5,9 @@ somebody allows it, there is no file, and what is known is forgotten when the pa
 """
 
 import json
-from collections.abc import Callable, Set
+import re
+from collections import deque
+from collections.abc import Callable, Iterator, Set
 from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
@@ -27,6 +29,8 @@ STAYS = timedelta(hours=2)
 #: People and things told that are kept; beyond, the oldest of the latter go (ours).
 MOST_PEOPLE, MOST_FACTS = 50, 500
 _NAME, _FACT = 40, 200  # letters
+#: How many earlier remarks are searched for the person that "she" means, and how old (ours).
+_REMARKS, _MEANT = 3, timedelta(minutes=5)
 
 
 class Fact(BaseModel):
@@ -92,6 +96,8 @@ class Memory:
         self._present: Acquaintance | None = None
         #: What somebody told who has not said who they are; it is never written.
         self._untold: list[Fact] = []
+        #: When the person who is there said something, and what; never written either.
+        self._remarks: deque[tuple[datetime, str]] = deque(maxlen=_REMARKS)
         self._until = clock()
         self._attachment: Attachment | None = None
 
@@ -148,6 +154,7 @@ class Memory:
             self._known.people.append(person)
         self._until = now + STAYS
         if self._present is not person:
+            self._remarks.clear()
             self._present = person
             self._attachment = Attachment(self._temperament, person.attachment)
             self._attachment.step(max(0.0, (now - person.seen).total_seconds()))
@@ -161,6 +168,28 @@ class Memory:
         """Know from now on that nobody is there."""
         self._present = self._attachment = None
         self._untold = []
+        self._remarks.clear()
+
+    def note(self, said: str) -> None:
+        """Keep a remark for some minutes, until it is known whom the next ones mean."""
+        self._remarks.append((self._clock(), said))
+
+    def noted(self) -> Iterator[str]:
+        """Yield what the person who is there said of late, sentence by sentence, newest first."""
+        for said in self._remarks_now():
+            yield from reversed(re.split(r"[.!?]+", said))
+
+    def last_noted(self) -> str | None:
+        """Return the latest remark of the person who is there, if it is not long ago."""
+        return next(self._remarks_now(), None)
+
+    def _remarks_now(self) -> Iterator[str]:
+        since = self._clock() - _MEANT
+        return (said for when, said in reversed(self._remarks) if when >= since)
+
+    def forget_noted(self) -> None:
+        """Forget what was said of late."""
+        self._remarks.clear()
 
     def hear(self, stimuli: tuple[Stimulus, ...] = (), contacts: int = 0) -> None:
         """Take what the person who is there did, and contacts meanwhile, if somebody is."""
@@ -237,6 +266,7 @@ class Memory:
             raise InputError(f"a fact must have 1 to {_FACT} letters, got {len(text.strip())}.")
         else:
             facts[place] = facts[place].model_copy(update={"text": text.strip(), "due": due})
+        self.forget_noted()  # it may have been told in these
         self._write()
 
     def forget(self, name: str) -> None:
@@ -253,6 +283,7 @@ class Memory:
         self._known.people.remove(person)
         if self._present is person:
             self.leave()
+        self.forget_noted()
         self._write()
 
     def _write(self) -> None:

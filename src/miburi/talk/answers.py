@@ -76,7 +76,6 @@ class Answerer:
         self._times: Counter[str] = Counter()
         self._spoke_of_itself = False
         self._last = ""
-        self._heard = ""
         self._stays: Match | None = None
 
     def answer(
@@ -101,13 +100,13 @@ class Answerer:
         now
             The time of the place where it stands.
         known
-            What it knows for the slots of sentences, such as the person's ``name``.
+            What it knows for the slots of sentences, such as the person's ``name``; what they said
+            ``before`` is what "remember that" means.
         """
         words = script(language)
         slots = _time(words, now) | dict(known or {}) | {"last": self._last}
         told_before, asks = _told_before(said, words)
-        before = told_before or self._heard
-        self._heard = said.strip(_SIGNS)
+        before = told_before or slots.get("before", "").strip(_SIGNS)
         if before:
             slots["before"] = before
         match = next(_sayable(words.intents_of(said), slots), None)

@@ -1,9 +1,8 @@
 """What is said to the partner: it hears the feeling of the words, feels with it, and answers."""
 
 import asyncio
-import re
-from collections import Counter, deque
-from collections.abc import Callable, Iterator
+from collections import Counter
+from collections.abc import Callable
 from dataclasses import asdict, replace
 from datetime import datetime, timedelta
 from pathlib import Path
@@ -42,8 +41,6 @@ _LOOKED, _SHOWN = 2.0, 0.8
 _ANSWERED = timedelta(minutes=2)
 #: After a distress, this many answers to remarks stay with it; later one in this many does (ours).
 _STAYS, _EVERY = 3, 5
-#: How many earlier remarks are searched for the person that "she" means, and how old (ours).
-_EARLIER, _MEANT = 3, timedelta(minutes=5)
 
 
 class Speech:
@@ -83,8 +80,6 @@ class Speech:
             partner, self.memory, self._answerer, clock, folder and folder / "manners.json"
         )
         self._turns: Counter[str] = Counter()  # of help, by kind
-        # The last remarks: who made each, and when.
-        self._earlier: deque[tuple[str | None, datetime, str]] = deque(maxlen=_EARLIER)
         self._since = 0  # remarks since a distress, without those that got another answer
         self._asked: tuple[Distress, datetime] | None = None  # whether somebody needs help
         self._conversation = None if endpoint is None else _converse(endpoint)
@@ -139,7 +134,7 @@ class Speech:
         else:
             answer, meant = await self._answer(said, heard, language, felt)
             self._asked = asked if meant == "repeat" else None
-        self._earlier.append((self._person(), self._clock(), said))
+        self.memory.note(said)
         return SayOut(
             feeling=heard.feeling,
             asked=heard.topic == "asked",
@@ -217,8 +212,12 @@ class Speech:
     def _known(self, said: str, language: Language) -> dict[str, str]:
         """Return what it knows for the slots of answers."""
         present, told = self.memory.present, self.memory.recall(said, language)
-        known = {} if present is None else {"name": present.name}
-        return known if told is None else known | {"told": told}
+        known = {
+            "name": None if present is None else present.name,
+            "told": told,
+            "before": self.memory.last_noted(),
+        }
+        return {slot: text for slot, text in known.items() if text is not None}
 
     def _remember(self, answer: SmallAnswer, said: str) -> SmallAnswer:
         """Keep a name or what was told; return the answer."""
@@ -226,26 +225,16 @@ class Speech:
         if answer.do == "name" and words:
             memory.meet(words[:1].upper() + words[1:])
         elif answer.do == "remember" and words:
-            fact = with_whom(words, self._sentences_before(), answer.language)
+            fact = with_whom(words, memory.noted(), answer.language)
             memory.remember(fact, answer.language, due_of(fact, answer.language, now))
         elif answer.do == "forget":
-            self._earlier.clear()
+            memory.forget_noted()
         elif answer.cue is not None and answer.cue.name == "quiet":
             self.beginning.hush()
         elif answer.cue is None:
             for fact in script(answer.language).facts_in(said):
                 memory.remember(fact, answer.language, due_of(fact, answer.language, now))
         return answer
-
-    def _sentences_before(self) -> Iterator[str]:
-        """Yield what the person who is there said of late, sentence by sentence, newest first."""
-        who, since = self._person(), self._clock() - _MEANT
-        for by, when, said in reversed(self._earlier):
-            if by == who and when >= since:
-                yield from reversed(re.split(r"[.!?]+", said))
-
-    def _person(self) -> str | None:
-        return None if self.memory.present is None else self.memory.present.name
 
     async def _perform(self, answer: SmallAnswer) -> str:
         """Perform what comes with an answer; return what to say, also where it cannot move."""
