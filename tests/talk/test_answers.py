@@ -98,6 +98,7 @@ def lines(language: Language) -> list[str]:
         ("I took the white ones at noon, remember that.", "medicine_log"),
         ("Note that I have had my pills.", "medicine_log"),
         ("Give me a shout at half past.", "alarm"),
+        ("Remind me at five.", "alarm"),
         ("Do you ever get fed up with me?", "tiring"),
         ("Did you sleep well?", "sleep"),
         ("What was I supposed to do at four?", "not_told"),
@@ -132,6 +133,9 @@ def test_it_knows_what_is_meant_with_and_without_signs(said: str, intent: str) -
         ("Rappelle-moi d'appeler ma fille à cinq heures.", "fr", "remind"),
         ("五時に電話するのを思い出させて", "ja", "remind"),
         ("Rappelle-moi de prendre mes comprimés à huit heures.", "fr", "remind_medicine"),
+        ("Rappelez-moi demain matin de prendre mes comprimés.", "fr", "remind_medicine"),
+        ("Rappelez-moi demain de sortir les poubelles.", "fr", "remind"),
+        ("Rappelez-moi plus tard.", "fr", "alarm"),
     ],
 )
 def test_other_languages_know_it_too(said: str, language: Language, intent: str) -> None:
