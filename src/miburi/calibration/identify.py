@@ -56,7 +56,7 @@ _KEPT = 0.02
 #: ``_WAIT``; rounds at most, and steps tried in each; the search ends where one gains less than
 #: the last of these numbers.
 _DAMPING, _LEAST, _LONGEST, _ROUNDS, _TRIES, _LITTLE = 1e-2, 1e-4, (0.5, 3.0), 30, 8, 3e-4
-#: Added to what is damped: where nothing moves, no step of the delay shows anything.
+#: Added to the damped diagonal: where nothing moves, it would have a zero.
 _TINY = 1e-12
 #: Within what the search stays: shares of the description's constants, and the delay in ``_WAIT``.
 _ENDS = ((0.2, 0.0), (5.0, np.inf))
@@ -66,6 +66,8 @@ _MIRRORED, _SINGLE, _EXPECTED = 1.5, 2.0, 1.25
 #: The same for a servo that is softer than its mirror image: one whose motor gives a third of its
 #: torque is found at 0.67 of it, and one with twice the friction at 0.7 (ours).
 _SOFTER = 1.45
+#: Joints without play that tell the wear of all; fewer do not (ours).
+_FIRM_ONES = 3
 #: Wear beyond this is not believed; gears would take all of a motor's torque (ours).
 _MOST_WEAR = 2.5
 #: How often wear is tried, and the share of the dry friction that free moves show: it is more at
@@ -125,8 +127,9 @@ def identify(robot: Robot, traces: Sequence[Trace], wear: float = 1.0) -> Identi
     """Identify the servos of a robot from free moves, slow and fast, of every joint.
 
     Four constants of each servo, and one delay, are found together by Levenberg and Marquardt's
-    method. It minimises the mean logarithm of the servos' squared errors: with their sum, one bad
-    servo alone would decide the delay of all.
+    method. It minimises the sum of the logarithms of the servos' squared errors: with the sum of
+    the errors themselves, one bad servo alone would decide the delay of all. A slight pull keeps
+    at the description what the moves do not show.
     ``wear`` is that of the robot's own servos.
 
     Raises
@@ -200,7 +203,8 @@ def _linear(
         more, less = (_missed_by(rule, moves, _shares(each)) for each in (x + own, x - own))
         slopes.append((more - less) / (2 * _SHARE))
     own = np.append(np.zeros(len(x) - 1), 1.0)
-    slopes.append((_misses(rule, traces, x + own) - _misses(rule, traces, x - own)) / 2)
+    more, less = (_misses(rule, traces, each) for each in (x + own, x - own))
+    slopes.append((more - less) * _WAIT / (_delay(x + own) - _delay(x - own)))
     weight = 1 / (1 + (misses**2).sum(axis=0))
     normal, slope = np.zeros((len(x), len(x))), np.zeros(len(x))
     for motor in joints:
@@ -321,7 +325,7 @@ def worn(
     servos rub no more than ``_EXPECTED`` times as much as described, nothing changes.
     """
     known = found.wear
-    wear = known * float(np.median(found.friction))
+    wear = known * _rubs(robot, found)
     if max(wear, known) <= _EXPECTED:
         return robot, found, list(traces)
     # Gears that take more seem to rub more, too: half of what is left is believed each time.
@@ -332,8 +336,18 @@ def worn(
         rubbing = _stiffened(rubbing, stiffer)
         moves = [replace(trace, loading=_softer(trace.loading, stiffer)) for trace in traces]
         own = identify(rubbing, moves, wear)
-        wear *= float(np.sqrt(np.median(own.friction) / _SEEN))
+        wear *= float(np.sqrt(_rubs(rubbing, own) / _SEEN))
     return rubbing, own, moves
+
+
+def _rubs(robot: Robot, found: Identified) -> float:
+    """Return how the servos rub, as a share: the median of those whose gears show no play.
+
+    Within its play a joint moves without its gears, and so they seem to rub less. Where fewer than
+    ``_FIRM_ONES`` show none, it is the median of all.
+    """
+    firm = play(robot, found) == 0
+    return float(np.median(found.friction[firm if firm.sum() >= _FIRM_ONES else slice(None)]))
 
 
 def _softer(loading: Loading, times: float) -> Loading:
@@ -415,6 +429,6 @@ def in_words(robot: Robot, found: Identified) -> list[str]:
 
 def _often(times: float) -> str:
     # Free moves tell friction roughly: twice as much was found to be 1.4 to 2.7 times the mirror
-    # image's, at five joints of the emulated robot.
+    # image's, at five joints of the emulated robot. 1.4 times is not named.
     words = {"about half": (0.42, 0.58), "about twice": (1.75, 2.75)}
     return next((word for word, (a, b) in words.items() if a <= times < b), f"{times:.1f} times")

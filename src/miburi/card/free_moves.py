@@ -124,6 +124,19 @@ def record(card: Card, moves: Iterable[Move], driven: Robot | None = None) -> li
     return [_record_one(card, move, driven) for move in moves]
 
 
+def _begin(card: Card, move: Move, driven: Robot | None) -> None:
+    try:
+        card.move(move, driven)
+    except BodyError as refused:
+        # The card may have stopped since it was looked at: a weak motor sags at rest.
+        try:
+            card.step(_AFTER)
+        except BodyError:
+            raise refused from None
+        _check_free(card)
+        raise
+
+
 def _check_free(card: Card) -> None:
     stop = card.state.stop
     if stop is None:
@@ -138,17 +151,12 @@ def _record_one(card: Card, move: Move, driven: Robot | None) -> Trace:
     origin, reports = np.array(card.goals), [card.report]
     previous, card.on_report = card.on_report, reports.append
     try:
-        card.move(move, driven)
+        _begin(card, move, driven)
         while card.step(0.02).phase is Phase.MOVING:
             pass
         if card.state.stop is None:
             card.step(_AFTER)
         _check_free(card)
-    except BodyError:
-        # A card that refuses to move may have stopped meanwhile: a weak motor sags at rest.
-        card.step(_AFTER)
-        _check_free(card)
-        raise
     finally:
         card.on_report = previous
     before = [report for report in reports if report.time <= card.move_began]

@@ -29,7 +29,7 @@ STAYS = timedelta(hours=2)
 #: People and things told that are kept; beyond, the oldest of the latter go (ours).
 MOST_PEOPLE, MOST_FACTS = 50, 500
 _NAME, _FACT = 40, 200  # letters
-#: How many earlier remarks are searched for the person that "she" means, and how old (ours).
+#: How many remarks are kept for what "she" and "that" mean, and how old they may be (ours).
 _REMARKS, _MEANT = 3, timedelta(minutes=5)
 
 
@@ -98,6 +98,8 @@ class Memory:
         self._untold: list[Fact] = []
         #: When the person who is there said something, and what; never written either.
         self._remarks: deque[tuple[datetime, str]] = deque(maxlen=_REMARKS)
+        #: How often something was deleted: who remembers the talk elsewhere forgets it, too.
+        self.deleted = 0
         self._until = clock()
         self._attachment: Attachment | None = None
 
@@ -132,6 +134,7 @@ class Memory:
         else:
             self._known = People()
             self.leave()
+            self.forget_noted()
             if self._path is not None:
                 self._path.unlink(missing_ok=True)
 
@@ -171,16 +174,16 @@ class Memory:
         self._remarks.clear()
 
     def note(self, said: str) -> None:
-        """Keep a remark for some minutes, until it is known whom the next ones mean."""
+        """Keep a remark, for what "she" and "that" mean in the next ones."""
         self._remarks.append((self._clock(), said))
 
     def noted(self) -> Iterator[str]:
-        """Yield what the person who is there said of late, sentence by sentence, newest first."""
+        """Yield what was said of late, sentence by sentence, newest first."""
         for said in self._remarks_now():
             yield from reversed(re.split(r"[.!?]+", said))
 
     def last_noted(self) -> str | None:
-        """Return the latest remark of the person who is there, if it is not long ago."""
+        """Return the latest remark, if it is not long ago."""
         return next(self._remarks_now(), None)
 
     def _remarks_now(self) -> Iterator[str]:
@@ -190,6 +193,7 @@ class Memory:
     def forget_noted(self) -> None:
         """Forget what was said of late."""
         self._remarks.clear()
+        self.deleted += 1
 
     def hear(self, stimuli: tuple[Stimulus, ...] = (), contacts: int = 0) -> None:
         """Take what the person who is there did, and contacts meanwhile, if somebody is."""

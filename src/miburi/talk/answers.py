@@ -106,7 +106,7 @@ class Answerer:
         words = script(language)
         slots = _time(words, now) | dict(known or {}) | {"last": self._last}
         told_before, asks = _told_before(said, words)
-        before = told_before or slots.get("before", "").strip(_SIGNS)
+        before = told_before or slots.pop("before", "").strip(_SIGNS)
         if before:
             slots["before"] = before
         match = next(_sayable(words.intents_of(said), slots), None)
@@ -141,6 +141,10 @@ class Answerer:
         if cue is not None and cue.do == "remember":
             kept = kept or before
         return SmallAnswer(text, language, cue, kept)
+
+    def forget(self) -> None:
+        """Forget what was said last."""
+        self._last, self._stays = "", None
 
     def say(self, lines: Iterable[str], known: Mapping[str, str] | None = None) -> str:
         """Return one of some sentences, as an answer is chosen."""

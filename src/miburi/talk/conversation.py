@@ -124,6 +124,10 @@ class Conversation:
         self._slow: asyncio.Task[Content] | None = None
         self._plainly = False
 
+    def forget(self) -> None:
+        """Forget what was said."""
+        self._said.clear()
+
     def overtake(self) -> None:
         """Want no reply any more to what was said before."""
         if self._thinking is not None:

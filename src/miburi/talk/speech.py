@@ -86,6 +86,7 @@ class Speech:
         self._noted: tuple[str | None] | None = None  # of the conversation, in the log
         self._counted = partner.history.number
         self._leaning: Array | None = None
+        self._deleted = 0  # how often something was, when it was last looked at
 
     async def take(self, said: str, *, tone: Tone = "plain", by: str = "person") -> SayOut:
         """Let the partner feel with what was said, and answer it.
@@ -106,6 +107,7 @@ class Speech:
         """
         from miburi.senses.words import hear
 
+        self._forget_deleted()
         self._language = language = language_of(said, self._language)
         self.beginning.notice(language)
         if wants_stop(said, language):
@@ -134,7 +136,9 @@ class Speech:
         else:
             answer, meant = await self._answer(said, heard, language, felt)
             self._asked = asked if meant == "repeat" else None
-        self.memory.note(said)
+        if self.memory.deleted == self._deleted:
+            # "Remember that" keeps nothing of a distress, nor what was said before it.
+            self.memory.note("" if grave or heard.worry is not None else said)
         return SayOut(
             feeling=heard.feeling,
             asked=heard.topic == "asked",
@@ -147,6 +151,14 @@ class Speech:
             answer=answer,
             trouble=None if self._conversation is None else self._conversation.trouble,
         )
+
+    def _forget_deleted(self) -> None:
+        """Forget the talk if a person has deleted something since the last remark."""
+        if self._deleted != self.memory.deleted:
+            self._deleted = self.memory.deleted
+            self._answerer.forget()
+            if self._conversation is not None:
+                self._conversation.forget()
 
     def _stays_with(self, said: str, language: Language) -> bool:
         """Return whether an answer still speaks of a distress that was heard before."""
