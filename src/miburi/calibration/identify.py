@@ -17,6 +17,7 @@ import numpy as np
 
 from miburi.calibration.free_motion import Trace
 from miburi.errors import BodyError, InputError
+from miburi.ground.compiled import compiled
 from miburi.robot import JOINTS, Array, Robot
 from miburi.robot.guards import Guards
 from miburi.safety.contact import Loading
@@ -43,31 +44,23 @@ __all__ = [
 #: Stiffness at the horn that a servo may have, and that it should have, N·m/rad (ours: with less it
 #: cannot carry the body to a pose, with more it hunts where gears play). It is found a tenth too
 #: low on average, a fifth at most: while all joints move, wires take some of the supply's voltage,
-#: and gears take more of a torque than the model knows. So the true value may be 2 to 8, and should
-#: be 4 to 6.
-STIFFNESS, _WELL = (1.9, 7.6), (3.8, 5.3)
-#: Differences that tell the slopes: of a constant's logarithm; of the delay, µs. The model counts
-#: in whole numbers, and smaller ones would show their rounding.
-_SHARE, _WAIT = 0.04, 500
-#: What it costs that a constant is not as described: its logarithm's square, beside the logarithms
-#: of the errors. Little, but what the moves do not show stays as described (ours).
-_KEPT = 0.02
-#: Levenberg-Marquardt: the first damping and its least; the longest step, as a logarithm and in
-#: ``_WAIT``; rounds at most, and steps tried in each; the search ends where one gains less than
-#: the last of these numbers.
-_DAMPING, _LEAST, _LONGEST, _ROUNDS, _TRIES, _LITTLE = 1e-2, 1e-4, (0.5, 3.0), 30, 8, 3e-4
-#: Added to the damped diagonal: where nothing moves, it would have a zero.
-_TINY = 1e-12
-#: Within what the search stays: shares of the description's constants, and the delay in ``_WAIT``.
-_ENDS = ((0.2, 0.0), (5.0, np.inf))
+#: and gears take more of a torque than the model knows. The true value should be 4 to 6.
+STIFFNESS, _WELL = (2.0, 8.0), (4.0, 5.5)
+#: The search's steps, as factors, coarse to fine; and those of the delay, µs.
+_FACTORS = (1.6, 1.25, 1.12, 1.06, 1.03)
+_DELAYS = (2000, 1000, 500, 250, 250)
+#: Passes over the constants with each step, at most.
+_PASSES = 4
+#: The search goes on to finer steps when a pass has gained less than this share of the errors.
+_LITTLE = 0.001
+#: Shares of the description's constant within which the search stays.
+_BOX = (0.2, 5.0)
 #: A servo that differs from its mirror image, or from all others, by more than these factors, and
 #: from its description too, is worth words (ours).
 _MIRRORED, _SINGLE, _EXPECTED = 1.5, 2.0, 1.25
 #: The same for a servo that is softer than its mirror image: one whose motor gives a third of its
 #: torque is found at 0.67 of it, and one with twice the friction at 0.7 (ours).
 _SOFTER = 1.45
-#: Joints without play that tell the wear of all; fewer do not (ours).
-_FIRM_ONES = 3
 #: Wear beyond this is not believed; gears would take all of a motor's torque (ours).
 _MOST_WEAR = 2.5
 #: How often wear is tried, and the share of the dry friction that free moves show: it is more at
@@ -83,6 +76,9 @@ _FIRM, _LOOSE, _IN_STEPS, _PLAYS = radians(0.057), radians(0.092), (0.65, 1.05),
 _RUBS = 2.0
 _MIRROR = {"left": "right", "right": "left"}
 _NAMES = ("stiffness", "damping", "friction", "gravity")
+#: Constants that the search changes together: each alone, then those whose joint change hardly
+#: alters the motion, without friction and with it.
+_TOGETHER = (*((name,) for name in _NAMES), ("stiffness", "damping", "gravity"), _NAMES)
 
 
 @dataclass(frozen=True)
@@ -126,10 +122,9 @@ class Identified(Shares):
 def identify(robot: Robot, traces: Sequence[Trace], wear: float = 1.0) -> Identified:
     """Identify the servos of a robot from free moves, slow and fast, of every joint.
 
-    Four constants of each servo, and one delay, are found together by Levenberg and Marquardt's
-    method. It minimises the sum of the logarithms of the servos' squared errors: with the sum of
-    the errors themselves, one bad servo alone would decide the delay of all. A slight pull keeps
-    at the description what the moves do not show.
+    A coordinate search over four constants of each servo, one by one and some together, and over
+    one delay. It minimises the squared error of each servo, and for the delay the mean logarithm of
+    these errors.
     ``wear`` is that of the robot's own servos.
 
     Raises
@@ -140,80 +135,47 @@ def identify(robot: Robot, traces: Sequence[Trace], wear: float = 1.0) -> Identi
     if not traces:
         raise InputError("Servos are identified from the traces of some free moves, got none.")
     rule = FreeRule.of(robot)
-    x = np.append(np.zeros(len(_NAMES) * len(JOINTS)), rule.guards.lag[0] / _WAIT)
-    misses = _misses(rule, traces, x)
-    cost, damping, gain = _cost(misses, x), _DAMPING, np.inf
-    for _ in range(_ROUNDS):
-        normal, slope = _linear(rule, traces, x, misses)
-        for _ in range(_TRIES):
-            damped = normal + damping * np.diag(normal.diagonal() + _TINY)
-            step = np.linalg.solve(damped, slope).astype(np.float64)
-            there = _within(x, step)
-            found = _misses(rule, traces, there)
-            gain = cost - _cost(found, there)
-            if gain > 0:
-                x, misses, cost, damping = there, found, cost - gain, max(damping / 8, _LEAST)
+    shares = {name: np.ones(len(JOINTS)) for name in _NAMES}
+    delay = int(rule.guards.lag[0])
+    moves = _moves(traces, delay)
+    errors = _errors(rule, moves, shares)
+    for factor, wait in zip(_FACTORS, _DELAYS, strict=True):
+        for _ in range(_PASSES):
+            before = _missed_by_all(errors)
+            for names in _TOGETHER:
+                for times in (factor, 1 / factor):
+                    tried = {name: np.clip(shares[name] * times, *_BOX) for name in names}
+                    found = _errors(rule, moves, shares | tried)
+                    better = found < errors
+                    for name, values in tried.items():
+                        shares[name] = np.where(better, values, shares[name])
+                    errors = np.where(better, found, errors)
+            for other in (delay - wait, delay + wait):
+                later = _moves(traces, max(other, 0))
+                found = _errors(rule, later, shares)
+                if _missed_by_all(found) < _missed_by_all(errors):
+                    delay, moves, errors = max(other, 0), later, found
+            if _missed_by_all(errors) > before - _LITTLE:
                 break
-            damping *= 4
-        if gain < _LITTLE:
-            break
-    missed = np.sqrt(np.mean(misses**2, axis=0))
-    stiff, brake, friction, gravity = _shares(x)
-    return Identified(stiff, brake, friction, gravity, wear, delay=_delay(x), missed=missed)
+    count = sum(len(trace.times) for trace in traces)
+    return Identified(
+        shares["stiffness"],
+        shares["damping"],
+        shares["friction"],
+        shares["gravity"],
+        delay=delay,
+        missed=np.sqrt(errors / count),
+        wear=wear,
+    )
 
 
-def _shares(x: Array) -> Array:
-    """Return the shares of the constants, (4, 8)."""
-    shares: Array = np.exp(x[:-1].reshape(len(_NAMES), len(JOINTS)))
-    return shares
+def _missed_by_all(errors: Array) -> float:
+    """Return by how much the model misses all servos: the mean logarithm of their errors.
 
-
-def _delay(x: Array) -> int:
-    return max(round(float(x[-1]) * _WAIT), 0)
-
-
-def _within(x: Array, step: Array) -> Array:
-    """Return where a step leads that is not too long, within the box."""
-    longest = np.append(np.full(len(x) - 1, _LONGEST[0]), _LONGEST[1])
-    least, most = (np.append(np.full(len(x) - 1, np.log(end)), last) for end, last in _ENDS)
-    there: Array = np.clip(x + np.clip(step, -longest, longest), least, most)
-    return there
-
-
-def _cost(misses: Array, x: Array) -> float:
-    """Return by how much the model misses all servos, in logarithms of their squared errors.
-
-    1 step² is added, so that a servo that is hardly missed does not decide the delay.
+    With the sum of the errors one bad servo alone would decide the delay of all. 1 step² is added,
+    so that a servo that is hardly missed does not decide it either.
     """
-    return float(np.log1p((misses**2).sum(axis=0)).sum() + _KEPT * (x[:-1] @ x[:-1]))
-
-
-def _linear(
-    rule: FreeRule, traces: Sequence[Trace], x: Array, misses: Array
-) -> tuple[Array, Array]:
-    """Return Gauss and Newton's matrix of the cost, and its descent, by differences.
-
-    What a constant of a servo changes is seen at this servo alone: all eight are changed at once.
-    """
-    joints, moves = np.arange(len(JOINTS)), _moves(traces, _delay(x))
-    slopes = []
-    for name in range(len(_NAMES)):
-        own = np.zeros(len(x))
-        own[name * len(JOINTS) + joints] = _SHARE
-        more, less = (_missed_by(rule, moves, _shares(each)) for each in (x + own, x - own))
-        slopes.append((more - less) / (2 * _SHARE))
-    own = np.append(np.zeros(len(x) - 1), 1.0)
-    more, less = (_misses(rule, traces, each) for each in (x + own, x - own))
-    slopes.append((more - less) * _WAIT / (_delay(x + own) - _delay(x - own)))
-    weight = 1 / (1 + (misses**2).sum(axis=0))
-    normal, slope = np.zeros((len(x), len(x))), np.zeros(len(x))
-    for motor in joints:
-        steep = np.stack([each[:, motor] for each in slopes])
-        mine = np.append(np.arange(len(_NAMES)) * len(JOINTS) + motor, len(x) - 1)
-        normal[np.ix_(mine, mine)] += weight[motor] * (steep @ steep.T)
-        slope[mine] -= weight[motor] * (steep @ misses[:, motor])
-    kept = np.append(np.full(len(x) - 1, _KEPT), 0.0)
-    return normal + np.diag(kept), slope - kept * x
+    return float(np.log1p(errors).mean())
 
 
 @dataclass(frozen=True)
@@ -235,29 +197,36 @@ def _moves(traces: Sequence[Trace], delay: int) -> list[_Move]:
         went = trace.profile.position(steps * STEP - delay)
         went[0] = 0
         share = went // np.maximum(trace.profile.distance, 1)
-        before, part = trace.times // STEP, trace.times[:, None] % STEP / STEP
+        before, part = trace.times // STEP, trace.times % STEP / STEP
         profile = trace.loading.offset + went
         moves.append(_Move(trace.loading, profile, share, before, part, trace.travel))
     return moves
 
 
-def _misses(rule: FreeRule, traces: Sequence[Trace], x: Array) -> Array:
-    return _missed_by(rule, _moves(traces, _delay(x)), _shares(x))
-
-
-def _missed_by(rule: FreeRule, moves: Sequence[_Move], shares: Array) -> Array:
-    """Return what a model with these shares (4, 8) misses, (n, 8) steps."""
-    stiff, brake, friction, gravity = shares
-    servo = rule.servo.scaled(stiff, brake, friction)
-    weight, misses = gravity / stiff, []
+def _errors(rule: FreeRule, moves: Sequence[_Move], shares: dict[str, Array]) -> Array:
+    """Return the sum of squares that the model misses, (8,) steps²."""
+    servo = rule.servo.scaled(shares["stiffness"], shares["damping"], shares["friction"])
+    weight = shares["gravity"] / shares["stiffness"]
+    errors = np.zeros(len(JOINTS))
     for move in moves:
         loading = move.loading
         begin, end = ((each * weight).astype(np.int64) for each in (loading.begin, loading.end))
         sag = begin + (((end - begin) * move.share) >> 8)
         way = travel(move.profile, sag, loading.most, servo)
-        first, then = way[move.before], way[move.before + 1]
-        misses.append((first * (1 - move.part) + then * move.part - move.travel) / FINE)
-    return np.concatenate(misses)
+        errors += _missed(way, move.before, move.part, move.travel)
+    return errors
+
+
+@compiled
+def _missed(way: Steps, before: Steps, part: Array, seen: Steps) -> Array:
+    """Return the sum of squares between a way of the model and what was seen, (8,) steps²."""
+    missed = np.zeros(way.shape[1])
+    for k in range(len(before)):
+        for j in range(way.shape[1]):
+            first, then = way[before[k], j], way[before[k] + 1, j]
+            between = first * (1 - part[k]) + then * part[k]
+            missed[j] += ((between - seen[k, j]) / FINE) ** 2
+    return missed
 
 
 def expecting(robot: Robot, shares: Shares, guards: Guards[Steps]) -> FreeRule:
@@ -325,7 +294,7 @@ def worn(
     servos rub no more than ``_EXPECTED`` times as much as described, nothing changes.
     """
     known = found.wear
-    wear = known * _rubs(robot, found)
+    wear = known * float(np.median(found.friction))
     if max(wear, known) <= _EXPECTED:
         return robot, found, list(traces)
     # Gears that take more seem to rub more, too: half of what is left is believed each time.
@@ -336,18 +305,8 @@ def worn(
         rubbing = _stiffened(rubbing, stiffer)
         moves = [replace(trace, loading=_softer(trace.loading, stiffer)) for trace in traces]
         own = identify(rubbing, moves, wear)
-        wear *= float(np.sqrt(_rubs(rubbing, own) / _SEEN))
+        wear *= float(np.sqrt(np.median(own.friction) / _SEEN))
     return rubbing, own, moves
-
-
-def _rubs(robot: Robot, found: Identified) -> float:
-    """Return how the servos rub, as a share: the median of those whose gears show no play.
-
-    Within its play a joint moves without its gears, and so they seem to rub less. Where fewer than
-    ``_FIRM_ONES`` show none, it is the median of all.
-    """
-    firm = play(robot, found) == 0
-    return float(np.median(found.friction[firm if firm.sum() >= _FIRM_ONES else slice(None)]))
 
 
 def _softer(loading: Loading, times: float) -> Loading:
@@ -367,7 +326,7 @@ def _stiffened(robot: Robot, times: float) -> Robot:
 def proposed_gain(robot: Robot, found: Identified) -> int:
     """Return the P gain with which these servos are as stiff as they should be.
 
-    It stays as it is where the servos' median is well, 3.8 to 5.3 N·m/rad as found.
+    It stays as it is where the servos' median is well, 4 to 5.5 N·m/rad as found.
     """
     gain, middle = robot.servo.model.drive.gain, float(np.median(stiffness(robot, found)))
     if _WELL[0] <= middle <= _WELL[1]:

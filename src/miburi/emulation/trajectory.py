@@ -53,6 +53,10 @@ class Segment:
             return (1 if way > 0 else -1), 0.0, self.speed, 0.0, abs(way) / self.speed
         sign = 1 if way > self.initial * abs(self.initial) / (2 * a) else -1
         way, u = way * sign, self.initial * sign
+        if u == 0:  # from rest, as it always was computed: calibrations follow the last bit
+            ramp = self.speed / a
+            ramp = sqrt(way / a) if self.speed * ramp > way else ramp
+            return sign, ramp, a * ramp, ramp, way / (a * ramp) + ramp
         top = min(sqrt(max(a * way + u * u / 2, 0.0)), self.speed)
         first, last = abs(top - u) / a, top / a
         ramps = (first * (u + top) + last * top) / 2
@@ -72,7 +76,7 @@ class Segment:
         elif t > total - last:
             done = (self.goal - self.origin) * sign - self.acceleration * (total - t) ** 2 / 2
         else:
-            done = first * (u + top) / 2 + top * (t - first)
+            done = top * (t - first / 2) if u == 0 else first * (u + top) / 2 + top * (t - first)
         return self.origin + done * sign
 
     def speed_at(self, time: float, span: float) -> float:

@@ -69,19 +69,6 @@ def test_a_servo_like_its_description_is_found_to_be_so(robot: Robot, found: Ide
     assert 4000 <= found.delay <= 8000
 
 
-def test_the_same_servos_are_found_whatever_the_noise(robot: Robot) -> None:
-    """The search went by steps of 3 % and 250 µs, and ended a step or two from where it had."""
-    (one,) = specimens(robot, 1, 1)
-    plants = (TrialPlant(robot, one.robot) for _ in range(3))
-    found = [
-        identify(robot, record_free_moves(plant, seed, together=True))
-        for seed, plant in enumerate(plants)
-    ]
-    for shares in ([each.stiffness for each in found], [each.damping for each in found]):
-        assert (np.max(shares, axis=0) / np.min(shares, axis=0)).max() < 1.04
-    assert np.ptp([each.delay for each in found]) < 200  # µs
-
-
 @pytest.mark.proof("test_a_stiff_elbow_is_named_in_words")
 def test_twice_the_stiffness_is_found_and_half_the_gain_proposed(robot: Robot) -> None:
     """The open factor of two: the manual's divisor of the P gain, or the identified one."""
@@ -89,7 +76,7 @@ def test_twice_the_stiffness_is_found_and_half_the_gain_proposed(robot: Robot) -
     found = identify(robot, traces)
     assert np.median(found.stiffness) == pytest.approx(2.0, rel=0.2)
     assert 4.0 <= true_stiffness(robot, proposed_gain(robot, found)) <= 6.0
-    with pytest.raises(BodyError, match=r"1.9 to 7.6 are allowed. Set the P gain to \d{4} "):
+    with pytest.raises(BodyError, match=r"2 to 8 are allowed. Set the P gain to \d{4} "):
         check(robot, found)
     after = fitted(robot, found).servo.model
     assert after.stiffness == pytest.approx(
