@@ -442,5 +442,8 @@ def test_while_the_server_hangs_stop_works_and_comes_before_an_earlier_release(
         assert [answer.status_code for answer in answers] == [204] * 3
         said = HTTPResponse(release)
         said.begin()
-        assert (said.status, b"Stop has been pressed since" in said.read()) == (409, True)
+        # A server that hears this before it hears the partner again refuses it, too: 503. That was
+        # seen once in many runs, while the reception hung as well.
+        refusals = {409: "Stop has been pressed since", 503: "cannot be reached"}
+        assert refusals.get(said.status, "?") in said.read().decode()
         assert kept.get("/state").json()["phase"] == "stopped"
