@@ -265,8 +265,11 @@ def test_a_yes_to_something_else_is_none(talk: Talk, between: str | None, minute
 
 
 def test_who_did_not_hear_the_question_may_still_say_yes(talk: Talk) -> None:
-    talk.say(QUIET)
-    assert talk.say("Pardon?").meant == "repeat"
+    asked = talk.say(QUIET).answer
+    again = talk.say("Pardon?")
+    assert again.meant == "repeat"
+    assert asked
+    assert asked in (again.answer or "")
     assert talk.say("Yes.").distress == "gas"
 
 

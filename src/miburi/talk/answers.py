@@ -104,7 +104,7 @@ class Answerer:
             ``before`` is what "remember that" means.
         """
         words = script(language)
-        slots = _time(words, now) | dict(known or {}) | {"last": self._last}
+        slots = _time(words, now) | dict(known or {}) | {"last": self._last or "…"}
         told_before, asks = _told_before(said, words)
         before = told_before or slots.pop("before", "").strip(_SIGNS)
         if before:
@@ -141,6 +141,10 @@ class Answerer:
         if cue is not None and cue.do == "remember":
             kept = kept or before
         return SmallAnswer(text, language, cue, kept)
+
+    def spoke(self, text: str) -> None:
+        """Take in what was said in another way, so that it can be said again."""
+        self._last = text
 
     def forget(self) -> None:
         """Forget what was said last."""

@@ -136,6 +136,7 @@ class Speech:
         else:
             answer, meant = await self._answer(said, heard, language, felt)
             self._asked = asked if meant == "repeat" else None
+        self._answerer.spoke(answer)
         if self.memory.deleted == self._deleted:
             # "Remember that" keeps nothing of a distress, nor what was said before it.
             self.memory.note("" if grave or heard.worry is not None else said)
