@@ -119,6 +119,18 @@ def test_a_press_is_felt_shown_and_remembered(studio: Page, context: BrowserCont
     expect(face.locator("#now")).to_have_text("happiness")
 
 
+def test_a_tap_is_no_long_press_where_the_page_is_slow(studio: Page) -> None:
+    # The page is busy between the press and its handling of the release; the finger was not.
+    studio.evaluate(
+        "() => document.addEventListener('pointerdown', () => {"
+        " for (const from = performance.now(); performance.now() < from + 1500;); },"
+        " { once: true })"
+    )
+    with studio.expect_request("**/stimulus") as told:
+        studio.locator("[data-feeling=happiness]").click()
+    assert told.value.post_data_json["strength"] == 0.7
+
+
 def test_stop_acts_over_an_open_dialog_with_one_press(studio: Page) -> None:
     face = studio.locator("header .plain-button", has_text="Face")
     dialog, stop = studio.locator(".q-dialog .card"), studio.locator(".stop-button")
