@@ -50,7 +50,7 @@ def rule(robot: Robot) -> FreeRule:
 def traces(plant: TrialPlant) -> list[Trace]:
     """Free moves of gestures by a robot that is as described."""
     robot, found = plant.robot, []
-    for index in range(12):
+    for index in range(30):
         rng = np.random.default_rng([77, index])
         conditions = draw(robot, rng, 1)
         plant.begin(conditions.start, Variation(), rng)
