@@ -160,14 +160,17 @@ def test_it_turns_slowly_to_who_has_moved_while_it_looked_aside(robot: Robot) ->
 
 def test_who_begins_to_talk_waits_for_no_arm(robot: Robot) -> None:
     partner = Partner(PaperBody(robot), at_ease("lively"), life=5)
+    more_than_a_breath = 0.25
     for _ in range(20):
         for _ in range(500):
             partner.step(0.02)
-            if np.abs(partner.body.state.angles - robot.neutral)[[1, 4]].min() > 0.2:
+            raised = np.abs(partner.body.state.angles - robot.neutral)[[1, 4]].min()
+            if raised > more_than_a_breath:
                 break
         partner.attends = "speaking"
         run(partner, 5.0)
-        assert np.abs(partner.body.state.angles - robot.neutral)[[1, 4]].min() < 0.2
+        raised = np.abs(partner.body.state.angles - robot.neutral)[[1, 4]].min()
+        assert raised < more_than_a_breath
         partner.attends = None
 
 

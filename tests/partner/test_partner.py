@@ -131,7 +131,7 @@ def test_one_remark_is_seen_within_the_first_gesture(robot: Robot) -> None:
 def test_life_moves_at_rest_and_varies_and_a_seed_repeats_it(robot: Robot) -> None:
     def lived(feelings: EmotionalModel, life: int | None) -> list[np.ndarray]:
         body = PaperBody(robot)
-        run(Partner(body, feelings, life=life), 20.0)
+        run(Partner(body, feelings, life=life), 40.0)
         return [move.angles for move in body.moves]
 
     assert len(lived(EmotionalModel(), 1)) >= 2
