@@ -61,6 +61,8 @@ _MIRRORED, _SINGLE, _EXPECTED = 1.5, 2.0, 1.25
 #: The same for a servo that is softer than its mirror image: one whose motor gives a third of its
 #: torque is found at 0.67 of it, and one with twice the friction at 0.7 (ours).
 _SOFTER = 1.45
+#: Joints without play that tell the wear of all; fewer do not (ours).
+_FIRM_ONES = 3
 #: Wear beyond this is not believed; gears would take all of a motor's torque (ours).
 _MOST_WEAR = 2.5
 #: How often wear is tried, and the share of the dry friction that free moves show: it is more at
@@ -294,7 +296,7 @@ def worn(
     servos rub no more than ``_EXPECTED`` times as much as described, nothing changes.
     """
     known = found.wear
-    wear = known * float(np.median(found.friction))
+    wear = known * _rubs(robot, found)
     if max(wear, known) <= _EXPECTED:
         return robot, found, list(traces)
     # Gears that take more seem to rub more, too: half of what is left is believed each time.
@@ -305,8 +307,18 @@ def worn(
         rubbing = _stiffened(rubbing, stiffer)
         moves = [replace(trace, loading=_softer(trace.loading, stiffer)) for trace in traces]
         own = identify(rubbing, moves, wear)
-        wear *= float(np.sqrt(np.median(own.friction) / _SEEN))
+        wear *= float(np.sqrt(_rubs(rubbing, own) / _SEEN))
     return rubbing, own, moves
+
+
+def _rubs(robot: Robot, found: Identified) -> float:
+    """Return how the servos rub, as a share: the median of those whose gears show no play.
+
+    Within its play a joint moves without its gears, and so they seem to rub less. Where fewer than
+    ``_FIRM_ONES`` show none, it is the median of all.
+    """
+    firm = play(robot, found) == 0
+    return float(np.median(found.friction[firm if firm.sum() >= _FIRM_ONES else slice(None)]))
 
 
 def _softer(loading: Loading, times: float) -> Loading:
