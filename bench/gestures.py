@@ -1,4 +1,4 @@
-"""Strips of the gestures without a face, for a judge who says in a word of their own what they show.
+"""Strips of the gestures without a face, for a judge who names in two words what they show.
 
     python bench/gestures.py --seed 1 --out out/gestures
 
@@ -26,7 +26,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out", type=Path, default=Path("out/gestures"))
-    parser.add_argument("--files", type=Path, help="A folder of gesture files, for those that ship.")
+    parser.add_argument(
+        "--files", type=Path, help="A folder of gesture files, for those that ship."
+    )
     chosen = parser.parse_args()
     chosen.out.mkdir(parents=True, exist_ok=True)
     rng, robot, key = np.random.default_rng(chosen.seed), iphonoid(), []

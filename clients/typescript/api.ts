@@ -1385,7 +1385,7 @@ export interface components {
             calibrated: boolean;
             /**
              * Settings
-             * @description The check sum of a card's settings.
+             * @description The checksum of a card's settings.
              */
             settings: string | null;
             /**
@@ -2008,7 +2008,7 @@ export interface components {
         };
         /**
          * SayOut
-         * @description What was heard in it, why, and what the partner felt at it.
+         * @description What was heard in a remark, why, and what the partner felt.
          */
         SayOut: {
             /**
@@ -2028,12 +2028,12 @@ export interface components {
             why: components["schemas"]["WhyOut"][];
             /**
              * Felt
-             * @description What the partner felt at it.
+             * @description What the partner then felt.
              */
             felt: components["schemas"]["FeltOut"][];
             /**
              * Asked
-             * @description Whether it was asked what it feels itself.
+             * @description Whether it was asked how it feels.
              * @default false
              */
             asked?: boolean;
@@ -2126,12 +2126,12 @@ export interface components {
         };
         /**
          * Spoken
-         * @description What the partner says aloud; a page with its voice on speaks it.
+         * @description What the partner says aloud; pages with the voice on speak it.
          */
         Spoken: {
             /**
              * Number
-             * @description Another number is another sentence.
+             * @description A new number means a new sentence.
              */
             number: number;
             /**
@@ -2245,7 +2245,7 @@ export interface components {
             hand_speed: number;
             /**
              * Extent
-             * @description The larger distance of a hand from its neutral place, m.
+             * @description The farther hand's distance from its neutral place, m.
              */
             extent: number;
             /**
@@ -2288,7 +2288,7 @@ export interface components {
             attention?: ("listening" | "thinking" | "speaking") | null;
             /**
              * Eyes
-             * @description Where the eyes look, to the right and down of the face, -1 to 1: they go first, and come back as the head follows.
+             * @description Where the eyes look, to the face's right and down, -1 to 1: they go first, and come back as the head follows.
              * @default [
              *       0,
              *       0
@@ -2302,7 +2302,7 @@ export interface components {
             distress?: components["schemas"]["DistressOut"] | null;
             /**
              * Words
-             * @description Whether the user allows that events tell what is said to the partner.
+             * @description Whether the user lets events tell what is said to the partner.
              */
             words: boolean;
             /**
@@ -2369,7 +2369,7 @@ export interface components {
             sign?: string | null;
             /**
              * Ratio
-             * @description Measured over expected travel: with the sign speed in the judged window, to compare with the rule's limit; else since the move began.
+             * @description Measured over expected travel: if sign is speed, in the judged window, to compare with the rule's limit; else since the move began.
              */
             ratio?: number | null;
             /**
@@ -2409,7 +2409,7 @@ export interface components {
             mood_before: number;
             /**
              * Mood After
-             * @description And after it: a contact lowers it by 20 %.
+             * @description The same after it: a contact takes 20 %.
              */
             mood_after: number;
         };

@@ -17,7 +17,7 @@ LINES = {
     "run --headless --port 99999": "from 0 to 65535, got 99999",
     "run --headless --host 192.0.2.7": "192.0.2.7 is not an address of this computer. 127.0.0.1",
     "feel happiness --strength 80%": "80%",
-    "say I am so happy": "Put words that belong together into quotes",
+    "say I am so happy": "Put words that belong together in quotes",
     "stop --url 127.0.0.1:8080": "starts with http:// or https://, got '127.0.0.1:8080'",
     "listen notes.txt": "notes.txt is no WAV file; `ffmpeg",
     "devices --folder missing": "there is no folder missing",

@@ -1,7 +1,7 @@
-"""The interface of every body, whether physics moves it or motors on a card.
+"""The interface of every body, whether physics or a card's motors move it.
 
 In go moves, stops and releases; out come states. :class:`Touchable` is what a simulated body
-offers besides.
+also offers.
 """
 
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ class BodyState:
     phase
         Idle, moving, stopped or returning.
     stop
-        The stop that holds now, or None.
+        The stop in force, or None.
     """
 
     time: float
@@ -67,9 +67,9 @@ class Motors:
     each
         The eight, in the order of ``JOINTS``.
     rule
-        The contact rule that runs, with its guards.
+        The contact rule in force, with its guards.
     settings
-        Check sum of a card's settings, four hexadecimal digits; None without a card.
+        Checksum of a card's settings, four hexadecimal digits; None without a card.
     hottest, lowest
         A card stops the body above this temperature, °C, and below this voltage, V; None without
         a card.
@@ -162,7 +162,7 @@ class Body(Protocol):
     def window(self) -> Window | None:
         """What the contact rule compared at its latest reading; None if the body does not know.
 
-        A card reports it only for the contact that holds now, and only for the motor that met
+        A card reports it only for the present contact, and only for the motor that met
         something.
         """
 
@@ -189,9 +189,9 @@ class Body(Protocol):
         """Stop all motors and hold softly until released."""
 
     def halt(self) -> None:
-        """Stop what would move on while nobody steps the body.
+        """Stop what keeps moving while nobody steps the body.
 
-        Any thread may call it while another is at the body; it waits for no answer.
+        Any thread may call it while another uses the body; it waits for no answer.
         """
 
     def release(self) -> None:

@@ -1,7 +1,7 @@
 """Serial lines: they carry bytes between host and card, and give the time.
 
-:class:`Line` is the interface, :class:`SerialLine` a real port. An emulated card is a line of its
-own.
+:class:`Line` is the interface, :class:`SerialLine` a real port. An emulated card is itself a
+line.
 """
 
 import errno
@@ -20,7 +20,7 @@ class Line(Protocol):
         """Return the time in s, on the line's clock."""
 
     def read(self, until: float) -> bytes:
-        """Return bytes as soon as some arrive, or none when it is ``until``."""
+        """Return bytes as soon as some arrive, or none at ``until``."""
 
     def write(self, data: bytes) -> None:
         """Send bytes."""
@@ -79,6 +79,6 @@ def _in_words(port: str, error: OSError) -> str:
                 "`sudo adduser $USER dialout`, then log out and in again"
             )
         case errno.EAGAIN | errno.EBUSY:
-            return f"another program uses {port}; close it first"
+            return f"another program has {port} open; quit it"
         case _:
             return f"{port} cannot be used as a serial port ({error})"

@@ -93,7 +93,7 @@ def info(port: Port, robot: RobotFile = None, as_json: AsJson = False) -> None:
 
 
 def _as_json(card: "Card") -> dict[str, object]:
-    """Return what `miburi card info` tells."""
+    """Return what `miburi card info` shows."""
     from miburi.robot import JOINTS
 
     state, report, rule = card.state, card.report, card.settings.general
@@ -134,7 +134,7 @@ def upload(
     if shutil.which("avrdude") is None:
         raise BodyError("avrdude is missing; install it (Debian: apt install avrdude).")
     if port.startswith("/") and not Path(port).exists():
-        raise BodyError(f"There is no port {port}; `miburi card list` names those that are there.")
+        raise BodyError(f"There is no port {port}; `miburi card list` lists those that exist.")
     done = subprocess.run(  # noqa: S603  (no shell reads these words)
         ["avrdude", "-p", "m2560", "-c", "wiring", "-P", port, "-b", "115200", "-D",  # noqa: S607  (from the user's PATH)
          "-U", f"flash:w:{image}:i"],
@@ -167,7 +167,7 @@ def calibrate(
     ids: Annotated[bool, typer.Option(help="Give new servos their ids first.")] = False,
     zeros: Annotated[bool, typer.Option(help="Find zero poses and directions by hand.")] = False,
     built: Annotated[
-        bool, typer.Option(help="The body is printed: find servos that sit wrongly, by hand.")
+        bool, typer.Option(help="The body is printed: find wrongly mounted servos by hand.")
     ] = False,
     robot: RobotFile = None,
 ) -> None:
@@ -194,7 +194,7 @@ def calibrate(
 
             find_faults(card, mounting(card.robot), wait_for_enter)
             wait_for_enter("Put the phone into the cradle and tighten the jaw; close the chest")
-        typer.confirm("The robot will move now. Is the space around it free?", abort=True)
+        typer.confirm("The robot will move now. Is the area around it clear?", abort=True)
         measured = measure(card, lambda what: print(f"{what} …"))
         lines = describe(measured)
         print("\n".join((*lines, *measured.words)))
@@ -218,14 +218,12 @@ def calibrate(
 @app.command("measure")
 def measure_servos(
     port: Port,
-    out: Annotated[Path, typer.Option(help="The report; if it is there, it is continued.")] = Path(
+    out: Annotated[Path, typer.Option(help="The report; an existing one is continued.")] = Path(
         "measured.toml"
     ),
     gestures: Annotated[
         int,
-        typer.Option(
-            help="Gestures in which stops are counted; half of them warm the servos.", min=1
-        ),
+        typer.Option(help="Gestures to count stops in; half the gestures warm the servos.", min=1),
     ] = 200,
     robot: RobotFile = None,
 ) -> None:
@@ -250,7 +248,7 @@ def measure_servos(
             try:
                 found = step.conduct(Bench(card, wait_for_enter, gestures))
             except BodyError as error:
-                print(f"{error} Left out; the next `miburi card measure` asks for it again.")
+                print(f"{error} Skipped; the next `miburi card measure` asks for it again.")
                 continue
             for name, value in found.measured.items():
                 print(f"  {name}: {value}")
@@ -263,7 +261,7 @@ def measure_servos(
 def load(
     port: Port,
     file: Annotated[
-        Path, typer.Argument(metavar="FILE", help="From miburi card calibrate, calibrate or tune.")
+        Path, typer.Argument(metavar="FILE", help="From `card calibrate`, `calibrate` or `tune`.")
     ],
     robot: RobotFile = None,
 ) -> None:

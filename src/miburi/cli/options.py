@@ -37,7 +37,7 @@ __all__ = [
     "warn_of_misfits",
 ]
 
-AsJson = Annotated[bool, typer.Option("--json", help="Print JSON; several answers, a line each.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON; one line per answer.")]
 RobotFile = Annotated[
     Path | None,
     typer.Option("--robot", help="A robot description; default: the iphonoid.", show_default=False),
@@ -46,7 +46,7 @@ GesturesFolder = Annotated[
     Path | None,
     typer.Option(
         "--gestures",
-        help="A folder of gesture files; they replace the shipped ones of their feelings.",
+        help="A folder of gesture files; they replace shipped ones for the same feelings.",
         show_default=False,
     ),
 ]
@@ -65,7 +65,7 @@ CalibrationFile = Annotated[
 IkWay = Annotated[
     str,
     typer.Option(
-        "--ik", help="default, residual (a search that knows no body), or paper (Table 2)."
+        "--ik", help="default, residual (a search blind to the body), or paper (Table 2)."
     ),
 ]
 ServoName = Annotated[
@@ -89,7 +89,7 @@ def robot_of(file: Path | None, servo: str | None = None) -> "Robot":
     if file is not None and file.suffix != ".toml" and not os.path.exists(file):  # noqa: PTH110
         raise InputError(
             f"--robot: there is no file {file}; `miburi template robot NAME > mine.toml` writes "
-            "the description of a robot that ships."
+            "the description of a shipped robot."
         )
     robot = iphonoid() if file is None else load_robot(file)
     return robot if servo is None else robot.with_servo(load_servo(servo))
@@ -125,7 +125,7 @@ def calibrated(robot: "Robot", file: Path | None) -> tuple["Robot", "FreeRule | 
 
 
 def settings_of(robot: "Robot", way: str) -> "Settings | None":
-    """Return the settings of a way to solve the inverse kinematics; see :func:`miburi.ik.solve`."""
+    """Return the settings for one way to solve inverse kinematics; see :func:`miburi.ik.solve`."""
     from miburi.bma.settings import Settings
     from miburi.ik import residual_settings
 
@@ -158,14 +158,14 @@ def gesture_of(robot: "Robot", source: str) -> "MovementFunction":
 
 
 def repertoire_of(robot: "Robot", folder: Path | None) -> "Repertoire":
-    """Return the shipped gestures; those in a folder replace the ones of their feelings."""
+    """Return the shipped gestures; a folder's replace those for the same feelings."""
     repertoire = load_gestures(robot, folder)
     warn_of_misfits(robot, repertoire.functions)
     return repertoire
 
 
 def load_gestures(robot: "Robot", folder: Path | None) -> "Repertoire":
-    """Do the same as :func:`repertoire_of`, but give no warning, which takes the solver."""
+    """Do the same as :func:`repertoire_of`, but give no warning, which needs the solver."""
     from miburi.gestures import read_repertoire, shipped_repertoire
 
     return shipped_repertoire() if folder is None else read_repertoire(folder, robot)

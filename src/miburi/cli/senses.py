@@ -29,9 +29,9 @@ def words(
         ),
     ] = False,
 ) -> None:
-    """Say what each line on standard input shows of a feeling, and which words spoke for it."""
+    """Say what feeling each line on standard input shows, and which words spoke for it."""
     if sys.stdin.isatty():
-        raise InputError("give sentences on standard input, a line each.")
+        raise InputError("give sentences on standard input, one per line.")
     from miburi.senses.words import hear
 
     for line in sys.stdin.buffer:
@@ -57,7 +57,7 @@ def say(
 ) -> None:
     """Say something to a live partner.
 
-    Away from its computer it needs MIBURI_TOKEN, and by https MIBURI_AUTHORITY.
+    From elsewhere it needs MIBURI_TOKEN, and over https also MIBURI_AUTHORITY.
     """
     with partner_at(url) as partner:
         if as_json:
@@ -106,7 +106,7 @@ def listen(
 
 def _check_sound(file: Path) -> None:
     if file.is_fifo() or file.suffix in (".raw", ".pcm"):
-        return  # what is read of a pipe is gone
+        return  # a pipe can only be read once
     try:
         with file.open("rb") as sound:
             begins = sound.read(4)
@@ -114,8 +114,8 @@ def _check_sound(file: Path) -> None:
         raise InputError(f"{file} cannot be read: {error.strerror}.") from error
     if begins != b"RIFF":
         raise InputError(
-            f"{file} is no WAV file; `ffmpeg -i {file} -ar 16000 -ac 1 -c:a pcm_s16le OUT.wav` "
-            "makes one from most sound files. Raw sound comes by standard input, or as .raw."
+            f"{file} is not WAV; `ffmpeg -i {file} -ar 16000 -ac 1 -c:a pcm_s16le OUT.wav` "
+            "makes one from most sound files. Give raw sound on standard input, or as .raw."
         )
 
 

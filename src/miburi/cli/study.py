@@ -31,11 +31,11 @@ def new(folder: Folder) -> None:
     from miburi.studies.study.plan import FILE, TEMPLATE
 
     if (folder / FILE).exists():
-        raise InputError(f"{folder / FILE} is there already; choose another folder.")
+        raise InputError(f"{folder / FILE} already exists; choose another folder.")
     with whole_files(folder) as draft:
         (draft / FILE).write_text(TEMPLATE.read_text(encoding="utf-8"), encoding="utf-8")
     print(
-        f"{folder / FILE}: fill in what stands there in brackets, and change what you like. Then: "
+        f"{folder / FILE}: fill in the parts in brackets, and change what you like. Then: "
         f"miburi study run {folder}"
     )
 
@@ -48,7 +48,7 @@ def run(
     ] = "127.0.0.1",
     port: Annotated[int, typer.Option(help="The port to listen on; 0 takes a free one.")] = 8090,
     partner: Annotated[
-        str, typer.Option(help="Where the robot lives that makes a study's live gestures.")
+        str, typer.Option(help="Address of the robot that makes a study's live gestures.")
     ] = "http://127.0.0.1:8080",
     robot: RobotFile = None,
     gestures: GesturesFolder = None,
@@ -63,7 +63,7 @@ def run(
     if study.unfilled and not rehearsal:
         raise InputError(
             f"{folder / FILE}: {len(study.unfilled)} places are not filled in, such as "
-            f"{study.unfilled[0]}. Write what people must know there, or try the pages out with "
+            f"{study.unfilled[0]}. Fill in what people must know, or try the pages out with "
             "--rehearsal."
         )
     # These load slowly, so the checks above come first.
@@ -76,7 +76,7 @@ def run(
     answers = folder / (REHEARSED if rehearsal else ANSWERS)
     store = open_store(answers, study)
     if store.closed:
-        raise InputError(f"{folder}: this study is closed; begin another one in another folder.")
+        raise InputError(f"{folder}: this study is closed; begin a new one in another folder.")
     films = find_films(study, folder)
     if len(films) < sum(not film.live for film in study.films):
         body = robot_of(robot)
@@ -118,16 +118,16 @@ def text(
         str | None, typer.Option(help="One of the study's languages; default: all of them.")
     ] = None,
 ) -> None:
-    """Print what a participant reads, such as for an ethics board; small notices are left out."""
+    """Print what a participant reads, e.g. for an ethics board; small notices are left out."""
     if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(encoding="utf-8")  # it goes into a file, on Windows, too
+        sys.stdout.reconfigure(encoding="utf-8")  # also for a file on Windows
     from miburi.studies.study.plan import load_study
     from miburi.studies.study.texts import participant_text
 
     study = load_study(folder)
     if language is not None and language not in study.languages:
         allowed = ", ".join(study.languages)
-        raise InputError(f"--language: this study has {allowed}, got {language!r}.")
+        raise InputError(f"--language must be one of {allowed}, got {language!r}.")
     chosen = study.languages if language is None else [language]
     print("\n".join(participant_text(study, each) for each in chosen), end="")
 
@@ -137,14 +137,14 @@ def withdraw(
     folder: Folder,
     code: Annotated[str, typer.Argument(help="As a participant sent it to you.")],
 ) -> None:
-    """Delete the answers of a participant who asks for it, as the page for withdrawing does."""
+    """Delete the answers of a participant who asks for it, as the withdrawal page does."""
     from miburi.studies.study.plan import load_study
 
     if not _answers(folder, load_study(folder)).withdraw(code.strip().upper()):
-        raise InputError(f"no answers in {folder} have the code {code!r}; it looks like K7QM-2XHD.")
+        raise InputError(f"no answers in {folder} have code {code!r}; codes look like K7QM-2XHD.")
     print(
-        f"Deleted. Copies and reports that you made before still have these answers: delete them, "
-        f"and make the report anew with miburi study report {folder}"
+        f"Deleted. Earlier copies and reports still have these answers: delete those, "
+        f"and make a new report with miburi study report {folder}"
     )
 
 
@@ -177,7 +177,7 @@ def _answers(folder: Path, study: "Study") -> "Store":
 
 
 def _names(host: str) -> list[str]:
-    """Return the names under which participants reach an address."""
+    """Return the names by which participants reach an address."""
     if host != "0.0.0.0":  # noqa: S104  (to compare with, not to listen on)
         return [host]
     from miburi.serving.addresses import own_addresses

@@ -1,4 +1,4 @@
-"""Say more about a wrong command line than its parser does: what was got, and what to type."""
+"""Say more about a wrong command line than its parser does: what it got, and what to type."""
 
 from typing import Any
 
@@ -14,7 +14,7 @@ _NEEDED = {
 
 
 class Explaining(TyperGroup):
-    """The program's commands; their parser's errors are completed."""
+    """The program's commands, with fuller parser errors."""
 
     def invoke(self, ctx: Any) -> Any:
         """Carry out a command."""
@@ -25,7 +25,7 @@ class Explaining(TyperGroup):
             raise
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Read what stands before the command."""
+        """Read what comes before the command."""
         try:
             return super().parse_args(ctx, args)
         except Exception as error:
@@ -33,7 +33,7 @@ class Explaining(TyperGroup):
             raise
 
     def _place(self, error: Any) -> None:
-        """Say of an option that stands before its command where it belongs."""
+        """Say where an option that comes before its command belongs."""
         option = getattr(error, "option_name", None)
         having = [
             name
@@ -59,6 +59,6 @@ def _complete(error: Any) -> None:
         got = repr(first["input"])
         error.message = f"{needed}." if got in needed else f"{needed}; got {got}."
     elif "unexpected extra argument" in words and _takes_words(error):
-        error.message += ". Put words that belong together into quotes."
+        error.message += ". Put words that belong together in quotes."
     elif "requires" in words and words.endswith("arguments."):
         error.message += " Put spaces between them, such as 0.1 0 0.2."

@@ -27,15 +27,15 @@ class Doors:
     agents
         Whether agents may come in (MCP).
     broker
-        The broker of a home; None: the partner tells none.
+        A home's broker; None: the partner reports to none.
     name
         The partner's name there.
     talk
-        Who thinks of what it answers; None: it answers by itself.
+        The language model that thinks of its answers; None: it answers by itself.
     ros
         The network of ROS 2 nodes; None: the partner is in none.
     voice
-        What turns its words into sound; None: the devices of its pages do.
+        What turns its words into sound; None: devices with its pages do.
     care
         How it cares for somebody in distress.
     origins

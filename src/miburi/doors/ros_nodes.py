@@ -1,4 +1,4 @@
-"""How ROS knows the nodes of a DDS participant: rmw_dds_common's messages, as since Iron.
+"""How ROS knows the nodes of a DDS participant: rmw_dds_common's messages, since Iron.
 
 This module needs the extra ``ros``; nothing loads it before somebody wants it.
 """

@@ -88,7 +88,7 @@ class TakeUp(Table):
 
 
 class Habituation(Table):
-    """The share of its effect that a repeated stimulus loses, and the s in which that heals."""
+    """The share of its effect that a repeated stimulus loses, and how soon that heals, s."""
 
     share: Share
     recovery: Annotated[float, Field(ge=0.1, le=86_400)]
@@ -107,7 +107,7 @@ class Turning(Table):
 class Attaching(Table):
     """How slowly an attachment to a person changes, and how much resting moods follow it (ours).
 
-    ``slower`` times as long as a mood lasts an attachment; it adds the share ``leaning`` of itself.
+    An attachment lasts ``slower`` times as long as a mood, and adds its share ``leaning`` to moods.
     """
 
     slower: Annotated[float, Field(ge=1, le=10_000)] = 500.0
@@ -128,7 +128,7 @@ class Temperament(Table):
     lasting: dict[FeelingName, Annotated[float, Field(ge=0.1, le=10)]]
     resting: dict[FeelingName, Annotated[float, Field(ge=0, le=0.9)]]
     effects: dict[FeelingName, dict[FeelingName, Annotated[float, Field(ge=-1, le=1)]]]
-    #: What somebody's feeling does to the partner; without a row, the same to it (contagion).
+    #: What somebody's feeling does to the partner; if no row, it feels the same (contagion).
     empathy: dict[FeelingName, dict[FeelingName, Share]] = Field(default_factory=dict)
     gaze: Turning = Field(default_factory=Turning)
     attachment: Attaching = Field(default_factory=Attaching)
@@ -199,14 +199,14 @@ def load_temperament(path: Path | str) -> Temperament:
     Parameters
     ----------
     path
-        A TOML file with the keys of ``temperaments/default.toml``, all of them and no other, but
+        A TOML file with the keys of ``temperaments/default.toml``, all and no others, except
         that the tables ``empathy``, ``gaze`` and ``attachment`` may be left out.
 
     Raises
     ------
     DescriptionError
         The file cannot be read, is not TOML, or a key is missing, unknown or out of range; the
-        message names the file, every wrong key, what was got and what is allowed.
+        message names the file, every wrong key, what it got and what is allowed.
     """
     return load_table(Temperament, path)
 

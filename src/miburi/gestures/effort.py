@@ -1,4 +1,4 @@
-"""Laban's effort: four numbers in a gesture's file that say how the gesture is moved."""
+"""Laban's effort: four numbers in a gesture's file that say how the gesture is made."""
 
 from typing import Annotated
 
@@ -15,7 +15,7 @@ class Effort(Table):
     """Space, weight, time and flow (Laban; the paper's Fig. 5), each in [0, 1].
 
     In the paper, space and time rise with the mood, while weight and flow belong to the feeling.
-    How the numbers change a gesture is ours:
+    Our choice of how they change a gesture:
 
     Attributes
     ----------
@@ -27,7 +27,7 @@ class Effort(Table):
     time
         Sustained 0, sudden 1: the tempo is 0.5 + time, so 0.5 leaves it as written.
     flow
-        Bound 0, free 1: below 0.5 a wide movement halts half-way, and the halt is longer the more
+        Bound 0, free 1: below 0.5 a wide movement halts half-way, for longer the more
         bound it is. From 0.5 on there is no halt, and above it a lively partner passes a key pose
         without stopping.
     """

@@ -1,4 +1,4 @@
-"""Arguments at the door: what a caller passes as numbers, a seed or a deadline, or an error."""
+"""Check what a caller passes as numbers, a seed or a deadline, or raise an error."""
 
 import time
 from numbers import Real
@@ -20,7 +20,7 @@ def real_numbers(values: Any, name: str, wanted: str) -> NDArray[np.float64]:
     Raises
     ------
     InputError
-        They are not real numbers, too large, or masked; text and dates are no numbers. The message
+        They are too large, masked, or not real numbers (text and dates are not). The message
         says what ``name`` is ``wanted`` to be.
     """
     try:
@@ -36,7 +36,7 @@ def real_numbers(values: Any, name: str, wanted: str) -> NDArray[np.float64]:
 
 
 def clock_limit(deadline: float | None) -> float:
-    """Return when ``deadline`` seconds, above 0, will have passed, on the ``perf_counter``."""
+    """Return the ``perf_counter`` value ``deadline`` seconds (above 0) from now."""
     if deadline is None:
         return np.inf
     if not isinstance(deadline, int | float | np.number) or not deadline > 0:

@@ -1,7 +1,7 @@
 """Check that a robot can be built from its parts, before anybody prints one.
 
-In goes a robot's description, and the poses of its gestures; out come findings, each with a
-measured figure. Screws and finger gaps compare sizes that are the same for every robot, cables lie
+In go a robot's description and the poses of its gestures; out come findings, each with a
+measured figure. Screw and gap checks compare sizes that are the same for every robot, cables lie
 as the pictures show them, and none of this replaces a print.
 """
 
@@ -34,13 +34,13 @@ from miburi.robot.shape import links
 
 __all__ = ["Finding", "check"]
 
-#: N: what the contact trials report as the push over 0.1 s at their 95th percentile.
+#: N: the contact trials' 95th percentile of the push over 0.1 s.
 _PUSH = 2.4
 #: Shares of the servo's stall torque that a joint may hold, standing and moving.
 _STANDING, _MOVING = 1 / 3, 1 / 2
-#: A cable of the servo's maker, what its plugs take, mm, and how much longer than drawn it lies.
+#: The servo maker's cable and what its plugs take, mm; true over drawn length.
 _CABLE, _BENDS, _WAY = 180.0, 15.0, 1.15
-#: By which share a mass may differ from the description's.
+#: Share by which a mass may differ from the description's.
 _MASS = 0.10
 #: Points on a part at which its wall is measured.
 _POINTS = 1500
@@ -48,7 +48,7 @@ _POINTS = 1500
 _EDGE = 0.9
 #: Poses drawn from the joints' ranges, in which torque is looked at.
 _POSES = 5000
-#: mm that a screw of 2 mm must go into plastic or a case at least.
+#: mm that a 2 mm screw must at least go into plastic or a case.
 _GRIP = 2.0
 
 
@@ -63,7 +63,7 @@ class Finding:
     ok
         Whether it is as it should be.
     words
-        What was measured, what is allowed, and, if it is not, how to mend it.
+        What was measured, what is allowed, and how to mend what is wrong.
     """
 
     check: str
@@ -81,13 +81,13 @@ def check(
     robot
         What is to be built.
     motions
-        The gestures by name, each (n, 8) rad, one pose each ``period`` s.
+        The gestures by name, each (n, 8) rad, a pose every ``period`` s.
     period
         s.
     fit
         The gap on each side of a pocket, mm.
 
-    Where no parts can be made of these lengths, the first finding says why, and is the only one.
+    If no parts can be made with these lengths, the first finding says why, and is the only one.
 
     Raises
     ------

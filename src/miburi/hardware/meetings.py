@@ -1,8 +1,8 @@
 """Find where two parts of a built robot meet: over each joint's range, and in every gesture.
 
 In go a robot, its solids and poses; out come pairs of names. Shapes are the real ones: parts,
-servos, phone. A volume of less than half a cubic millimetre is what two faces that lie on each
-other give.
+servos, phone. Two faces that lie on each other give a volume of less than half a cubic
+millimetre.
 """
 
 from collections.abc import Iterable, Iterator
@@ -34,7 +34,7 @@ def by_link(things: Iterable[Solid]) -> dict[str, list[Solid]]:
 
 
 def in_one_link(table: dict[str, list[Solid]]) -> Iterator[tuple[str, str, float]]:
-    """Yield the pairs of one link that share room, and how much, mm³."""
+    """Yield the pairs in one link that overlap, and how much, mm³."""
     for things in table.values():
         for one, other in combinations(things, 2):
             if (shared := (one.solid ^ other.solid).volume()) > _TOUCH:
@@ -56,7 +56,7 @@ def over_the_range(
 ) -> Iterator[tuple[str, float]]:
     """Yield joint and angle, rad, where a link meets the one that carries it.
 
-    Each joint is turned from ``beyond`` rad below its range to as much above it, all others stand
+    Each joint is turned from ``beyond`` rad below its range to as much above it, with all others
     at neutral.
     """
     whole = _whole(table)
@@ -94,7 +94,7 @@ def in_poses(
 ) -> Iterator[tuple[str, str]]:
     """Yield the links that meet in any of the poses, (8,) rad; each pair once.
 
-    Links that one joint connects are left to :func:`over_the_range`.
+    Links joined by one joint are left to :func:`over_the_range`.
     """
     whole = _whole(table)
     joined = {frozenset((link.name, link.parent)) for link in links(robot)}

@@ -1,4 +1,4 @@
-"""The printed parts that stand: foot with the Mega, lid, column, torso and chest.
+"""The trunk's printed parts: foot with the Mega, lid, column, torso and chest.
 
 Frames are those of the links that carry them (base and torso: x forward, y to the robot's left, z
 up, the waist's horn at z = 0), in mm. ``fit`` is the gap on each side of a pocket.
@@ -46,7 +46,7 @@ NECK_SCREWS = [(x, y) for x in (-20.0, -3.0) for y in (-20.5, 20.5)]
 _LID, _FLOOR, _ROOF, _GAP = 3.0, 4.4, 5.7, 1.2
 #: Radius of the hole in the roof, through which a slim driver reaches the waist's horn.
 _DRIVER = 9.5
-#: How far in front of the chest's edge its screws' heads lie: their tips end before the servos.
+#: How far in front of the chest's edge its screws' heads lie: tips stop short of the servos.
 CHEST_SEAT = 5.5
 #: Radius at which the feed's wires pass the waist, and half their room.
 _CABLE_CIRCLE, _CABLE = 14.9, 2.6
@@ -67,7 +67,7 @@ def hub_floor(robot: Robot) -> float:
 def _grooves(
     x: float, half: float, floor: float, high: float, behind: float = 0.0
 ) -> list[Manifold]:
-    """Return two posts; a board of 1.6 mm slides down between them, from y = -half to half.
+    """Return two posts; a 1.6 mm board slides down between them, from y = -half to half.
 
     They reach ``behind`` mm further back, to a wall that carries them.
     """
@@ -112,9 +112,9 @@ def column_screws(robot: Robot) -> list[tuple[float, float]]:
 
 
 def card_screws() -> list[tuple[float, float]]:
-    """Return the places of the four screws of the Mega, whose USB socket looks backwards.
+    """Return the places of the four screws of the Mega, whose USB socket faces backwards.
 
-    The components look up, so the edge beside the USB socket is on the robot's left.
+    The components face up, so the edge beside the USB socket is on the robot's left.
     """
     m = dimensions().mega
     return [(x - m.length / 2, m.width / 2 - y) for x, y in m.holes]
@@ -204,7 +204,7 @@ def column(robot: Robot, fit: float) -> Manifold:
     flange = radius + 11.0
 
     def grown(by: float, top: float) -> Manifold:
-        """Return the column's outline; its foot widens by 45 degrees, so that it prints well."""
+        """Return the column's outline; its foot widens at 45 degrees, so that it prints well."""
         return join(
             [
                 disc("z", (0, 0), (low, top), radius - by),
@@ -256,7 +256,7 @@ def _outline(radius: float, low: float, high: float, flat: float) -> Manifold:
 
 
 def _shell(robot: Robot) -> Manifold:
-    """Return torso and chest in one: a hollow column with a floor, a roof and the side walls."""
+    """Return torso and chest as one: a hollow column with a floor, a roof and the side walls."""
     s, w = dimensions().servo, dimensions().wall
     radius = 1000 * robot.shape.torso_radius
     high, roof = 1000 * robot.lengths.L01, neck_floor(robot)
@@ -323,7 +323,7 @@ def torso(robot: Robot, fit: float) -> Manifold:
 
 
 def _split(robot: Robot) -> Manifold:
-    """Return the room of the chest: what lies in front of the servos."""
+    """Return the chest's space: what lies in front of the servos."""
     radius, roof = 1000 * robot.shape.torso_radius, neck_floor(robot)
     return box(
         (dimensions().servo.half_width + 3.0, 60),

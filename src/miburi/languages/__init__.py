@@ -3,7 +3,7 @@
     language.toml   how its text is told from others and written plainly
     talk.toml       what people say to a partner, and what it answers
     care.toml       what it says to somebody in distress, and what it never says
-    rhythm.toml     how fast it is spoken, and what stands out (if there is none, as English)
+    rhythm.toml     how fast it is spoken, and what stands out (if none, as in English)
     distress.toml   the words of distress (if there is none, no distress is heard)
 
 A new language is a new folder. Its name is the code of the language, such as ``fr``.
@@ -58,7 +58,7 @@ _NAMED = re.compile(r"(?<=[^.!?] )(?!I\b)[A-Z]\w+")
 
 
 class _Whom(Table):
-    """Words such as "she", and the people they may mean (groups ``own`` and ``it``); patterns."""
+    """Patterns: words such as "she", and whom they may mean (groups ``own`` and ``it``)."""
 
     says: str
     means: str
@@ -117,7 +117,7 @@ def _rules(language: Language) -> _Rules:
 def language_of(text: str, usual: Language = FALLBACK) -> Language:
     """Return the language of a text: by its letters, else by its commonest words.
 
-    A text that no language claims, such as a name, is of the ``usual`` one.
+    A text that no language claims, such as a name, is in the ``usual`` one.
 
     >>> [language_of(text) for text in ("Hello.", "こんにちは", "Je suis très triste.")]
     ['en', 'ja', 'fr']
@@ -142,7 +142,7 @@ def common_words(language: Language) -> frozenset[str]:
 
 
 def same_words(language: Language) -> dict[str, str]:
-    """Return words that ask for the same, each with the first of its group."""
+    """Return words that ask the same thing, each with its group's first."""
     return _rules(language).first
 
 
@@ -158,10 +158,10 @@ def subjects_of(question: str, language: Language) -> list[str]:
 
 
 def with_whom(told: str, earlier: Iterable[str], language: Language) -> str:
-    """Return what was told. If it begins with "she", and an earlier sentence names her, so does it.
+    """Return what was told. If it begins with "she", prefix the person an earlier sentence names.
 
     ``earlier`` has the sentences before it, the newest first. If one names two people whom the word
-    may mean, nobody is guessed.
+    may mean, no guess is made.
 
     >>> with_whom("Her name was Maureen.", ["My dear wife was a nurse."], "en")
     'my wife: Her name was Maureen.'
@@ -199,7 +199,7 @@ def _elsewhere(language: Language) -> re.Pattern[str] | None:
 
 
 def plain(text: str, language: Language) -> str:
-    """Return the plain words of a text: no signs, no capitals, short forms written out.
+    """Return a text's plain words: no punctuation or capitals, short forms written out.
 
     >>> plain("I CAN'T breathe!", "en")
     'i can not breathe'
@@ -230,7 +230,7 @@ def plain(text: str, language: Language) -> str:
 def compile_phrases(
     phrases: list[str], language: Language, words: Mapping[str, str] | None = None
 ) -> re.Pattern[str]:
-    """Return one pattern of many, with their {names} filled in; it fits whole words."""
+    """Join many patterns into one, their {names} filled in; it fits whole words."""
 
     def fill(phrase: str) -> str:
         while words and _NAME.search(phrase):
@@ -242,7 +242,7 @@ def compile_phrases(
 
 
 def find_phrase(pattern: re.Pattern[str], said: str, language: Language) -> str | None:
-    """Return the first phrase in plain words that no denial stands before, if any."""
+    """Return the first phrase in plain words that no denial precedes, if any."""
     denial = _rules(language).denial
     for match in pattern.finditer(said):
         if not denial.search(said[: match.start()].rstrip()):

@@ -81,7 +81,7 @@ class Archive:
         self.limit = limit
         #: Says what a recording is of.
         self.describe: Callable[[], RecordingAbout] = RecordingAbout
-        #: How the latest recording ended, if by itself; as far as :meth:`news` has told.
+        #: How the latest recording ended, if by itself; as reported by :meth:`news`.
         self.ended: News | None = None
         self._folder = folder
         self._largest = largest
@@ -96,7 +96,7 @@ class Archive:
         return None if writing is None or writing.over else writing.name
 
     def write(self, step: Callable[[], list[RecordedMessage]]) -> None:
-        """Record what ``step`` returns; without a recording, do not call it."""
+        """Record what ``step`` returns; it is called only while recording."""
         writing = self._writing
         if writing is not None and not writing.over:
             writing.take(step)

@@ -25,9 +25,9 @@ __all__ = ["STOP_SINCE", "WAITING", "BusyError", "Command", "Commands", "Result"
 
 #: Commands that may wait for the next step.
 WAITING = 256
-#: Names of presses that are remembered, so that a second copy of one is known (ours).
+#: Names of presses that are remembered, so that a second copy is recognised (ours).
 NAMED = 64
-#: Why a release is refused that is older than the latest Stop.
+#: Why a release older than the latest Stop is refused.
 STOP_SINCE = "Stop has been pressed since; release the body again to go on."
 
 Result = TypeVar("Result")
@@ -76,7 +76,7 @@ class Commands:
         return future
 
     def ask_unless_stopped(self, command: Callable[[], Result]) -> Future[Result]:
-        """Let the loop run a command that a Stop which comes in before it makes void."""
+        """Let the loop run a command, void if a Stop comes in before it."""
         stops = self._stops
 
         def run() -> Result:
@@ -109,7 +109,7 @@ class Commands:
     def run(self) -> None:
         """Stop if somebody has asked for it, then run what waits.
 
-        A command that the body is not settled for is tried again at the next call.
+        A command that finds the body unsettled is tried again at the next call.
         """
         with self._lock:
             stop, press, self._next_stop = self._next_stop, self._press, None

@@ -41,7 +41,7 @@ __all__ = [
     "lanes",
 ]
 
-#: s to wait for what may take long: a body that is made, a disk.
+#: s to wait for what may be slow: making a body, a disk.
 LONG = 60.0
 
 
@@ -70,7 +70,7 @@ class Hello(NamedTuple):
 
 
 class Ask(NamedTuple):
-    """A wish; ``came`` is when it came, s on the clock of all processes."""
+    """A wish; ``came`` is when it came, s on all processes' clock."""
 
     number: int
     wish: Wish[Any]
@@ -78,7 +78,7 @@ class Ask(NamedTuple):
 
 
 class AskRecordings(NamedTuple):
-    """A method of the recordings to call; the loop has no part in it."""
+    """A recordings method to call; the loop has no part in it."""
 
     number: int
     what: str
@@ -101,11 +101,11 @@ class Answer(NamedTuple):
 
 
 class Ready(NamedTuple):
-    """The server listens."""
+    """The server is up."""
 
 
 class Look(NamedTuple):
-    """Ask for news; what comes after these numbers is new. Beats count while the server serves."""
+    """Ask for news; what comes after these numbers is new. Beats rise while the server serves."""
 
     event: int
     sample: int
@@ -134,7 +134,7 @@ def lanes() -> tuple[Lanes, Lanes]:
 
 
 class Post:
-    """Sends from a thread of its own: who hands something over never waits."""
+    """Sends from a thread of its own: the caller never waits."""
 
     def __init__(self, connection: Connection) -> None:
         self._connection = connection

@@ -75,7 +75,7 @@ def _entity(link: str, wall: int) -> dict[str, Any]:
 
 
 def _primitives(part: Part) -> list[tuple[str, dict[str, Any]]]:
-    """Return a part as Foxglove's solids: it has no capsules, so they get balls at their ends."""
+    """Return a part as Foxglove's solids: a capsule becomes a rod with a ball at each end."""
     colour = dict(zip("rgba", COLOURS[part.colour], strict=True))
 
     def solid(kind: str, place: Sequence[float], turn: Sequence[float], *size: float) -> Any:

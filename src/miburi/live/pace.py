@@ -1,4 +1,4 @@
-"""The clock of a live partner: a thread that lets its steps pass, and a watchdog beside it."""
+"""The clock of a live partner: a thread that times its steps, and a watchdog beside it."""
 
 import threading
 import time
@@ -38,14 +38,14 @@ class Paced(Protocol):
 
 
 class Pace:
-    """Lets steps pass on the clock.
+    """Runs steps by the clock.
 
     Parameters
     ----------
     paced
         Whose steps.
     lateness
-        How late a step may be until the watchdog stops the body.
+        Lateness at which the watchdog stops the body.
     """
 
     def __init__(self, paced: Paced, lateness: Lateness) -> None:

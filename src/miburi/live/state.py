@@ -62,7 +62,7 @@ class StopOut(BaseModel):
     )
     ratio: float | None = Field(
         default=None,
-        description="Measured over expected travel: with the sign speed in the judged window, to "
+        description="Measured over expected travel: if sign is speed, in the judged window, to "
         "compare with the rule's limit; else since the move began.",
     )
     moved: float | None = Field(default=None, description="The measured travel in that ratio, rad.")
@@ -81,7 +81,7 @@ class StopOut(BaseModel):
         default=None, description="The part that met the hand; simulation only."
     )
     mood_before: Share = Field(description="The shown mood before the stop.")
-    mood_after: Share = Field(description="And after it: a contact lowers it by 20 %.")
+    mood_after: Share = Field(description="The same after it: a contact takes 20 %.")
 
 
 #: Notes of a tune, [Hz, s].
@@ -89,9 +89,9 @@ Tune = list[Annotated[list[float], Field(min_length=2, max_length=2)]]
 
 
 class Spoken(BaseModel):
-    """What the partner says aloud; a page with its voice on speaks it."""
+    """What the partner says aloud; pages with the voice on speak it."""
 
-    number: int = Field(description="Another number is another sentence.")
+    number: int = Field(description="A new number means a new sentence.")
     text: str = Field(description="The sentence.")
     language: Language = Field(description="Its code, such as `en`.")
     feeling: TheirFeeling | None = Field(description="What it felt then: it colours the voice.")
@@ -166,7 +166,7 @@ class State(BaseModel):
     expressed: Expressed | None = Field(description="The present gesture; null between gestures.")
     asked: bool = Field(description="Whether somebody asked for the present gesture.")
     hand_speed: float = Field(description="Mean speed of both hands in the last 0.1 s, m/s.")
-    extent: float = Field(description="The larger distance of a hand from its neutral place, m.")
+    extent: float = Field(description="The farther hand's distance from its neutral place, m.")
     ratios: list[float | None] = Field(
         description="Measured over expected travel in the latest window; null if not judged. "
         "A card reports only that of the motor that stopped it."
@@ -188,14 +188,14 @@ class State(BaseModel):
     )
     eyes: tuple[float, float] = Field(
         default=(0.0, 0.0),
-        description="Where the eyes look, to the right and down of the face, -1 to 1: they go "
+        description="Where the eyes look, to the face's right and down, -1 to 1: they go "
         "first, and come back as the head follows.",
     )
     distress: DistressOut | None = Field(
         default=None, description="The latest distress, for ten minutes after it was heard."
     )
     words: bool = Field(
-        description="Whether the user allows that events tell what is said to the partner."
+        description="Whether the user lets events tell what is said to the partner."
     )
     boot: str = Field(description="The id of this start of the partner.")
     latest: int = Field(
@@ -251,7 +251,7 @@ class MotorsOut(BaseModel):
     calibrated: bool = Field(
         description="Whether the guards differ from those that ship with the robot."
     )
-    settings: str | None = Field(description="The check sum of a card's settings.")
+    settings: str | None = Field(description="The checksum of a card's settings.")
     hottest: float | None = Field(description="A hotter motor stops the body, °C.")
     lowest: float | None = Field(description="A lower supply stops the body, V.")
     rule: RuleOut = Field(description="The contact rule in force.")
@@ -259,7 +259,7 @@ class MotorsOut(BaseModel):
 
 
 class Snapshot:
-    """One state, and its JSON; each is made of the other at most once, for all viewers."""
+    """One state, and its JSON; each made from the other at most once, for all viewers."""
 
     def __init__(self, state: State | None = None, json: str = "", serial: int = -1) -> None:
         self._given, self._json = state, json
@@ -277,7 +277,7 @@ class Snapshot:
         return self._json or self.state.model_dump_json()
 
     def at_least(self, serial: int, body: BodyState, held: bool, latest: int) -> "Snapshot":
-        """Return this with what must not be hidden where the observer fails, such as a stop."""
+        """Return this plus what must show even if the observer fails, such as a stop."""
         update = {
             "serial": serial,
             "time": round(body.time, 3),
@@ -288,7 +288,7 @@ class Snapshot:
         return Snapshot(self.state.model_copy(update=update))
 
     def halted(self) -> "Snapshot":
-        """Return this as it is once the body was stopped because the loop was late."""
+        """Return this as it is after a stop because the loop was late."""
         if self.state.phase == "stopped":
             return self
         none = dict.fromkeys(("motor", "sign", "ratio", "moved", "due", "measured", "expected"))

@@ -2,8 +2,8 @@
 
 A :class:`Recovery` is told of stops and gestures, and answers whether the body is to be released.
 
-- Always: only after it has come to rest. The contact rule would take the rest of the old motion,
-  and of the loads that swing out, for a new contact.
+- Always: only after it has come to rest. The contact rule would take the last of the old motion,
+  and of swinging loads, for a new contact.
 - After a contact: by itself, after a pause. The pause doubles with each encounter until a gesture
   goes through without one.
 - Moved by a hand: by itself, once it has been still for a while.
@@ -29,13 +29,13 @@ __all__ = [
 
 #: Seconds from a contact stop to the release: the first pause, and the longest (ours).
 FIRST_PAUSE, LONGEST_PAUSE = 1.0, 16.0
-#: A body is at rest when no motor has been faster than this, rad/s, for so long, s (ours): two
+#: A body is at rest once no motor has exceeded this, rad/s, for this long, s (ours): two
 #: encoder steps in the window over which velocities are measured, and longer than a stopped
 #: motor waits before it yields.
 REST_SPEED, REST_TIME = 0.1, 0.25
-#: rad by which a body that is led slowly has moved on (ours): more than the steps of an encoder.
+#: rad beyond which a slowly led body has moved on (ours): more than an encoder's steps.
 _MOVED_ON = 0.004
-#: A hand that has moved the body has let go of it when it has been still for so long, s (ours).
+#: A hand that moved the body has let go once the body has been still this long, s (ours).
 LET_GO = 2.0
 
 
@@ -67,7 +67,7 @@ class Recovery:
         return new
 
     def pause(self, time: float) -> None:
-        """Plan to release the body after a pause, which is longer with each in a row."""
+        """Plan to release the body after a pause that grows with each stop in a row."""
         pause = min(FIRST_PAUSE * 2**self._encounters, LONGEST_PAUSE)
         self._release_at = self._pause_ends = time + pause
         self._stillness = REST_TIME
@@ -99,9 +99,7 @@ class Recovery:
         """
         left = self._pause_ends - state.time
         if left > 0 and not by_person:
-            raise BodyError(
-                f"the body pauses after it was stopped; it can be released in {left:.1f} s."
-            )
+            raise BodyError(f"the body pauses after a stop; it can be released in {left:.1f} s.")
         if self._silent:
             return  # a lost card's clock stands still: it refuses a release in its own words
         stillness = REST_TIME if by_person else self._stillness

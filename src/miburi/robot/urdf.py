@@ -17,7 +17,7 @@ __all__ = ["to_urdf"]
 def to_urdf(robot: Robot, meshes: Mapping[tuple[str, str], str] | None = None) -> str:
     """Return the robot as URDF.
 
-    With ``meshes``, the files of the real shapes in mm by link and colour, these and the phone are
+    With ``meshes`` (files, in mm, of the real shapes by link and colour) these and the phone are
     drawn; what collides stays simple.
 
     Joints have the limits of Table 1 and the servo's speed and torque. Fixed links ``right``,

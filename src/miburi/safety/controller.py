@@ -1,7 +1,7 @@
 """The card's logic in Python: take a move, watch the motors, stop on contact, return to neutral.
 
 In go moves, stops and releases and, at every reading of the encoders, the positions of the eight
-motors with the time. Out come the phase, the stop that holds, and the setpoints for the servos.
+motors with the time. Out come the phase, any stop in force, and the setpoints for the servos.
 The controller knows no more than a card does: encoder steps and a clock. The firmware's
 ``controller.h`` makes the same decisions::
 
@@ -12,7 +12,7 @@ The controller knows no more than a card does: encoder steps and a clock. The fi
     any phase ──stop──▶ STOPPED
     STOPPED ──release──▶ RETURNING ──neutral reached──▶ IDLE
 
-A move that comes while another runs replaces it: motors go on with the speeds that they have, and
+A move that comes while another runs replaces it: motors go on at the speeds that they have, and
 the rule goes on with what it has seen.
 
 A stop latches: only a release ends it. A stop that somebody asked for holds the motors where they
@@ -25,7 +25,7 @@ on pressing (all figures are ours):
    where it is and does not push back. This happens once for each contact, so that a load cannot
    pull a motor further and further.
 
-A body at rest can be led by the hand. A motor that is kept for ``YIELD_AFTER`` from where it
+A body at rest can be led by hand. A motor kept away for ``YIELD_AFTER`` from where it
 rested, by more than its ``slack`` and its ``arrival``, stops the body as ``TOUCHED``. All motors
 then hold softly where they are, yield every ``YIELD_AFTER``, and go back slowly when they are
 released. After ``YIELDS`` in a row they wait until nothing keeps them from their places: a motor
@@ -67,9 +67,9 @@ YIELD_AFTER = 150_000
 MOVES = 2
 #: Readings further apart, or older, do not tell how fast a motor is, µs (ours).
 TELLS = 60_000
-#: A motor that seems faster than this has not moved: its joint was found elsewhere, steps/s (ours).
+#: A motor that seems faster than this has not moved: its reading has jumped, steps/s (ours).
 SWINGS = 4000
-#: How often in a row a body that is led by the hand yields: for 3 s (ours).
+#: How many times in a row a body led by hand yields: for 3 s (ours).
 YIELDS = 20
 
 
@@ -88,12 +88,12 @@ def check_move(robot: Robot, phase: Phase, move: Move) -> None:
         the servo's.
     """
     if phase not in (Phase.IDLE, Phase.MOVING):
-        raise BodyError(f"The body is {phase}; it takes a move when it rests, or in another move.")
+        raise BodyError(f"The body is {phase}; it takes a move only at rest or during a move.")
     half_step = robot.servo.step / 2
     outside = (move.angles < robot.lower - half_step) | (move.angles > robot.upper + half_step)
     for motor in np.flatnonzero(outside):
         raise BodyError(
-            f"{JOINTS[motor]} cannot go to {move.angles[motor]:.4f} rad; allowed is "
+            f"{JOINTS[motor]} cannot go to {move.angles[motor]:.4f} rad; allowed: "
             f"{robot.lower[motor]} to {robot.upper[motor]}."
         )
     for motor in np.flatnonzero(move.speeds > robot.servo.max_speed):
@@ -136,11 +136,11 @@ class Controller:
         self._kept_since: int | None = None  # a motor at rest, away from its goal, µs
         self._sag = np.zeros_like(self.origin)
         self._rest: Steps | None = None  # where the motors came to rest
-        self._yields = 0  # that are left, before a motor is once seen in its place
+        self._yields = 0  # left, until a motor is seen in its place
         self.watch = self._plan(self.origin, self.origin, np.ones(len(JOINTS), dtype=np.int64))
 
     def move(self, move: Move, positions: Steps, time: int) -> None:
-        """Start ``move``, also while another one runs.
+        """Start ``move``, even while another one runs.
 
         Raises
         ------
@@ -149,7 +149,7 @@ class Controller:
             above the servo's.
         """
         if self.phase is Phase.MOVING:
-            self.update(positions, time)  # what this reading tells is not lost
+            self.update(positions, time)  # so that this reading is not lost
         check_move(self.robot, self.phase, move)
         self.note(positions, time)
         robot = self.robot
@@ -253,7 +253,7 @@ class Controller:
     def drift(self, positions: Steps, direction: Steps, time: int) -> tuple[Steps, Steps]:
         """Return how fast the motors are, and how far they have gone since the latest reading.
 
-        Both are 0 for motors that start from another place than that reading's. They are (8,)
+        Both are 0 for motors not starting from that reading's place. They are (8,)
         along ``direction``, as :class:`~miburi.safety.contact.Loading` has them.
         """
         age = time - self._seen_at
@@ -293,7 +293,7 @@ class Controller:
         travel = np.maximum((positions - self.watch.start) * direction + self.watch.came, 0)
         most = round(GIVE_WAY / step)
         if self.watch.turned[motor] and travel[motor] < most:
-            # It has not come back yet from the way that it went before, or not far. What it met is
+            # It has not yet come back, or not far, from the way it went before. What it met lies
             # where the free servo would have gone on to.
             stays = positions.copy()
             stays[motor] -= direction[motor] * (
@@ -310,7 +310,7 @@ class Controller:
         return back
 
     def _measure_sag(self, positions: Steps) -> Steps:
-        """Return how far motors at rest hang from their goals under their loads.
+        """Return how far motors at rest sag off their goals under their loads.
 
         Stopped motors keep their goals this far above them. Without it they would sink onto the
         person that they touch.
@@ -340,7 +340,7 @@ class Controller:
             return
         self._yields_at = time + YIELD_AFTER if self._is_led else None
         here = positions + self._sag
-        # By more than a motor at rest is granted; if a hand leads, by hardly anything.
+        # By more than a motor at rest may stray; if led by hand, by hardly anything.
         most = 2 if self._is_led else self.rule.guards.slack
         blocked = 2 * np.abs(here - self.origin) > most
         if not blocked.any():

@@ -1,13 +1,13 @@
 """Distress: whether somebody says that they, or somebody with them, need help now.
 
 In goes a sentence; out comes a kind of distress, or None. It is judged before the feelings, on the
-plain words: signs and capitals, which no recogniser of speech writes, change nothing.
+plain words: punctuation and capitals, which speech recognisers omit, change nothing.
 
 Patterns written by hand (a language's ``distress.toml``) find the plainest words, and what excuses
 them. For English and Japanese a small linear model (``distress.npz``, trained by
 ``tools/train_distress.py`` on sentences written for it, ours and those of strangers) weighs what
-they find together with groups of words and letters; for a language without one they decide.
-Neither was seen by an expert. This is no alarm and no medical device.
+they find together with groups of words and letters; for others the patterns decide.
+No expert has seen either. This is no alarm and no medical device.
 """
 
 import re
@@ -37,7 +37,7 @@ __all__ = ["Heard", "features", "hear_distress", "judge_distress"]
 
 
 #: Likelihoods above which it reports distress, and above which it asks whether there is any. Ours:
-#: chosen on lines by writers whom the model that was asked had not read.
+#: chosen on lines by writers whom the model tested had not read.
 _FINDS, _WONDERS = 0.7, 0.4
 #: Longest text that is judged only as a whole, the length of the parts of a longer one, and the
 #: distance between two parts (ours). A cry for help has little weight in a minute's chatter.
@@ -66,7 +66,7 @@ class Heard:
     words
         The words that fit its patterns; empty where only the model heard it.
     doubtful
-        Whether it may be none: then only a question tells.
+        Whether it may be a false alarm; only asking tells.
     """
 
     kind: Distress
@@ -139,8 +139,8 @@ def _model(language: Language) -> Callable[[str], Heard | None] | None:
 def hear_distress(text: str, usual: Language = FALLBACK) -> Heard | None:
     """Return the distress that somebody speaks of, as their own or as that of somebody present.
 
-    Stories, what is past, what is denied, questions in general and turns of phrase are none. A
-    text that could be of any language is of the ``usual`` one.
+    Stories, past or denied distress, general questions and turns of phrase do not count. A
+    text that could be in any language counts as ``usual``.
     """
     heard = judge_distress(text, usual)
     return None if heard is None or heard.doubtful else heard
@@ -149,15 +149,15 @@ def hear_distress(text: str, usual: Language = FALLBACK) -> Heard | None:
 def judge_distress(text: str, usual: Language = FALLBACK) -> Heard | None:
     """Return the distress that somebody speaks of, or may speak of: then it is ``doubtful``.
 
-    Somebody who says it sideways ("I've been saving my tablets up"), and somebody who speaks of
-    something else in like words: only a question tells. Only languages with a model doubt.
+    Whether somebody says it sideways ("I've been saving my tablets up"), or speaks of
+    something else in like words, only a question tells. Doubt needs a model.
     """
     heard = [one for part in _by_language(text, usual) if (one := _judge(*part)) is not None]
     return min(heard, key=lambda one: one.doubtful, default=None)
 
 
 def _by_language(text: str, usual: Language) -> Iterator[tuple[str, Language]]:
-    """Yield a text, and of one that mixes two scripts each script's part, with their languages."""
+    """Yield a text and, if it mixes two scripts, the part in each, with their languages."""
     language = language_of(text, usual)
     yield text, language
     words, rest = _LATIN.findall(text), _LATIN.sub(" ", text)

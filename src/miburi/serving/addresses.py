@@ -28,7 +28,7 @@ _BACKLOG = 1024
 EVERYWHERE = ("0.0.0.0", "::", "")  # noqa: S104
 _HERE = "127.0.0.1"
 
-#: What the names of interfaces begin with that lead to machines and tunnels, not to a phone.
+#: Name prefixes of interfaces that lead to machines and tunnels, not to a phone.
 _VIRTUAL = (
     "br-",
     "docker",
@@ -45,7 +45,7 @@ _VIRTUAL = (
 
 
 def own_addresses() -> list[str]:
-    """Return this computer's IPv4 addresses but loopback, the likeliest for a phone first."""
+    """Return this computer's non-loopback IPv4 addresses, the likeliest for a phone first."""
     found = {
         str(address.ip): adapter.nice_name.lower().startswith(_VIRTUAL)
         for adapter in ifaddr.get_adapters()
@@ -79,7 +79,7 @@ class Listeners:
     plain
         By http, the first for this computer.
     encrypted
-        By https; None: nobody may come by https.
+        For https; None: nobody may use https.
     """
 
     plain: tuple[socket.socket, ...]
@@ -92,11 +92,11 @@ class Listeners:
 
     @property
     def open_to_others(self) -> bool:
-        """Whether somebody may come who is not at this computer."""
+        """Whether anybody not at this computer may come."""
         return self.encrypted is not None or not is_loopback(self.plain[0].getsockname()[0])
 
     def addresses(self) -> list[str]:
-        """Return the addresses under which other devices reach us, the likeliest first."""
+        """Return the addresses at which other devices reach us, the likeliest first."""
         listener = self.encrypted or self.plain[0]
         scheme = "https" if self.encrypted else "http"
         host = str(listener.getsockname()[0])
@@ -113,7 +113,7 @@ def listening(host: str, port: int) -> Iterator[socket.socket]:
     Raises
     ------
     InputError
-        The host or the port is not one.
+        The host or the port is invalid.
     OutputError
         The port is taken.
     """
@@ -149,16 +149,16 @@ def listening(host: str, port: int) -> Iterator[socket.socket]:
 
 @contextmanager
 def listening_plainly(host: str, port: int) -> Iterator[Listeners]:
-    """Listen by http alone; raises what :func:`listening` does."""
+    """Listen on http alone; raises what :func:`listening` does."""
     with listening(host, port) as listener:
         yield Listeners((listener,))
 
 
 @contextmanager
 def listening_twice(host: str, port: int) -> Iterator[Listeners]:
-    """Listen by http for this computer alone, and by https at the next port for others.
+    """Listen on http for this computer alone, and on https at the next port for others.
 
-    Who comes from elsewhere by http is told of https, at the addresses that there are now.
+    Whoever uses http from elsewhere is told of https, at the present addresses.
     """
     with ExitStack() as sockets:
         own = sockets.enter_context(listening(_HERE, port))

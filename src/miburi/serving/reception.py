@@ -1,15 +1,15 @@
 """The reception: keeps all connections, answers Stop itself, and relays the rest to the server.
 
-The server may be busy: with pages, with many who ask, with a step that takes long; or it may hang.
-So a process of its own listens, and looks at the head of each request by plain http. A Stop goes
+The server may be busy: with pages, with many requests, with a long step; or it may hang.
+So a separate process listens, and looks at the head of each request by plain http. A Stop goes
 from here to the partner's process, past the server. Any other request is relayed to the server, and
 so is its answer (:mod:`miburi.serving.relay`); the connection stays here. So a Stop never waits
 for the server, over a connection that is new or kept, and connections that say nothing cost the
 server nothing.
 
-By https only the server, which has the keys, can read a head: a Stop over it takes its turn there.
+Only the server, which has the keys, can read a head over https: a Stop there takes its turn.
 
-Windows passes no open files in this way; there the server listens itself.
+Windows cannot pass open files this way; there the server itself listens.
 """
 
 import errno
@@ -52,7 +52,7 @@ GRACE = 0.5
 #: Connections by https, from all addresses, whose handshakes may be under way: each takes 0.33 MB
 #: of the server (ours).
 HANDSHAKES = 100
-#: Files of its process that are no connections.
+#: Files of its process other than connections.
 _OWN_FILES = 64
 #: Connections that are taken in, and passed on, before others are looked at: one may be a Stop.
 _AT_ONCE, _PASSED_AT_ONCE = 64, 16
@@ -61,7 +61,7 @@ _END = re.compile(rb"\n\r?\n")
 _WISHES = {b"upgrade", b"expect"}
 _TOO_LARGE = f"the headers of a request may have {HEADERS} bytes at most."
 _STOP = f"POST {STOP} ".encode()
-_OVERTAKEN = "Stop has overtaken this request, and it may not have been obeyed."
+_OVERTAKEN = "Stop has overtaken this request, which may not have been obeyed."
 _NO_ANSWER = "the partner cannot be reached; should it answer again, it will stop."
 
 
@@ -73,7 +73,7 @@ def receive(
     keys: Keys | None,
     origins: frozenset[str],
 ) -> None:
-    """Receive until the partner's process has ended; for a process of its own.
+    """Receive until the partner's process has ended; runs in its own process.
 
     The parameters are those of :class:`Reception` and of its gate.
     """
@@ -89,7 +89,7 @@ def receive(
 
 
 async def _nobody(scope: Scope, receive: Receive, send: Send) -> None:
-    """Stand behind a gate that is only asked."""
+    """Stand behind a gate that only judges."""
 
 
 class Reception:
@@ -144,7 +144,7 @@ class Reception:
         self._watch(stopping, lambda _events: self._hear_partner())
 
     def serve(self) -> None:
-        """Serve until the partner's process has gone."""
+        """Serve until the partner's process ends."""
         while not self._over:
             self.turn(_GLANCE)
 
@@ -155,7 +155,7 @@ class Reception:
         self._selector.close()
 
     def turn(self, patience: float = 0.0) -> None:
-        """Do what there is to do, and wait for it so many s at most."""
+        """Wait ``patience`` s at most for work, and do it."""
         hurries = bool(self._waiting) and not self._full
         for key, events in self._selector.select(0.0 if hurries else patience):
             key.data(events)
@@ -197,7 +197,7 @@ class Reception:
             except OSError as error:
                 if error.errno in (errno.EMFILE, errno.ENFILE):
                     self._make_room(_largest(self._crowds))
-                return  # else it has gone again
+                return  # else the client left
             line.setblocking(False)
             guest = Guest(line, (address[0], address[1]), kind, self._clock())
             if len(self._crowds[address[0]]) >= CONNECTIONS:
@@ -208,7 +208,7 @@ class Reception:
                 self._shaking[address[0]][guest] = None
             self._crowds[address[0]][guest] = None
             self._take_files(1)
-            self._hear(guest, selectors.EVENT_READ)  # what has come with it keeps its place
+            self._hear(guest, selectors.EVENT_READ)  # bytes sent with it keep their turn
             self._attend(guest)
 
     def _take_files(self, count: int) -> None:
@@ -349,7 +349,7 @@ class Reception:
         self._waiting.append(guest)
 
     def _may_stop(self, guest: Guest, head: bytes) -> bool:
-        """Whether this is a Stop that the gate lets in; the server answers whatever is not."""
+        """Whether this is a Stop that the gate lets in; the server answers anything else."""
         reader = h11.Connection(h11.SERVER, HEADERS)
         try:
             reader.receive_data(head)
@@ -360,7 +360,7 @@ class Reception:
             return False  # it brings a body
         headers = [*request.headers]
         if request.http_version != b"1.1" or not _WISHES.isdisjoint(dict(headers)):
-            return False  # whoever asks for more than to stop is the server's guest
+            return False  # whoever asks for more than a Stop is the server's guest
         guest.ends = reader.their_state is h11.MUST_CLOSE
         known = {name: value.decode("latin-1") for name, value in headers}
         guest.origin = self._gate.origin_of(STOP, known)
@@ -394,7 +394,7 @@ class Reception:
 
     def _tell(self, what: tuple[float, Press] | None) -> None:
         self._asked, self._told = True, self._clock()
-        with suppress(OSError):  # its end comes to be heard
+        with suppress(OSError):  # its end will be noticed
             self._stopping.send(what)
 
     def _hear_partner(self) -> None:
@@ -409,7 +409,7 @@ class Reception:
         self._send_press()
 
     def _answer(self, guest: Guest, status: int, words: str = "") -> None:
-        """Answer a Stop, or what is no request."""
+        """Answer a Stop, or a bad request."""
         if guest.closed:
             return
         stop, guest.stop = guest.stop, 0
@@ -464,7 +464,7 @@ class Reception:
             self._attend(guest)
 
     def _hear_passage(self, events: int) -> None:
-        """Take in that the server takes more, or that it has gone."""
+        """Notice that the server can take more, or has gone."""
         self._full = bool(events & selectors.EVENT_READ)
         if self._full:
             self._selector.unregister(self._passage)

@@ -6,7 +6,7 @@ The position control sets a duty; the motor sees that share of the supply's volt
     motor = kt/R · (duty · V − ke · w)
     horn  = motor − viscous · w − dry friction
 
-The dry friction is the model M6 of Better Actuator Models (Duclusaud and Passault,
+The dry friction is model M6 of Better Actuator Models (Duclusaud and Passault,
 arXiv:2410.08650) without its smallest terms: it grows with the motor's torque, and at rest with
 the load's. Torques are in N·m, speeds in rad/s, all at the horn.
 """
@@ -73,7 +73,7 @@ def no_load_speed(servo: Servo, voltage: float) -> float:
 def required_torque(
     servo: Servo, speed: Numbers, acceleration: Numbers, load: Numbers, inertia: Numbers
 ) -> Numbers:
-    """Return the duty that a motion needs, as the N·m that it would give a motor at rest.
+    """Return the duty a motion needs, as the torque it would give a motor at rest, N·m.
 
     Parameters
     ----------

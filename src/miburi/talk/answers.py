@@ -1,8 +1,8 @@
-"""Small answers: what the partner says, and does, at what it heard.
+"""Small answers: what the partner says, and does, in response.
 
 In go somebody's words, the impression of them and the partner's own feeling; out comes a short
 answer, chosen with the partner's seed. An intent is answered first ("what time is it?"), then a
-feeling, then what the words are about. The sentences are a language's ``talk.toml``. The partner
+feeling, then what the words are about. Sentences are in a language's ``talk.toml``. The partner
 says nothing twice within ``UNREPEATED`` turns, as long as there is something else to say.
 """
 
@@ -26,7 +26,7 @@ UNREPEATED = 20
 
 #: Of two turns with a feeling and a topic, one takes up the topic, too (ours).
 _TAKES_UP = 0.5
-#: The signs around a sentence, and a clause with those behind it.
+#: The marks around a sentence, and a clause with those after it.
 _SIGNS = " ,.;!?、。！？"
 _CLAUSE = re.compile(r"[^,.;!?、。！？]+[,.;!?、。！？]*")
 
@@ -52,12 +52,12 @@ class SmallAnswer:
 
     @property
     def do(self) -> Do | None:
-        """What happens beside it."""
+        """What happens with it."""
         return None if self.cue is None else self.cue.do
 
 
 def wants_stop(said: str, language: Language) -> bool:
-    """Whether somebody tells the body to stop; this is asked before anything else."""
+    """Whether somebody tells the body to stop; checked before anything else."""
     return any(found.cue.do == "stop" for found in script(language).intents_of(said))
 
 
@@ -94,11 +94,11 @@ class Answerer:
         said, heard
             Somebody's words, and what they showed.
         felt
-            What the partner feels itself, if anything.
+            What the partner itself feels, if anything.
         language
             One of ``LANGUAGES``.
         now
-            The time of the place where it stands.
+            The local time where it stands.
         known
             What it knows for the slots of sentences, such as the person's ``name``; what they said
             ``before`` is what "remember that" means.
@@ -119,7 +119,7 @@ class Answerer:
             asked = words.asked_of(said, match, felt=shown, told=told)
             match = next(_sayable(asked, slots), match)
         if heard.topic == "asked" and match and not (match.cue.acts or match.cue.own):
-            match = None  # "how are you" is no question of how something is done
+            match = None  # "how are you" does not ask how something is done
         before_it, self._stays = self._stays, match if match and match.cue.stays else None
         acts = match is not None and match.cue.acts
         if before_it and not acts and heard.feeling is None and words.goes_on(said):
@@ -143,7 +143,7 @@ class Answerer:
         return SmallAnswer(text, language, cue, kept)
 
     def spoke(self, text: str) -> None:
-        """Take in what was said in another way, so that it can be said again."""
+        """Note what was said by other means, so that it can be said again."""
         self._last = text
 
     def forget(self) -> None:
@@ -151,7 +151,7 @@ class Answerer:
         self._last, self._stays = "", None
 
     def say(self, lines: Iterable[str], known: Mapping[str, str] | None = None) -> str:
-        """Return one of some sentences, as an answer is chosen."""
+        """Return one of some sentences, chosen like an answer."""
         self._last = self._choose(lines, dict(known or {}), always=True) or ""
         return self._last
 
@@ -181,7 +181,7 @@ class Answerer:
         return self._choose(rows[1], slots, always=True) or "…"
 
     def _own(self, felt: str | None) -> str | None:
-        """Return what it may speak of itself: after one turn of that it speaks of the person."""
+        """Return what it may say of itself: after one turn of that it speaks of the person."""
         self._spoke_of_itself = felt is not None and not self._spoke_of_itself
         return felt if self._spoke_of_itself else None
 
@@ -209,9 +209,9 @@ class Answerer:
 
 
 def _told_before(said: str, words: Script) -> tuple[str, str]:
-    """Return what stands before the clause that asks to remember it, and that clause.
+    """Return what comes before the clause that asks to remember it, and that clause.
 
-    Both are empty where nothing that can tell something stands before.
+    Both are empty where nothing meaningful comes before.
     """
     clauses = _CLAUSE.findall(said)
     place = next((n for n, clause in enumerate(clauses) if _asks_to_remember(clause, words)), 0)

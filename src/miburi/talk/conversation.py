@@ -1,13 +1,13 @@
-"""A conversation by a language model: somebody's words go to an endpoint, and a reply comes back.
+"""Conversation via a language model: somebody's words go to an endpoint, and a reply comes back.
 
 In go what somebody said and the partner's state; out come words and a feeling, or nothing where
 the endpoint is slow, dead or silly: then the partner answers by itself. Whatever the endpoint
 sends, a reply is a short text and a feeling with a strength. The words are only spoken; the
 feeling is a stimulus among others. There is nothing in it that could move or stop a body.
 
-One sentence is thought about at a time, the latest. A request that is only slow stays open for a
-while, as servers load their model meanwhile, and would give that up with the request. What was
-said is kept in memory alone, and no more than the last few exchanges of it.
+Only the latest sentence is thought about. A request that is only slow stays open for a
+while: the server may be loading its model, and would stop if the request ended. What was
+said is kept in memory alone, and only the last few exchanges.
 """
 
 import asyncio
@@ -48,7 +48,7 @@ _PROMPT = f"""\
 You are Miburi, a small robot partner with a waist, a head and two arms, at a table with a person. \
 Your body shows by gestures what you feel. It does so by itself: nothing that you say moves it or \
 stops it, so promise no movement. Answer the person kindly and simply, in the person's language, \
-in one or two short sentences, without emojis and markup. Write one JSON object and nothing else: \
+in one or two short sentences, without emojis or markup. Write one JSON object and nothing else: \
 {{"reply": "...", "feeling": "...", "strength": 0.5}}. reply is what you say. feeling is what you \
 feel at the person's words: {", ".join(FEELINGS)} or {_NONE}. strength is how strongly, from 0 to \
 1."""
@@ -67,19 +67,19 @@ _FORMAT = {
     "type": "json_schema",
     "json_schema": {"name": "reply", "strict": True, "schema": _SCHEMA},
 }
-#: Statuses of servers that do not know what we ask for beside the words.
+#: Statuses of servers that do not know what we ask for besides words.
 _UNKNOWN_WISH = (400, 422)
 #: What a status most often means.
 _HINTS = {
-    401: f"the server wants another key than that in {KEY}",
-    403: f"the server wants another key than that in {KEY}",
-    404: "the server does not know the model; look at --model, and at --talk's path",
+    401: f"the server rejects the key in {KEY}",
+    403: f"the server rejects the key in {KEY}",
+    404: "the server does not know the model; check --model, and --talk's path",
 }
 
 
 @dataclass(frozen=True)
 class Reply:
-    """What the partner says, and what it feels at what it heard; None: nothing special."""
+    """What the partner says, and what it feels on hearing this; None: nothing special."""
 
     text: str
     stimulus: Stimulus | None
@@ -100,7 +100,7 @@ class _Completion(BaseModel):
 
 
 class _SilentError(Exception):
-    """There is no reply; why, in words."""
+    """Why there is no reply, in words."""
 
 
 class Conversation:
@@ -109,9 +109,9 @@ class Conversation:
     Parameters
     ----------
     endpoint
-        Who thinks.
+        The model that is asked.
     patience
-        s until a reply comes too late.
+        s after which a reply is late.
     """
 
     def __init__(self, endpoint: Endpoint, patience: float = PATIENCE) -> None:
@@ -129,7 +129,7 @@ class Conversation:
         self._said.clear()
 
     def overtake(self) -> None:
-        """Want no reply any more to what was said before."""
+        """Drop the pending reply to what was said before."""
         if self._thinking is not None:
             self._thinking.cancel()
 
@@ -141,7 +141,7 @@ class Conversation:
         said
             What somebody said.
         felt
-            What the partner felt at that.
+            What the partner then felt.
         state
             How the partner is.
 
@@ -165,7 +165,7 @@ class Conversation:
             return None
         content = task.result()
         if not may_be_said(content.text):
-            self.trouble = "a reply that it does not say."
+            self.trouble = "a reply that it may not say."
             return None
         self._remember(said, content)
         feeling, strength = content.feeling, content.strength
@@ -187,7 +187,7 @@ class Conversation:
             self._said[-1] = (said, json.dumps(told, ensure_ascii=False))
 
     def _trouble(self, task: asyncio.Task[Content]) -> str | None:
-        """Return why a request has brought no reply, if so; whatever failed, there is an answer."""
+        """Return why a request brought no reply, or None; whatever failed, there is an answer."""
         if not task.done():
             return f"no reply within {self._patience:g} s."
         match task.exception():
@@ -199,7 +199,7 @@ class Conversation:
                 return f"no reply ({type(error).__name__})."
 
     def _messages(self) -> list[dict[str, str]]:
-        """Return the latest exchanges; roles alternate, as the templates of some models ask for."""
+        """Return the latest exchanges; roles alternate, as some models' templates require."""
         messages: list[dict[str, str]] = []
         unanswered: list[str] = []
         for said, replied in self._said:
@@ -232,14 +232,14 @@ class Conversation:
             return _content(status, answer)
 
     async def _post(self, request: dict[str, Any]) -> tuple[int, bytes]:
-        """Return the status and the body of an answer; no other server is asked than ours."""
+        """Return the status and the body of an answer; only our server is asked."""
         headers = {"Accept-Encoding": "identity", "User-Agent": f"miburi/{__version__}"}
         if self.endpoint.key is not None:
             headers["Authorization"] = f"Bearer {self.endpoint.key}"
         client = httpx.AsyncClient(
             verify=self.endpoint.tls,
             timeout=httpx.Timeout(_LOADING, connect=_CONNECTING),
-            trust_env=False,  # or a proxy of the environment would get the words
+            trust_env=False,  # else an environment proxy would get the words
             follow_redirects=False,
         )
         body, url = bytearray(), f"{self.endpoint.url}/chat/completions"
@@ -247,7 +247,7 @@ class Conversation:
             async for part in answer.aiter_raw():
                 body += part
                 if len(body) > LARGEST_REPLY:
-                    raise _SilentError(f"an answer above {LARGEST_REPLY} bytes.")
+                    raise _SilentError(f"an answer over {LARGEST_REPLY} bytes.")
         return answer.status_code, bytes(body)
 
 
@@ -276,7 +276,7 @@ def _content(status: int, answer: bytes) -> Content:
     try:
         text = _Completion.model_validate_json(answer).choices[0].message.content
     except ValidationError:
-        raise _SilentError("an answer that is no chat completion.") from None
+        raise _SilentError("no chat completion in the answer.") from None
     content = read_reply(text)
     if content is None:
         raise _SilentError("an answer without words.")

@@ -26,13 +26,13 @@ class FeltOut(BaseModel):
 
 
 class SayOut(BaseModel):
-    """What was heard in it, why, and what the partner felt at it."""
+    """What was heard in a remark, why, and what the partner felt."""
 
     feeling: TheirFeeling | None = Field(description="The feeling that was heard; null: none.")
     strength: Share = Field(description="How likely it is; 0 without a feeling.")
     why: list[WhyOut] = Field(description="What spoke for it.")
-    felt: list[FeltOut] = Field(description="What the partner felt at it.")
-    asked: bool = Field(default=False, description="Whether it was asked what it feels itself.")
+    felt: list[FeltOut] = Field(description="What the partner then felt.")
+    asked: bool = Field(default=False, description="Whether it was asked how it feels.")
     meant: str | None = Field(
         default=None, description="What was wanted of it, such as `time`, `wave` or `thanks`."
     )

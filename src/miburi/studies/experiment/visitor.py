@@ -32,7 +32,7 @@ _DIRECTIONS = (
 )
 #: A move shorter than this, in m, ends before a hand could block it.
 _WORTH_BLOCKING = 0.05
-#: Gestures that pass before the first visit, and between two: at least, and fewer than (ours).
+#: Gestures before the first visit, and between visits: minimum, and exclusive maximum (ours).
 _BEFORE, _BETWEEN = (0, 4), (1, 4)
 #: Seconds that the hand waits for an arm that does not come.
 _PATIENCE = 2.5
@@ -48,14 +48,14 @@ class _Visit:
 
 
 class Visitor:
-    """Block an arm now and then: in one of the first four gestures, then in each second to fourth.
+    """Block an arm now and then: in one of the first four gestures, then every second to fourth.
 
     Parameters
     ----------
     robot
         The description, for the arms' shape.
     body
-        The body whose hand to move.
+        The body; its hand is moved.
     rng
         Chooses gestures, arms, places and how long the hand stays.
     """

@@ -1,10 +1,10 @@
-"""In which order a participant sees the films: a balanced Latin square, labelled by the seed.
+"""The order in which a participant sees films: a balanced Latin square, labelled by the seed.
 
-In a balanced square every film stands once at every place, and follows every other film once
+In a balanced square every film occurs once in every place, and follows every other film once
 (Williams 1949, "Experimental designs balanced for the estimation of residual effects of
 treatments", Australian Journal of Scientific Research 2): n rows for an even number of films, 2n
 for an odd one. Participant k takes row k; when the rows are used up, the next block of
-participants gets the same square with its films exchanged at random.
+participants gets the same square with its films shuffled.
 """
 
 import numpy as np
@@ -14,7 +14,7 @@ __all__ = ["balanced_square", "film_order", "option_order"]
 
 def balanced_square(count: int) -> list[tuple[int, ...]]:
     """Return Williams's square for ``count`` films: rows of 0 … ``count`` - 1."""
-    # 0, 1, n - 1, 2, n - 2, …: each difference of neighbours is there once.
+    # 0, 1, n - 1, 2, n - 2, …: neighbours differ by each number once.
     first = [(k + 1) // 2 if k % 2 else (count - k // 2) % count for k in range(count)]
     rows = [tuple((film + row) % count for film in first) for row in range(count)]
     return rows if count % 2 == 0 else [*rows, *(row[::-1] for row in rows)]

@@ -1,6 +1,6 @@
 """Draw the conditions of one trial: the robot's moves, how it differs, and the person.
 
-The random numbers come from a passed generator. All ranges are our assumptions; they are wide
+The random numbers come from a given generator. All ranges are our assumptions; they are wide
 enough for a person's fingers and for a wall.
 """
 
@@ -55,7 +55,7 @@ class Person:
     kind, skin
         What the hand does, and what it is made of.
     link, spot
-        The link that the hand shall meet, and the place on it: from 0 at its joint to 1 at its
+        The link that the hand is to meet, and the place on it: from 0 at its joint to 1 at its
         end, or from the lower to the upper edge of the head.
     part
         Where on the link's way they meet, 0 to 1.
@@ -88,7 +88,7 @@ class Conditions:
     feeling, mood, pose
         The gesture, and the number of the key pose that the (first) move leads to.
     start
-        (8,) rad, the pose in which the robot rests before.
+        (8,) rad, the pose where the robot rests first.
     moves
         The moves in order, each with the rest after it in s.
     variation
@@ -106,7 +106,7 @@ class Conditions:
 def draw(
     robot: Robot, rng: np.random.Generator, moves: int, repertoire: Repertoire | None = None
 ) -> Conditions:
-    """Draw ``moves`` moves in a row of any gesture, by default of those that ship with Miburi."""
+    """Draw ``moves`` successive moves of any gesture, by default one that ships with Miburi."""
     # Sorted, so that the draw does not depend on the order of the feelings.
     feeling = str(rng.choice(sorted(FEELINGS)))
     mood = float(rng.uniform(0.1, 1.0))

@@ -24,13 +24,13 @@ __all__ = ["PERIODS", "RATIOS", "Point", "distributions", "rule_map", "rule_map_
 
 _INK, _CORAL, _BLUE, _GREY = "#2b2b2b", "#d9553f", "#2f6f9f", "#9a9a9a"
 _STYLE: Any = {"font.size": 9, "axes.spines.top": False, "axes.spines.right": False}
-#: Periods in µs, and ratios in parts of 10 000, on the map.
+#: Periods in µs, ratios in parts per 10 000, on the map.
 PERIODS = (50_000, 100_000, 150_000, 200_000)
 RATIOS = (5000, 7000, 8500, PAPER_RATIO, 9800)
 
 
 def distributions(outcomes: Sequence[Outcome], path: Path) -> None:
-    """Draw the latencies of stops and the forces on people, by the kind of hand."""
+    """Draw the latencies of stops and the forces on people, by kind of hand."""
     met = [o for o in outcomes if o.kind == TrialKind.BLOCKED and o.touched and not o.false_stop]
     with plt.rc_context(_STYLE):
         figure, (late, hard, fast) = plt.subplots(1, 3, figsize=(7.6, 2.7), layout="constrained")
@@ -50,7 +50,7 @@ def distributions(outcomes: Sequence[Outcome], path: Path) -> None:
         late.set(xlabel="latency from touch (ms)", ylabel="share of trials", xlim=(0, 300))
         late.legend(frameon=False, fontsize=8, loc="lower right")
         hard.set(xlabel="peak force (N)", xlim=(0, 30))
-        fast.set(xlabel="speed of what is met (m/s)", ylabel="peak force (N)")
+        fast.set(xlabel="speed of part met (m/s)", ylabel="peak force (N)")
         fast.axhline(ISO_LIMITS["face"], color=_CORAL, linewidth=0.9, linestyle="--")
         fast.text(
             0.03, ISO_LIMITS["face"] - 5, "face, 65 N", fontsize=8, color=_CORAL,
@@ -63,7 +63,7 @@ def distributions(outcomes: Sequence[Outcome], path: Path) -> None:
 
 @dataclass(frozen=True)
 class Point:
-    """A rule on the map: period in µs, ratio in parts of 10 000, and what the rule does."""
+    """A rule on the map: period in µs, ratio in parts per 10 000, and what it does."""
 
     period: int
     ratio: int

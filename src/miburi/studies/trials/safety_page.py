@@ -26,7 +26,7 @@ def write_page(
     """Write ``safety.md`` and its pictures into ``folder``.
 
     ``tables`` holds the trials for each column of the tables ``main``, ``states`` and ``parts``;
-    the latter two may be missing. The pictures show the first column of ``main``.
+    the last two may be missing. The pictures show the first column of ``main``.
     """
     first = next(iter(tables["main"].values()))
     distributions(first, folder / "safety-distributions.png")
