@@ -108,4 +108,4 @@ def test_what_a_hand_shows_is_kept_as_a_gesture(
     assert max(np.linalg.norm(pose.right - rest) for pose in farthest) > 0.03
     again = CliRunner().invoke(gesture_app, options)
     assert isinstance(again.exception, OutputError)
-    assert "is there already" in str(again.exception)
+    assert "already exists" in str(again.exception)

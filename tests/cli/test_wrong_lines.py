@@ -19,7 +19,7 @@ LINES = {
     "feel happiness --strength 80%": "80%",
     "say I am so happy": "Put words that belong together in quotes",
     "stop --url 127.0.0.1:8080": "starts with http:// or https://, got '127.0.0.1:8080'",
-    "listen notes.txt": "notes.txt is no WAV file; `ffmpeg",
+    "listen notes.txt": "notes.txt is not a WAV file; `ffmpeg",
     "devices --folder missing": "there is no folder missing",
     "export urdf --robot iphonoid": "no file iphonoid; `miburi template robot NAME",
     "ik --right 0.1 0.05 0.2": "all of --right, --left and --head, each with X Y Z in m; got",

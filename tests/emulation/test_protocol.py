@@ -111,7 +111,7 @@ def test_a_fast_sync_read_is_one_packet(port: Port) -> None:
 
 
 def test_a_fast_read_is_as_long_as_the_manuals_example() -> None:
-    """Three servos, 4 bytes each: the header says 25, and every block ends with a check sum."""
+    """Three servos, 4 bytes each: the header says 25, and every block ends with a checksum."""
     bus = Bus([Servo.new(i) for i in (3, 7, 4)])
     asked = packet(BROADCAST, FAST_SYNC_READ, bytes((POSITION, 0, 4, 0, 3, 7, 4)))
     said = bus.answer(asked, 1000.0)

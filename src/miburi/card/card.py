@@ -4,7 +4,7 @@ In go the calls of :class:`~miburi.bodies.Body`: move, stop, release, step. Out 
 stops and motor readings, and errors in words. A conversation::
 
     the host sends                         the card answers
-    HELLO                            ───▶  version, check sum of its settings
+    HELLO                            ───▶  version, checksum of its settings
     STOP; settings, if they differ   ───▶
     STATUS                           ───▶  from now on a REPORT after each reading of the servos
     MOVE, STOP or RELEASE            ───▶  OK, or why not
@@ -383,7 +383,7 @@ class Card:
         )
 
     def hello(self) -> tuple[int, bool, bool]:
-        """Return the check sum of the card's settings, and whether they are complete and stored.
+        """Return the checksum of the card's settings, and whether they are complete and stored.
 
         Raises
         ------

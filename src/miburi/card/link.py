@@ -103,7 +103,7 @@ class Frame:
     payload
         At most 96 bytes.
     version
-        The link's; never 0, because a frame of zeros would have a valid check sum.
+        The link's; never 0, because a frame of zeros would have a valid checksum.
     """
 
     kind: int
@@ -156,7 +156,7 @@ def decode(data: bytes) -> Frame:
         at = end
     body = b"\0".join(blocks)
     if len(body) < 5 or struct.unpack("<H", body[-2:])[0] != crc16(body[:-2]):
-        raise FrameError("the frame's check sum is wrong")
+        raise FrameError("the frame's checksum is wrong")
     if body[0] == 0:
         raise FrameError("there is no version 0 of the link")
     return Frame(body[1], body[2], body[3:-2], version=body[0])

@@ -374,7 +374,7 @@ class CardSettings:
 
     @property
     def crc(self) -> int:
-        """The check sum by which host and card compare their settings."""
+        """The checksum by which host and card compare their settings."""
         return crc16(self.general.pack() + b"".join(joint.pack() for joint in self.joints))
 
 

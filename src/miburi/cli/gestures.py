@@ -156,7 +156,7 @@ def record(
     check_name(name, feeling)
     _check_step(step)
     if file.exists():
-        raise OutputError(f"{file} is there already; choose another name.")
+        raise OutputError(f"{file} already exists; choose another name.")
     body = robot_of(robot)
     # The folder is tried first, so that nobody shows something that cannot be kept.
     with whole_files(out) as draft, partner_at(url) as partner:

@@ -114,7 +114,7 @@ def _check_sound(file: Path) -> None:
         raise InputError(f"{file} cannot be read: {error.strerror}.") from error
     if begins != b"RIFF":
         raise InputError(
-            f"{file} is not WAV; `ffmpeg -i {file} -ar 16000 -ac 1 -c:a pcm_s16le OUT.wav` "
+            f"{file} is not a WAV file; `ffmpeg -i {file} -ar 16000 -ac 1 -c:a pcm_s16le OUT.wav` "
             "makes one from most sound files. Give raw sound on standard input, or as .raw."
         )
 

@@ -50,7 +50,7 @@ def packet(servo: int, instruction: int, parameters: bytes = b"") -> bytes:
 def fast_blocks(answers: list[tuple[int, int, bytes]], counts: list[int]) -> list[bytes]:
     """Return what each servo adds to the one status packet of a fast read.
 
-    A block is the error, the id, the data, and the check sum of all that was said so far; the first
+    A block is the error, the id, the data, and the checksum of all that was said so far; the first
     is behind the header. Nothing is stuffed.
 
     Parameters

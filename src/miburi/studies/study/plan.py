@@ -267,12 +267,12 @@ class Study(Table):
 
     @cached_property
     def digest(self) -> str:
-        """A check sum of what is asked, without the words: answers belong to one."""
+        """A checksum of what is asked, without the words: answers belong to one."""
         return _digest(_without_words(self.model_dump(mode="json")))
 
     @cached_property
     def wording(self) -> str:
-        """A check sum of the words."""
+        """A checksum of the words."""
         return _digest(self.model_dump(mode="json"))
 
     @property
