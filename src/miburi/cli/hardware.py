@@ -90,8 +90,8 @@ def gauge(out: Output = Path("gauge")) -> None:
 
     _write(out, make(), ("3mf", "stl"))
     print(
-        f"Print it as the parts will be. Give the pocket that a servo slides into to --fit: "
-        f"{', '.join(f'{fit:g}' for fit in FITS)}."
+        f"Print it as the parts will be. Pass the size of the pocket that a servo slides into as "
+        f"--fit: {', '.join(f'{fit:g}' for fit in FITS[:-1])} or {FITS[-1]:g}."
     )
 
 
