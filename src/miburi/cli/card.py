@@ -223,7 +223,7 @@ def measure_servos(
     ),
     gestures: Annotated[
         int,
-        typer.Option(help="Gestures to count stops in; half the gestures warm the servos.", min=1),
+        typer.Option(help="Gestures to count stops in; half as many more warm the servos.", min=1),
     ] = 200,
     robot: RobotFile = None,
 ) -> None:

@@ -90,7 +90,7 @@ def gauge(out: Output = Path("gauge")) -> None:
 
     _write(out, make(), ("3mf", "stl"))
     print(
-        f"Print it as the parts will be. Pass the size of the pocket that a servo slides into as "
+        f"Print it as the parts will be. Pass the number on the pocket that a servo slides into as "
         f"--fit: {', '.join(f'{fit:g}' for fit in FITS[:-1])} or {FITS[-1]:g}."
     )
 

@@ -107,7 +107,8 @@ class Turning(Table):
 class Attaching(Table):
     """How slowly an attachment to a person changes, and how much resting moods follow it (ours).
 
-    An attachment lasts ``slower`` times as long as a mood, and adds its share ``leaning`` to moods.
+    An attachment lasts ``slower`` times as long as a mood; it adds the share ``leaning`` of itself
+    to the resting moods.
     """
 
     slower: Annotated[float, Field(ge=1, le=10_000)] = 500.0

@@ -93,7 +93,7 @@ def check_move(robot: Robot, phase: Phase, move: Move) -> None:
     outside = (move.angles < robot.lower - half_step) | (move.angles > robot.upper + half_step)
     for motor in np.flatnonzero(outside):
         raise BodyError(
-            f"{JOINTS[motor]} cannot go to {move.angles[motor]:.4f} rad; allowed: "
+            f"{JOINTS[motor]} cannot go to {move.angles[motor]:.4f} rad; allowed is "
             f"{robot.lower[motor]} to {robot.upper[motor]}."
         )
     for motor in np.flatnonzero(move.speeds > robot.servo.max_speed):

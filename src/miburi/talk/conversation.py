@@ -5,7 +5,7 @@ the endpoint is slow, dead or silly: then the partner answers by itself. Whateve
 sends, a reply is a short text and a feeling with a strength. The words are only spoken; the
 feeling is a stimulus among others. There is nothing in it that could move or stop a body.
 
-Only the latest sentence is thought about. A request that is only slow stays open for a
+One sentence is thought about at a time, the latest. A request that is only slow stays open for a
 while: the server may be loading its model, and would stop if the request ended. What was
 said is kept in memory alone, and only the last few exchanges.
 """
@@ -48,7 +48,7 @@ _PROMPT = f"""\
 You are Miburi, a small robot partner with a waist, a head and two arms, at a table with a person. \
 Your body shows by gestures what you feel. It does so by itself: nothing that you say moves it or \
 stops it, so promise no movement. Answer the person kindly and simply, in the person's language, \
-in one or two short sentences, without emojis or markup. Write one JSON object and nothing else: \
+in one or two short sentences, without emojis and markup. Write one JSON object and nothing else: \
 {{"reply": "...", "feeling": "...", "strength": 0.5}}. reply is what you say. feeling is what you \
 feel at the person's words: {", ".join(FEELINGS)} or {_NONE}. strength is how strongly, from 0 to \
 1."""
@@ -73,7 +73,7 @@ _UNKNOWN_WISH = (400, 422)
 _HINTS = {
     401: f"the server rejects the key in {KEY}",
     403: f"the server rejects the key in {KEY}",
-    404: "the server does not know the model; check --model, and --talk's path",
+    404: "the server does not know the model; look at --model, and at --talk's path",
 }
 
 
@@ -165,7 +165,7 @@ class Conversation:
             return None
         content = task.result()
         if not may_be_said(content.text):
-            self.trouble = "a reply that it may not say."
+            self.trouble = "a reply that it does not say."
             return None
         self._remember(said, content)
         feeling, strength = content.feeling, content.strength
@@ -247,7 +247,7 @@ class Conversation:
             async for part in answer.aiter_raw():
                 body += part
                 if len(body) > LARGEST_REPLY:
-                    raise _SilentError(f"an answer over {LARGEST_REPLY} bytes.")
+                    raise _SilentError(f"an answer above {LARGEST_REPLY} bytes.")
         return answer.status_code, bytes(body)
 
 
