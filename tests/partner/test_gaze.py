@@ -160,18 +160,20 @@ def test_it_turns_slowly_to_who_has_moved_while_it_looked_aside(robot: Robot) ->
 
 def test_who_begins_to_talk_waits_for_no_arm(robot: Robot) -> None:
     partner = Partner(PaperBody(robot), at_ease("lively"), life=5)
-    more_than_a_breath = 0.25
+    more_than_a_breath, interrupted = 0.25, 0
     for _ in range(20):
         for _ in range(500):
             partner.step(0.02)
             raised = np.abs(partner.body.state.angles - robot.neutral)[[1, 4]].min()
             if raised > more_than_a_breath:
+                interrupted += 1
                 break
         partner.attends = "speaking"
         run(partner, 5.0)
         raised = np.abs(partner.body.state.angles - robot.neutral)[[1, 4]].min()
         assert raised < more_than_a_breath
         partner.attends = None
+    assert interrupted
 
 
 def test_who_is_in_distress_is_not_looked_away_from(robot: Robot) -> None:
