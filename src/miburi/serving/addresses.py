@@ -158,7 +158,7 @@ def listening_plainly(host: str, port: int) -> Iterator[Listeners]:
 def listening_twice(host: str, port: int) -> Iterator[Listeners]:
     """Listen on http for this computer alone, and on https at the next port for others.
 
-    Whoever uses http from elsewhere is told of https, at the present addresses.
+    Requests over http from elsewhere are told the https addresses.
     """
     with ExitStack() as sockets:
         own = sockets.enter_context(listening(_HERE, port))

@@ -52,7 +52,7 @@ class SmallAnswer:
 
     @property
     def do(self) -> Do | None:
-        """What happens with it."""
+        """What the partner does while it says this."""
         return None if self.cue is None else self.cue.do
 
 
